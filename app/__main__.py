@@ -11,14 +11,14 @@ import logging
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from itertools import takewhile
 
-from app.cli.commands import ENTRIES, WINDOW, grouped_summaries
-from app.cli.gui import is_file_name
+from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
 from app.terminal import console
 from app.terminal.argparse_words import translate_argparse
+from app.terminal.arguments import Parser
 from app.terminal.port_choice import choose_port, refuse_unknown_address
 from app.text.i18n import set_language, system_language, tr
 from app.text.user_error import UserError
@@ -29,7 +29,6 @@ _OBJECTS_PER_COLLECTION = 10_000
 """Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start."""
 
 
-_BY_NAME = {entry.name: entry for entry in ENTRIES}
 _JUDGING = {"set", "activate", "lock", "zero", "shutdown", "preflight", "verify", "fired"}
 """Exit code 0 is their answer, so it is not given where nobody read what they print."""
 _ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
@@ -39,7 +38,7 @@ _ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `dps-s` with these arguments, by default those of the process; returns the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
-    if argv is None and words and words[0] in _BY_NAME and words[0] != WINDOW:
+    if argv is None and words and words[0] in BY_NAME and words[0] != WINDOW:
         gc.set_threshold(_OBJECTS_PER_COLLECTION)
     _prepare_output()
     set_language(system_language())
@@ -54,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = 128 + getattr(interrupted, "number", 2)
     except BrokenPipeError:
         console.discard_output()  # the reader has ended
-        command = next((word for word in words if word in _BY_NAME), WINDOW)
+        command = next((word for word in words if word in BY_NAME), WINDOW)
         code = console.PARTIAL if command in _JUDGING else console.SUCCESS
     except console.OutputLost as error:
         console.discard_output()
@@ -86,14 +85,14 @@ def _run(words: list[str]) -> int:
         console.write_lines([f"DPS-S Configurator {version()}"])
         return console.SUCCESS
     leading = list(takewhile(lambda word: word in _ANYWHERE, words))
-    if words[len(leading) : len(leading) + 1] and words[len(leading)] in _BY_NAME:  # dps-s -v read
+    if words[len(leading) : len(leading) + 1] and words[len(leading)] in BY_NAME:  # dps-s -v read
         words = [words[len(leading)], *leading, *words[len(leading) + 1 :]]
-    if not words or words[0].startswith("-") or is_file_name(words[0], _BY_NAME):
+    if not words or words[0].startswith("-") or is_file_name(words[0]):
         words = [WINDOW, *words]
-    entry = _BY_NAME.get(words[0])
+    entry = BY_NAME.get(words[0])
     if entry is None:
         raise console.Refused(_why_no_command(words[0]))
-    args = _parser_of(entry.module).parse_args(words)
+    args = entry.parser().parse_words(words[1:])
     console.set_verbosity(args)
     is_window = entry.name == WINDOW
     _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
@@ -109,59 +108,29 @@ def _run(words: list[str]) -> int:
         _write_utf8()
     if entry.name == "preflight":
         args.printer = _print_report
-    if entry.name == "completion":
-        args.parser = _complete_parser()
-    run: Callable[[argparse.Namespace], int] = args.run
-    return run(args)
+    code: int = import_module(entry.module).run(args)
+    return code
 
 
 def _why_no_command(word: str) -> str:
     if word == "deploy":
         return tr("Deploying is possible in the window only, where a person holds a button.")
-    named = tr("There is no command {name}.", name=word + console.did_you_mean(word, _BY_NAME))
+    named = tr("There is no command {name}.", name=word + console.did_you_mean(word, BY_NAME))
     return "\n".join((named, tr("All commands: {command}", command="dps-s -h")))
 
 
-def _bare_parser(description: str = "") -> console.Parser:
-    return console.Parser(prog="dps-s", description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-
-
-def _whole_parser() -> console.Parser:
+def _whole_parser() -> Parser:
     """A parser whose help lists all commands in their groups, without importing them."""
     about = tr("Configures, tests and watches a DPS-S parachute module over its serial port.")
-    parser = _bare_parser(f"{about}\n\n{grouped_summaries()}")
+    parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.description = f"{about}\n\n{grouped_summaries()}"
     parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
     codes = tr("0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.")
     parser.epilog = "\n".join((
         tr("Options and an example of a command: {command}", command="dps-s COMMAND -h"),
         tr("Exit code: {codes}", codes=codes),
     ))  # fmt: skip
-    _add_version(parser)
-    return parser
-
-
-def _add_version(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--version", action="store_true")
-
-
-def _parser_of(*modules: str) -> console.Parser:
-    """A parser that knows the commands of these modules with all their options."""
-    parser = _bare_parser()
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
-    for module in modules:
-        import_module(module).add_parser(subparsers)
-    for name, command in subparsers.choices.items():
-        command.description = command.description or tr(_BY_NAME[name].summary)
-        example = tr("Example: {command}", command=f"dps-s {_BY_NAME[name].example}")
-        command.epilog = f"{command.epilog}\n\n{example}" if command.epilog else example
-    console.add_verbosity_arguments(parser)
-    return parser
-
-
-def _complete_parser() -> argparse.ArgumentParser:
-    """A parser that knows every command with all its options."""
-    parser = _parser_of(*dict.fromkeys(entry.module for entry in ENTRIES))
-    _add_version(parser)
     return parser
 
 

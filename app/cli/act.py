@@ -7,42 +7,25 @@ Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 wit
 
 import argparse
 import time
-from typing import TYPE_CHECKING
 
+from app.procedures.act import Performed, perform
+from app.procedures.lock import Locked, lock
+from app.safety.acts import EFFECTS, Act
+from app.safety.interlocks import Interlock
+from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
 from app.terminal import console
+from app.terminal.command_journal import records_of
+from app.terminal.connection import connected
+from app.terminal.interruption import Interruption
 from app.text.i18n import tr
-
-if TYPE_CHECKING:
-    from app.procedures.act import Performed
-    from app.procedures.lock import Locked
-
-NAMES = ("activate", "lock", "zero", "shutdown")
-"""Values of `Act`. Deploying is possible in the window only, where a person holds a button."""
-
-
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from app.safety.acts import EFFECTS, Act
-
-    for name in NAMES:
-        parser = subparsers.add_parser(name, description=tr(EFFECTS[Act(name)]))
-        console.add_port_arguments(parser)
-        console.add_yes_argument(parser)
-        parser.set_defaults(run=run, act=name)
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.safety.acts import EFFECTS, Act
-
-    act = Act(args.act)
+    act = Act(args.command)
     if not args.yes:
         console.write_lines([tr(EFFECTS[act])])
         return console.refuse_without("--yes")
-    from app.procedures.act import perform
-    from app.procedures.lock import lock
-    from app.safety.permit import Origin, Permit
-    from app.terminal.command_journal import records_of
-    from app.terminal.connection import connected
-    from app.terminal.interruption import Interruption
 
     done: Performed | Locked
     is_lock = act is Act.LOCK  # sent without waiting for an answer
@@ -65,12 +48,7 @@ def run(args: argparse.Namespace) -> int:
     return code
 
 
-def exit_code(done: "Performed | Locked") -> int:
-    from app.procedures.lock import Locked
-    from app.safety.acts import Act
-    from app.safety.interlocks import Interlock
-    from app.safety.journal import Outcome
-
+def exit_code(done: Performed | Locked) -> int:
     if isinstance(done, Locked):
         if done.is_locked:
             return console.SUCCESS

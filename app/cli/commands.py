@@ -1,63 +1,249 @@
-"""The commands of dps-s: their groups, summaries and examples. Their modules are imported only when they are called."""
+"""The commands of dps-s: groups, summaries, arguments. A command's module is imported only when it is run: its `run`
+gets the parsed arguments and returns the exit code."""
 
-from typing import NamedTuple
+import argparse
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import Final, NamedTuple
 
 from app.terminal import console
-from app.text.i18n import tr
+from app.terminal.arguments import (
+    JSON,
+    PORT,
+    PORTS,
+    RATES,
+    SAME_MODULE,
+    SECONDS,
+    VERBOSITY,
+    YES,
+    Describe,
+    OneOf,
+    Parser,
+    any_name,
+    flag,
+    module_of,
+    option,
+    rate_of,
+    seconds,
+)
+from app.terminal.export_file import ENDINGS, export_path
+from app.text.i18n import LANGUAGES, PSEUDO, tr
 from protocol.translatable import marked
+
+WINDOW: Final = "gui"
+SCHEMAS: Final = Path(__file__).parent / "reference" / "schemas"
+THRESHOLDS: Final = (
+    "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
+)  # fmt: skip
+_SUFFIX = re.compile(r"\.[A-Za-z0-9]{1,8}")
 
 
 class SubCommand(NamedTuple):
-    """A sub-command: `add_parser` of `module` describes it. `example`: its words after `dps-s`."""
+    """`example`: its words after `dps-s`; `description`: instead of the summary in its own help; `acts`: what stands
+    behind its name, as `args.act`."""
 
     name: str
     module: str
     summary: str
     example: str
+    arguments: tuple[Describe, ...] = ()
+    acts: tuple["SubAct", ...] = ()
+    description: str = ""
+
+    def parser(self) -> Parser:
+        parser = Parser(prog=f"dps-s {self.name}")
+        self.describe(parser)
+        return parser
+
+    def describe(self, parser: Parser) -> None:
+        for add in self.arguments + VERBOSITY:
+            add(parser)
+        if self.acts:
+            acts = parser.add_subparsers(metavar="COMMAND", required=True, dest="act")
+            for act in self.acts:
+                act.add_to(acts)
+        parser.description = parser.description or tr(self.description) or tr(self.summary)
+        example = tr("Example: {command}", command=f"dps-s {self.example}")
+        parser.epilog = f"{parser.epilog}\n\n{example}" if parser.epilog else example
+        parser.set_defaults(command=self.name)
 
 
-WINDOW = "gui"
-GROUPS = {
+class SubAct(NamedTuple):
+    name: str
+    summary: str
+    arguments: tuple[Describe, ...]
+
+    def add_to(self, acts: "argparse._SubParsersAction[Parser]") -> None:
+        parser = acts.add_parser(self.name, help=tr(self.summary))
+        for add in self.arguments + VERBOSITY:
+            add(parser)
+
+
+class _Offered(tuple[str, ...]):
+    """The languages that help and errors list; the pseudo-language of the tests is taken too."""
+
+    __slots__ = ()
+
+    def __contains__(self, word: object) -> bool:
+        return word == PSEUDO or super().__contains__(word)
+
+
+# What is not loaded for the help of other commands
+
+
+def _asked(parser: Parser) -> None:
+    from protocol.catalogue import BY_NAME
+
+    parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME), help=", ".join(BY_NAME))
+
+
+def _settings(parser: Parser) -> None:
+    from app.preflight.reading_object import SETTING_KEYS
+
+    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=", ".join(SETTING_KEYS) + "; true|false")
+
+
+def _effect(parser: Parser) -> None:
+    from app.safety.acts import EFFECTS, Act
+
+    parser.description = tr(EFFECTS[Act(parser.prog.split()[-1])])
+
+
+def _own(module: str) -> Describe:
+    """What the command's module adds."""
+    return lambda parser: import_module(module).add_arguments(parser)
+
+
+def _schemas(parser: Parser) -> None:
+    parser.add_argument("name", choices=sorted(path.stem for path in SCHEMAS.glob("*.json")))
+
+
+_FORCE = flag("--force", marked("replace the file"))
+_RECORDING = option("name", metavar="NAME", text=marked("beginning of the name, or latest"))
+_EXPORT = option("file", type=export_path, metavar="FILE", text=", ".join(ENDINGS))
+
+
+def _act(name: str, summary: str) -> SubCommand:
+    return SubCommand(name, "app.cli.act", summary, f"{name} --yes", (*PORT, YES, _effect))
+
+
+GROUPS: Final = {
     marked("Module"): (
-        SubCommand("ports", "app.cli.ports", marked("List serial ports"), "ports"),
-        SubCommand("find", "app.cli.find", marked("Find the baud rate"), "find -p /dev/ttyUSB0"),
-        SubCommand("read", "app.cli.read", marked("Read status and settings"), "read -p /dev/ttyUSB0 --json"),
-        SubCommand("monitor", "app.cli.monitor", marked("Print the status until Ctrl-C"), "monitor --seconds 10"),
-        SubCommand("history", "app.cli.history", marked("Trigger records"), "history --csv records.csv"),
+        SubCommand("ports", "app.cli.ports", marked("List serial ports"), "ports", (
+            # `app.engine.ports` starts this very command, with a limit of time, where listing can hang.
+            JSON, option("--list-here", text=argparse.SUPPRESS, action="store_true"),
+        )),
+        SubCommand("find", "app.cli.find", marked("Find the baud rate"), "find -p /dev/ttyUSB0", (*PORT, JSON)),
+        SubCommand("read", "app.cli.read", marked("Read status and settings"), "read -p /dev/ttyUSB0 --json",
+                   (*PORT, JSON)),
+        SubCommand("monitor", "app.cli.monitor", marked("Print the status until Ctrl-C"), "monitor --seconds 10",
+                   (*PORT, SECONDS, JSON)),
+        SubCommand("history", "app.cli.history", marked("Trigger records"), "history --csv records.csv", (
+            *PORT, OneOf((JSON, option("--csv", metavar="FILE", text=".csv, -"))),
+            module_of(marked("store the records under this name")), SAME_MODULE,
+        )),
     ),
     marked("Settings"): (
-        SubCommand("set", "app.cli.settings.set", marked("Write and verify settings"), "set freefall_time_s=1.4"),
-        SubCommand("save", "app.cli.settings.save", marked("Save the settings as a profile"), "save M-07.toml"),
+        SubCommand("set", "app.cli.settings.set", marked("Write and verify settings"), "set freefall_time_s=1.4", (
+            _settings, option("--profile", metavar="FILE", text=marked("all settings of this profile")),
+            flag("--accept-risk", marked("write values that take protection away")),
+            flag("--dry-run", marked("only show what would change")),
+            flag("--unlock", marked("write although the module may fire")), *PORT, JSON,
+        )),
+        SubCommand("save", "app.cli.settings.save", marked("Save the settings as a profile"), "save M-07.toml", (
+            option("file", metavar="FILE.toml", text=marked("profile to write, or - for standard output")),
+            module_of(marked("name of the profile")), _FORCE, *PORT,
+        )),
         SubCommand("diff", "app.cli.settings.diff", marked("Compare settings; exit code 1: they differ"),
-                   "diff M-07.toml -p /dev/ttyUSB0"),
+                   "diff M-07.toml -p /dev/ttyUSB0", (
+            option("file", type=Path, metavar="FILE", text=marked("profile")),
+            option("other", type=Path, nargs="?", metavar="FILE", text=marked("profile; without it the module")),
+            *PORT, JSON,
+        )),
     ),
     marked("Commands"): (
-        SubCommand("activate", "app.cli.act", marked("Activate"), "activate --yes"),
-        SubCommand("lock", "app.cli.act", marked("Lock"), "lock --yes"),
-        SubCommand("zero", "app.cli.act", marked("Zero the sensor"), "zero --yes"),
-        SubCommand("shutdown", "app.cli.act", marked("Shut down"), "shutdown --yes"),
+        _act("activate", marked("Activate")),
+        _act("lock", marked("Lock")),
+        _act("zero", marked("Zero the sensor")),
+        _act("shutdown", marked("Shut down")),
     ),
     marked("Checks and records"): (
         SubCommand("preflight", "app.cli.preflight", marked("Pre-flight check"),
-                   "preflight --module M-07 --enable-triggers --report M-07.pdf"),
-        SubCommand("verify", "app.cli.verify", marked("Verify a pre-flight record"), "verify M-07.pdf"),
-        SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations"), "archive status"),
+                   "preflight --module M-07 --enable-triggers --report M-07.pdf", (
+            *PORTS, option("--profile", type=Path, metavar="FILE", text=marked("compare with this profile")),
+            flag("--enable-triggers", marked("enable both automatic triggers first")),
+            flag("--activate", marked("enable, check, activate if READY, read again: GO")), YES,
+            option("--report", type=Path, metavar="FILE.pdf", text="PDF, JSON"), module_of(marked("Module")),
+            option("--aircraft", type=any_name, default="", metavar="NAME", text=marked("Aircraft")),
+            option("--who", type=any_name, default="", metavar="NAME", text=marked("Checked by")),
+            option("--done", type=int, action="append", default=[], metavar="N",
+                   text=marked("manual item N of the profile is OK")),
+            flag("--records-reviewed", marked("trigger records reviewed; without an answer: a new module")),
+            SAME_MODULE, JSON,
+        ), description=marked("Runs all checks. READY: passed and locked. GO: passed and active.")),
+        SubCommand("verify", "app.cli.verify", marked("Verify a pre-flight record"), "verify M-07.pdf", (
+            option("file", type=Path, nargs="?", metavar="FILE", text=".json, .pdf"),
+            option("--trust", metavar="FINGERPRINT", text=marked("trust the station that signed FILE")),
+            option("--name", default="", metavar="NAME", text=marked("Name")),
+            option("--forget", metavar="FINGERPRINT", text=marked("stop trusting this station")),
+            option("--revoke", metavar="FINGERPRINT", text=marked("its key is lost or was copied: never trust it")),
+            flag("--stations", marked("list trusted stations")), flag("--log", marked("verify the audit log")),
+        )),
+        SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations"), "archive status",
+                   (_own("app.cli.archive.commands"),)),
     ),
     marked("Recordings and flights"): (
-        SubCommand("record", "app.cli.record", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap"),
-        SubCommand("recordings", "app.cli.recordings", marked("Recordings"), "recordings export latest session.csv"),
+        SubCommand("record", "app.cli.record", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap", (
+            *PORT, SECONDS, OneOf((flag("--append", marked("add to the file (only .csv)")), _FORCE)), _EXPORT,
+        )),
+        SubCommand("recordings", "app.cli.recordings", marked("Recordings"), "recordings export latest session.csv",
+                   acts=(
+            SubAct("list", marked("Recordings"), (JSON,)),
+            SubAct("export", ", ".join(ENDINGS), (_RECORDING, _EXPORT)),
+            SubAct("restore", marked("restore one from the trash"), (_RECORDING,)),
+            SubAct("convert", marked("of earlier versions, into session files"),
+                (option("files", nargs="*", type=Path, metavar="FILE"),)),
+            SubAct("delete", marked("delete one permanently"), (_RECORDING, YES)),
+        )),
         SubCommand("fired", "app.cli.fired", marked("Would it have fired in these flight logs? Exit code 4: yes"),
-                   "fired flights/ --thresholds freefall_time_s=1.2"),
-        SubCommand("decode", "app.cli.decode", marked("Explain captured bytes"), "decode 41 75 32 07 0A 00 01 44"),
+                   "fired flights/ --thresholds freefall_time_s=1.2", (
+            option("logs", nargs="*", metavar="LOG", text=marked("log, recording or folder")),
+            option("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
+                   text=", ".join(THRESHOLDS)),
+            option("--column", action="append", default=[], metavar="ROLE=COLUMN", text="CSV: roll_deg=ATT.Roll"),
+            OneOf((flag("--must-not", marked("propose thresholds that fire in none")),
+                   flag("--must", marked("propose thresholds that fire in all")))), JSON,
+        )),
+        SubCommand("decode", "app.cli.decode", marked("Explain captured bytes"), "decode 41 75 32 07 0A 00 01 44", (
+            option("hex", nargs="*", metavar="HEX", text=marked("hex bytes, a capture, or - for standard input")),
+            _asked, JSON,
+        )),
     ),
     marked("Program"): (
-        SubCommand(WINDOW, "app.cli.gui", marked("Open the window"), "gui --demo"),
-        SubCommand("simulate", "app.cli.simulate", marked("Simulated module"), "simulate --tcp 127.0.0.1:7000"),
-        SubCommand("completion", "app.cli.reference.completion", marked("Shell completion script"), "completion bash"),
-        SubCommand("schema", "app.cli.reference.schema", marked("JSON Schema of an output"), "schema read"),
+        SubCommand(WINDOW, "", marked("Open the window"), "gui --demo", (
+            option("file", type=Path, nargs="?", metavar="FILE", text=marked("profile, capture, recording or check")),
+            flag("--demo", marked("Simulated module")), option("-p", "--port", metavar="P", text=marked("Port")),
+            rate_of(RATES, type=int, choices=RATES),
+            option("--lang", choices=_Offered(LANGUAGES), metavar="L", text="|".join(LANGUAGES)),
+            option("--offscreen-seconds", type=seconds, metavar="S", text=marked("end after S seconds")),
+            option("--evidence", type=Path, metavar="DIR", text=marked("save a screenshot and the values there")),
+        )),
+        SubCommand("simulate", "app.cli.simulate", marked("Simulated module"), "simulate --tcp 127.0.0.1:7000",
+                   (_own("app.cli.simulate"),)),
+        SubCommand("completion", "app.cli.reference.completion", marked("Shell completion script"), "completion bash",
+                   (_own("app.cli.reference.completion"),)),
+        SubCommand("schema", "app.cli.reference.schema", marked("JSON Schema of an output"), "schema read",
+                   (_schemas,)),
     ),
 }  # fmt: skip
-ENTRIES = tuple(entry for entries in GROUPS.values() for entry in entries)
+ENTRIES: Final = tuple(entry for entries in GROUPS.values() for entry in entries)
+BY_NAME: Final = {entry.name: entry for entry in ENTRIES}
+
+
+def is_file_name(word: str) -> bool:
+    """Whether `word` names a file, as in `dps-s FILE`, and not a command."""
+    return word not in BY_NAME and (bool(_SUFFIX.fullmatch(Path(word).suffix)) or Path(word).is_file())
 
 
 def grouped_summaries() -> str:
@@ -68,3 +254,15 @@ def grouped_summaries() -> str:
         lines += [f"{tr(title)}:", *rows[: len(entries)], ""]
         del rows[: len(entries)]
     return "\n".join(lines).rstrip()
+
+
+def complete_parser() -> Parser:
+    """A parser that knows every command with all its options."""
+    parser = Parser(prog="dps-s")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    for entry in ENTRIES:
+        entry.describe(commands.add_parser(entry.name))
+    for add in VERBOSITY:
+        add(parser)
+    parser.add_argument("--version", action="store_true")
+    return parser

@@ -34,15 +34,6 @@ ROWS_AT_ONCE = 500
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("decode")
-    parser.add_argument("hex", nargs="*", metavar="HEX", help=tr("hex bytes, a capture, or - for standard input"))
-    parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME),
-                        help=", ".join(BY_NAME))  # fmt: skip
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
     words: list[str] = args.hex
     if not words:

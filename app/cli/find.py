@@ -2,22 +2,15 @@
 
 import argparse
 
+from app.procedures.find import find_rate
 from app.terminal import console
+from app.terminal.arguments import USUAL_RATE
+from app.terminal.connection import connected, no_module_found
 from app.text.i18n import tr
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("find")
-    console.add_port_arguments(parser)
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.procedures.find import find_rate
-    from app.terminal.connection import connected, no_module_found
-
-    first = args.baud or console.USUAL_RATE
+    first = args.baud or USUAL_RATE
     with connected(args.port, first, is_greeted=False) as conversation:
         found = conversation.run(find_rate(first))
     if args.json:

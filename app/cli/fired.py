@@ -7,23 +7,25 @@ import argparse
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app.cli.commands import THRESHOLDS
+from app.firing.judge import Firing, SensorSample, TriggerLimits
+from app.firing.what_if_texts import firing_text
+from app.flight_analysis.flight_set import FlightGroup, FlightSet
+from app.flight_analysis.judged_flight import JudgedFlight, LogFiring
+from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
+from app.flight_analysis.proposal import propose
+from app.flight_analysis.summary import FlightSummary
+from app.flight_logs.csv_columns import NO_TIME, parse_choice
+from app.flight_logs.read_log import find_logs
 from app.terminal import console
+from app.terminal.setting_words import parse_settings
 from app.text.i18n import tr
+from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
+from protocol.messages import Source
 from protocol.translatable import marked
 
-if TYPE_CHECKING:
-    from app.firing.judge import TriggerLimits
-    from app.flight_analysis.judged_flight import JudgedFlight, LogFiring
-    from app.flight_analysis.many_logs import LogOrder, SummarisedLog
-    from app.flight_analysis.summary import FlightSummary
-    from app.text.messages import UserMessage
-
-THRESHOLDS = (
-    "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
-)  # fmt: skip
 MAX_ACCELERATION_G = 1.5
 SAME_WITHIN_S = 0.25
 """Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
@@ -31,24 +33,7 @@ _LATER = marked("{reading}: would first fire at {time:.2f} s.")
 _NEVER = marked("{reading}: would not fire.")
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("fired")
-    parser.add_argument("logs", nargs="*", metavar="LOG", help=tr("log, recording or folder"))
-    parser.add_argument("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
-                        help=", ".join(THRESHOLDS))  # fmt: skip
-    parser.add_argument("--column", action="append", default=[], metavar="ROLE=COLUMN",
-                        help="CSV: roll_deg=ATT.Roll")  # fmt: skip
-    groups = parser.add_mutually_exclusive_group()
-    groups.add_argument("--must-not", action="store_true", help=tr("propose thresholds that fire in none"))
-    groups.add_argument("--must", action="store_true", help=tr("propose thresholds that fire in all"))
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.flight_analysis.many_logs import LogOrder
-    from app.flight_logs.csv_columns import NO_TIME, parse_choice
-
     known = [word for word in args.thresholds if word.partition("=")[0] in THRESHOLDS]
     others = [word for word in args.thresholds if word not in known]  # --thresholds NAME=VALUE LOG
     limits = parse_limits(known)
@@ -80,11 +65,8 @@ def _print_all(lines: Sequence[str]) -> None:
         console.notify(line)
 
 
-def parse_limits(words: Sequence[str]) -> "TriggerLimits":
+def parse_limits(words: Sequence[str]) -> TriggerLimits:
     """The vendor's defaults, replaced by these. Raises `Refused` with all errors."""
-    from app.firing.judge import TriggerLimits
-    from app.terminal.setting_words import parse_settings
-
     values = {wish.command.key: wish.value for wish in parse_settings(words)}
     usual = TriggerLimits()
     limits = TriggerLimits(
@@ -101,8 +83,6 @@ def parse_limits(words: Sequence[str]) -> "TriggerLimits":
 
 
 def _found(words: Sequence[str]) -> list[Path]:
-    from app.flight_logs.read_log import find_logs
-
     try:
         paths = list(find_logs(map(Path, words)))
     except (OSError, ValueError):  # ValueError: a NUL in the name
@@ -112,10 +92,8 @@ def _found(words: Sequence[str]) -> list[Path]:
     return paths
 
 
-def _judged(paths: Sequence[Path], order: "LogOrder") -> "list[SummarisedLog]":
+def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
     """In the order of `paths`."""
-    from app.flight_analysis.many_logs import summarise_logs
-
     place = {path: number for number, path in reversed(list(enumerate(paths)))}
     logs = []
     for one in summarise_logs(paths, order):
@@ -128,7 +106,7 @@ def _judged(paths: Sequence[Path], order: "LogOrder") -> "list[SummarisedLog]":
 # What is printed
 
 
-def json_of(log: "SummarisedLog", flight: "FlightSummary") -> dict[str, object]:
+def json_of(log: SummarisedLog, flight: FlightSummary) -> dict[str, object]:
     """Always in English."""
     return {
         "log": str(log.path),
@@ -140,9 +118,7 @@ def json_of(log: "SummarisedLog", flight: "FlightSummary") -> dict[str, object]:
     }
 
 
-def _fires(firing: "LogFiring") -> list[dict[str, object]]:
-    from protocol.messages import Source
-
+def _fires(firing: LogFiring) -> list[dict[str, object]]:
     names = {Source.ATTITUDE: "attitude", Source.FREEFALL: "freefall"}
     tilt_deg = _number(firing.tilt_deg, 0)
     return [
@@ -156,15 +132,13 @@ def _number(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
 
 
-def _longest_fall_s(flight: "FlightSummary", limits: "TriggerLimits") -> float:
+def _longest_fall_s(flight: FlightSummary, limits: TriggerLimits) -> float:
     longest_s = flight.direct.longest_fall_s[round(limits.freefall_acceleration_g * 10)]
     return max(0.0, float(longest_s))
 
 
-def _problems(log: "SummarisedLog", flight: "FlightSummary") -> "list[UserMessage]":
+def _problems(log: SummarisedLog, flight: FlightSummary) -> list[UserMessage]:
     """Includes a difference between the readings of the vendor's rule."""
-    from app.text.messages import message
-
     direct, damped = log.judged
     found = list(flight.problems)
     first_s, other_s = (one.firings[0].at_s if one.firings else math.inf for one in (direct, damped))
@@ -174,7 +148,7 @@ def _problems(log: "SummarisedLog", flight: "FlightSummary") -> "list[UserMessag
     return found
 
 
-def _page(read: "Sequence[tuple[SummarisedLog, FlightSummary]]", *, is_must: bool) -> list[str]:
+def _page(read: Sequence[tuple[SummarisedLog, FlightSummary]], *, is_must: bool) -> list[str]:
     head = (tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))
     rows = [
         (
@@ -196,10 +170,7 @@ def _page(read: "Sequence[tuple[SummarisedLog, FlightSummary]]", *, is_must: boo
     return [*console.columns([head, *rows]), "", counted, *(["", *problems] if problems else [])]
 
 
-def _verdict(judged: "JudgedFlight", flight: "FlightSummary", *, is_must: bool) -> str:
-    from app.firing.judge import Firing, SensorSample
-    from app.firing.what_if_texts import firing_text
-
+def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> str:
     if not judged.firings:
         return tr("no")
     first = judged.firings[0]
@@ -214,11 +185,8 @@ def _verdict(judged: "JudgedFlight", flight: "FlightSummary", *, is_must: bool) 
     return f"{said}; {late}" if fire.is_in_time else f"{said}; {late}; {tr('after the impact')}"
 
 
-def _proposal_lines(flights: "Sequence[FlightSummary]", *, is_must: bool) -> list[str]:
+def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[str]:
     """Thresholds in the form of `dps-s set`, and the flight with the smallest margin."""
-    from app.flight_analysis.flight_set import FlightGroup, FlightSet
-    from app.flight_analysis.proposal import propose
-
     group = FlightGroup.MUST if is_must else FlightGroup.MUST_NOT
     sorted_flights = FlightSet()
     sorted_flights.add(flights, group)

@@ -5,36 +5,22 @@ agree and no frame was lost; 3 without a link; 4 if they differ, the query was n
 """
 
 import argparse
-from typing import TYPE_CHECKING
 
+from app.engine.identity import IdentityEvidence
+from app.engine.worker import Batch
+from app.procedures.history import History, Pass, history_of, read_history
 from app.terminal import console
+from app.terminal.connection import LinkTrouble, connected, module_is_silent
+from app.terminal.record_table import csv_of, json_of, page_of, write_csv
+from app.terminal.stored_history import read_evidence, store_visit
 from app.text.i18n import tr
 from app.text.sentences import not_written
-
-if TYPE_CHECKING:
-    from app.engine.worker import Batch
-    from app.procedures.history import History
-    from protocol.messages import EmptySlot, TriggerRecord
-
-
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("history")
-    console.add_port_arguments(parser)
-    shape = parser.add_mutually_exclusive_group()
-    console.add_json_argument(shape)
-    shape.add_argument("--csv", metavar="FILE", help=".csv, -")
-    console.add_module_argument(parser, tr("store the records under this name"))
-    parser.add_argument("--same-module", action="store_true",
-                        help=tr("accept despite another boot count"))  # fmt: skip
-    parser.set_defaults(run=run)
+from protocol.catalogue import TRIGGER_RECORDS
+from protocol.events import Received, Role, Sent
+from protocol.messages import EmptySlot, TriggerRecord
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.engine.identity import IdentityEvidence
-    from app.procedures.history import History, read_history
-    from app.terminal.connection import LinkTrouble, connected, module_is_silent
-    from app.terminal.stored_history import read_evidence, store_visit
-
     received = ReceivedRecords()
     history: History | None = None
     found = IdentityEvidence()
@@ -67,11 +53,7 @@ class ReceivedRecords:
     def __init__(self) -> None:
         self._passes: list[list[TriggerRecord | EmptySlot]] = []
 
-    def on_batch(self, batch: "Batch") -> None:
-        from protocol.catalogue import TRIGGER_RECORDS
-        from protocol.events import Received, Role, Sent
-        from protocol.messages import EmptySlot, TriggerRecord
-
+    def on_batch(self, batch: Batch) -> None:
         for event in batch.events:
             match event:
                 case Sent(request=request) if request.command is TRIGGER_RECORDS:
@@ -81,16 +63,12 @@ class ReceivedRecords:
                 case _:
                     pass
 
-    def history(self) -> "History":
-        from app.procedures.history import Pass, history_of
-
+    def history(self) -> History:
         return history_of([Pass(tuple(one)) for one in self._passes], is_line_dead=True)
 
 
-def _print(history: "History", args: argparse.Namespace) -> bool:
+def _print(history: History, args: argparse.Namespace) -> bool:
     """Print or write the records; whether that succeeded."""
-    from app.terminal.record_table import csv_of, json_of, page_of, write_csv
-
     if args.json:
         console.write_json(json_of(history))
         return True

@@ -9,34 +9,21 @@ import sys
 import time
 from abc import ABC, abstractmethod
 from contextlib import nullcontext
-from typing import TYPE_CHECKING
 
+from app.engine.device import StatusSample
+from app.engine.procedure import LinkView
+from app.engine.worker import Batch
+from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.terminal import console
+from app.terminal.connection import Conversation
+from app.terminal.interruption import print_after_signal
+from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
-
-if TYPE_CHECKING:
-    from app.engine.device import StatusSample
-    from app.engine.procedure import LinkView
-    from app.engine.worker import Batch
-    from app.limits.out_of_limits import Outside
-    from app.terminal.connection import Conversation
-    from app.terminal.streaming import StreamSpan
 
 LINE_EVERY_S = 0.1
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("monitor")
-    console.add_port_arguments(parser)
-    console.add_seconds_argument(parser)
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.terminal.interruption import print_after_signal
-    from app.terminal.streaming import StreamSpan, stream
-
     span = StreamSpan(args.seconds)
     printer = JsonLines(span) if args.json else WordLines(span)
     trouble = stream(
@@ -63,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
 class Printer(ABC):
     """Prints the samples of the batches that lie in the span, each once."""
 
-    def __init__(self, span: "StreamSpan") -> None:
+    def __init__(self, span: StreamSpan) -> None:
         self._span = span
         self._news: list[StatusSample] = []
         self._first_at: float | None = None
@@ -78,15 +65,13 @@ class Printer(ABC):
         """Samples count from now on; before, the module was only greeted."""
         self._is_begun = True
 
-    def on_turn(self, conversation: "Conversation") -> None:
+    def on_turn(self, conversation: Conversation) -> None:
         self.stream_hz = conversation.device.stream_hz
         self.judge_line(conversation.link)
         self.print_news()
 
-    def judge_line(self, link: "LinkView | None") -> None:
+    def judge_line(self, link: LinkView | None) -> None:
         """Find out whether the line is outside its limits."""
-        from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, line_outside
-
         if link is None:
             return
         now = time.monotonic()
@@ -99,7 +84,7 @@ class Printer(ABC):
             in_use=LimitsInUse(),
         )
 
-    def on_batch(self, batch: "Batch") -> None:
+    def on_batch(self, batch: Batch) -> None:
         for sample in batch.samples if self._is_begun else ():
             if self._first_at is None:
                 self._first_at = sample.at
@@ -113,11 +98,11 @@ class Printer(ABC):
             self.count += len(news)
             self._print(news)
 
-    def _age_s(self, sample: "StatusSample") -> float:
+    def _age_s(self, sample: StatusSample) -> float:
         return sample.at - (self._first_at or 0.0)
 
     @abstractmethod
-    def _print(self, samples: "list[StatusSample]") -> None:
+    def _print(self, samples: list[StatusSample]) -> None:
         """Print these, in order of time; at least one."""
 
     @abstractmethod
@@ -128,10 +113,10 @@ class Printer(ABC):
 class JsonLines(Printer):
     """One object a line for every sample."""
 
-    def _print(self, samples: "list[StatusSample]") -> None:
+    def _print(self, samples: list[StatusSample]) -> None:
         console.write("".join(console.as_json(self._object(sample)) + "\n" for sample in samples))
 
-    def _object(self, sample: "StatusSample") -> dict[str, object]:
+    def _object(self, sample: StatusSample) -> dict[str, object]:
         return {
             "t_s": round(self._age_s(sample), 3),
             "tilt_deg": sample.tilt_deg,
@@ -150,14 +135,14 @@ class WordLines(Printer):
     A status with a change of triggered or active always gets its own line.
     """
 
-    def __init__(self, span: "StreamSpan") -> None:
+    def __init__(self, span: StreamSpan) -> None:
         super().__init__(span)
         self._is_rewriting = sys.stdout.isatty()
         self._before: StatusSample | None = None
         self._printed_at: float | None = None
         self._width = 0
 
-    def _print(self, samples: "list[StatusSample]") -> None:
+    def _print(self, samples: list[StatusSample]) -> None:
         for sample in samples:
             before, self._before = self._before, sample
             is_change = before is not None and sample[3:] != before[3:]
@@ -170,7 +155,7 @@ class WordLines(Printer):
         if self._is_rewriting:
             self._write(samples[-1])
 
-    def _write(self, sample: "StatusSample") -> None:
+    def _write(self, sample: StatusSample) -> None:
         self._printed_at = sample.at
         words = "   ".join((
             f"{self._age_s(sample):8.1f} s",

@@ -2,22 +2,13 @@
 
 import argparse
 
+from app.engine.ports import list_ports, scan, to_json
 from app.terminal import console
 from app.text.i18n import tr
 from app.text.user_error import UserError
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("ports")
-    console.add_json_argument(parser)
-    # `app.engine.ports` starts this very command, with a limit of time, where listing can hang.
-    parser.add_argument("--list-here", action="store_true", help=argparse.SUPPRESS)
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.engine.ports import list_ports, scan, to_json
-
     try:
         ports = scan() if args.list_here else list_ports()
     except UserError as error:

@@ -6,64 +6,44 @@ activated, once, and read again in the same connection: GO, or NO-GO. The check 
 """
 
 import argparse
+import threading
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain, repeat
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app import version
+from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
+from app.limits.expectations import Expectations, Past, expectations_of
+from app.preflight.activation import activate_ready, await_while_asking
+from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.findings import RESULT_WORDS, CheckResult
+from app.preflight.run import run_preflight
+from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
+from app.records.filing import Filed, Person, file_check
+from app.records.record import caveats, contract_of
+from app.records.report_files import check_target, write_report
+from app.safety.acts import EFFECTS, Act
+from app.safety.journal import Journal, NoJournal, Outcome
+from app.safety.permit import Origin, Permit
+from app.settings.profile_file import read_profile
+from app.store.store import Store
+from app.store.store_journal import StoreJournal
 from app.terminal import console
 from app.terminal.colours import Colour, coloured
+from app.terminal.command_journal import adapter_of, open_store_or_notify
+from app.terminal.connection import Conversation, LinkTrouble, connected, link_trouble, module_is_silent
+from app.terminal.interruption import Interruption
+from app.terminal.stored_history import may_be_another
 from app.text.i18n import tr
+from app.text.messages import UserMessage, clean
 from app.text.sentences import in_brackets, join_names, join_sentences, not_written
-
-if TYPE_CHECKING:
-    from app.fleet.check_set import SetMember
-    from app.limits.expectations import Expectations, Past
-    from app.records.filing import Filed
-    from app.safety.journal import Journal
-    from app.store.store import Store
-    from app.terminal.connection import Conversation
-    from app.terminal.interruption import Interruption
 
 _WAIT_S = 0.1
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser(
-        "preflight", description=tr("Runs all checks. READY: passed and locked. GO: passed and active.")
-    )
-    console.add_port_arguments(parser, takes_several=True)
-    parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("compare with this profile"))
-    parser.add_argument("--enable-triggers", action="store_true", help=tr("enable both automatic triggers first"))
-    parser.add_argument("--activate", action="store_true", help=tr("enable, check, activate if READY, read again: GO"))
-    console.add_yes_argument(parser)
-    parser.add_argument("--report", type=Path, metavar="FILE.pdf", help="PDF, HTML, JSON")
-    console.add_module_argument(parser, tr("Module"))
-    parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("Aircraft"))
-    parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("Checked by"))
-    parser.add_argument("--done", type=int, action="append", default=[], metavar="N",
-                        help=tr("manual item N of the profile is OK"))  # fmt: skip
-    parser.add_argument("--records-reviewed", action="store_true",
-                        help=tr("trigger records reviewed; without an answer: a new module"))  # fmt: skip
-    parser.add_argument("--same-module", action="store_true",
-                        help=tr("accept despite another boot count"))  # fmt: skip
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run, printer=None)
-
-
-def _name(text: str) -> str:
-    if len(text) > console.MAX_NAME_LENGTH:
-        raise console.expected(f"≤ {console.MAX_NAME_LENGTH}")
-    return text
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.fleet.check_set import check_set_target
-    from app.records.report_files import check_target
-    from app.terminal.command_journal import open_store_or_notify
-
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
     is_one = len(ports) == 1
     if args.module is not None and not is_one:
@@ -89,8 +69,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _say_what_activating_does() -> int:
-    from app.safety.acts import EFFECTS, Act
-
     console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
     return console.refuse_without("--yes")
 
@@ -99,9 +77,6 @@ class _PortEvidence:
     """What was read on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why there was none."""
 
     def __init__(self, port: str) -> None:
-        from app.preflight.evidence import Evidence, FrameLog
-        from app.terminal.command_journal import adapter_of
-
         self.evidence, self.log, self.adapter = Evidence(port=port), FrameLog(), adapter_of(port)
         self.trouble: str | None = None
         self.error: BaseException | None = None
@@ -113,12 +88,7 @@ class _PortEvidence:
         """The activation was not sent."""
 
 
-def _file(
-    args: argparse.Namespace, found: _PortEvidence, expectations: "Expectations", store: "Store | None"
-) -> "Filed":
-    from app import version
-    from app.records.filing import Person, file_check
-
+def _file(args: argparse.Namespace, found: _PortEvidence, expectations: Expectations, store: Store | None) -> Filed:
     person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
                     are_records_reviewed=args.records_reviewed, is_same_module=args.same_module)  # fmt: skip
     return file_check(
@@ -128,15 +98,10 @@ def _file(
 
 
 def _activate(
-    args: argparse.Namespace, expectations: "Expectations", store: "Store | None", found: _PortEvidence,
-    conversation: "Conversation", journal: "Journal",
+    args: argparse.Namespace, expectations: Expectations, store: Store | None, found: _PortEvidence,
+    conversation: Conversation, journal: Journal,
 ) -> None:  # fmt: skip
     """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
-    from app.preflight.activation import activate_ready, await_while_asking
-    from app.preflight.verdict import Verdict
-    from app.safety.acts import Act
-    from app.safety.journal import Outcome
-    from app.safety.permit import Origin, Permit
 
     if not args.activate:
         return
@@ -156,13 +121,8 @@ def _activate(
 # Several modules
 
 
-def _check_several(
-    args: argparse.Namespace, ports: list[str], expectations: "Expectations", store: "Store | None"
-) -> int:
+def _check_several(args: argparse.Namespace, ports: list[str], expectations: Expectations, store: Store | None) -> int:
     """Check all ports at the same time; one that fails does not stop the others."""
-    from app.fleet.check_set import SetMember, write_set_reports
-    from app.terminal.connection import link_trouble
-    from app.text.messages import UserMessage
 
     gathered = _collect_all(args, ports, store)
     # All are filed before anything is printed, which fails where nobody reads.
@@ -189,7 +149,7 @@ def _check_several(
     )
 
 
-def _print_member(args: argparse.Namespace, member: "SetMember", *, is_first: bool) -> int:
+def _print_member(args: argparse.Namespace, member: SetMember, *, is_first: bool) -> int:
     """Print one of several; returns its exit code."""
     if not args.json:
         console.write_lines([*([] if is_first else [""]), member.port])
@@ -200,12 +160,8 @@ def _print_member(args: argparse.Namespace, member: "SetMember", *, is_first: bo
     return _conclude(argparse.Namespace(**{**vars(args), "report": None}), member.filed, trouble)
 
 
-def _collect_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_PortEvidence]:
+def _collect_all(args: argparse.Namespace, ports: list[str], store: Store | None) -> list[_PortEvidence]:
     """One thread for each port; the main thread waits for all, and for Ctrl-C."""
-    import threading
-
-    from app.terminal.interruption import Interruption
-
     gathered = {port: _PortEvidence(port) for port in ports}
     with Interruption() as interruption:
 
@@ -226,18 +182,12 @@ def _collect_all(args: argparse.Namespace, ports: list[str], store: "Store | Non
     return list(gathered.values())
 
 
-def _summary_of(members: "Sequence[SetMember]") -> list[str]:
+def _summary_of(members: Sequence[SetMember]) -> list[str]:
     """Which modules are GO, and why the others are not."""
-    from app.fleet.check_set import summary, word_of
-
     return [summary(members), *console.columns([(word_of(one.verdict), one.port, one.why) for one in members])]
 
 
-def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:
-    from app.preflight.verdict import Verdict
-    from app.records.record import contract_of
-    from app.records.report_files import write_report
-
+def _conclude(args: argparse.Namespace, filed: Filed, trouble: str | None) -> int:
     lines = [console.as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
     try:
         console.write_lines(lines)
@@ -257,11 +207,8 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
     return console.SUCCESS if is_reported else console.PARTIAL
 
 
-def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
+def _expectations(profile: Path | None, done: Sequence[int]) -> Expectations:
     """Raises `UserError`."""
-    from app.limits.expectations import Expectations, expectations_of
-    from app.settings.profile_file import read_profile
-
     if profile is None:
         if done:
             raise console.Refused(tr("No manual item {number} in the profile.", number=done[0]))
@@ -276,18 +223,11 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
 def _collect_evidence(
     args: argparse.Namespace,
     port: str,
-    store: "Store | None",
-    interruption: "Interruption | None" = None,
-    then: "Callable[[_PortEvidence, Conversation, Journal], None] | None" = None,
+    store: Store | None,
+    interruption: Interruption | None = None,
+    then: Callable[[_PortEvidence, Conversation, Journal], None] | None = None,
 ) -> _PortEvidence:
     """Run the check on one port, and `then` in the same connection. Raises the errors that mean "no link"."""
-    from app.preflight.evidence import Disturbance
-    from app.preflight.run import run_preflight
-    from app.safety.journal import NoJournal
-    from app.store.store_journal import StoreJournal
-    from app.terminal.connection import LinkTrouble, connected, module_is_silent
-    from app.terminal.stored_history import may_be_another
-    from app.text.messages import clean
 
     found = _PortEvidence(port)
     evidence = found.evidence
@@ -321,7 +261,7 @@ def _collect_evidence(
     return found
 
 
-def _written(path: Path, write: "Callable[[], Sequence[Path]]") -> bool:
+def _written(path: Path, write: Callable[[], Sequence[Path]]) -> bool:
     """Write and print the names of the files; whether `path` is among them."""
     try:
         written = write()
@@ -335,13 +275,8 @@ def _written(path: Path, write: "Callable[[], Sequence[Path]]") -> bool:
 # For people
 
 
-def page_of(filed: "Filed") -> list[str]:
+def page_of(filed: Filed) -> list[str]:
     """The verdict with its caveats, then every check; if it did not pass, why it matters and what to do."""
-    from app.preflight.findings import RESULT_WORDS, CheckResult
-    from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
-    from app.records.record import caveats
-    from app.text.messages import UserMessage, clean
-
     assessment = filed.assessment
     verdict = verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).translated()
     lines = [coloured(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]

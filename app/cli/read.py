@@ -4,34 +4,31 @@ Exit code 0; 3 if nothing was read; 4 if something is missing. What was read is 
 """
 
 import argparse
-from typing import TYPE_CHECKING
 
+from app.engine.device import STATUS_KEYS, StaleReason
+from app.engine.procedure import Inspect, Procedure
+from app.procedures.read import Everything, read_everything
 from app.terminal import console
+from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
+from app.terminal.read_report import (
+    FELL_SILENT,
+    PORT_LOST,
+    RESTARTED,
+    Findings,
+    json_of,
+    page_of,
+    readable_keys,
+    unanswered_reason,
+)
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import join_names
-
-if TYPE_CHECKING:
-    from app.engine.procedure import Procedure
-    from app.procedures.read import Everything
-    from app.terminal.connection import Conversation
-    from app.terminal.read_report import Findings
-    from app.text.messages import UserMessage
 
 PASSES = 3
 """How often everything is read if the module restarts meanwhile."""
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("read")
-    console.add_port_arguments(parser)
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.terminal.connection import connected
-    from app.terminal.read_report import json_of, page_of
-
     with connected(args.port, args.baud) as conversation:
         findings, trouble = _read(conversation, args.port)
     has_something = any(key != "baud_rate" for key in findings.values)
@@ -51,11 +48,8 @@ def run(args: argparse.Namespace) -> int:
     return console.PARTIAL if findings.errors else console.SUCCESS
 
 
-def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | None]":
+def _read(conversation: Conversation, port: str) -> tuple[Findings, str | None]:
     """What was read, and a sentence if reading ended early."""
-    from app.terminal.connection import LinkTrouble, module_is_silent
-    from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, unanswered_reason
-
     everything: Everything | None = None
     with LinkTrouble() as link:
         everything = conversation.run(_read_undisturbed())
@@ -67,11 +61,8 @@ def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | Non
     return _findings(conversation, port, errors, FELL_SILENT), module_is_silent(port, conversation.device)
 
 
-def _read_undisturbed() -> "Procedure[Everything]":
+def _read_undisturbed() -> Procedure[Everything]:
     """Read everything; again if the module restarted meanwhile, since earlier values may be lost."""
-    from app.engine.procedure import Inspect
-    from app.procedures.read import read_everything
-
     for _ in range(PASSES - 1):
         before = (yield Inspect()).device.restarts
         everything = yield from read_everything()
@@ -81,14 +72,12 @@ def _read_undisturbed() -> "Procedure[Everything]":
 
 
 def _findings(
-    conversation: "Conversation", port: str, errors: "dict[str, UserMessage]", why_missing: "UserMessage"
-) -> "Findings":
+    conversation: Conversation, port: str, errors: dict[str, UserMessage], why_missing: UserMessage
+) -> Findings:
     """All values that are known now were read in this conversation.
 
     `why_missing` is the reason for values that are neither known nor in `errors`.
     """
-    from app.engine.device import STATUS_KEYS, StaleReason
-    from app.terminal.read_report import Findings, readable_keys
 
     known = conversation.device.values
     values = {key: one.value for key, one in known.items() if one.stale_reason is not StaleReason.RESTARTED}

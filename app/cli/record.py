@@ -6,47 +6,30 @@ until then; 4 if the file could not be written or is incomplete.
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app import version
+from app.engine.worker import Batch
+from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of
+from app.recordings.recorder import Heading, Recorder
 from app.terminal import console
+from app.terminal.connection import Conversation
+from app.terminal.export_file import STANDARD_OUTPUT, export_and_report, unwritable_reason
+from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
 from app.text.user_error import UserError
-
-if TYPE_CHECKING:
-    from app.engine.worker import Batch
-    from app.recordings.library import RecordingEntry
-    from app.recordings.recorder import Recorder
-    from app.terminal.connection import Conversation
-    from app.terminal.streaming import StreamSpan
-    from protocol.events import Event
+from protocol.events import Event, Received
+from protocol.messages import Status
 
 SETTLE_LIMIT_S = 10.0
 """How long writing the rest may take at the end."""
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from app.terminal.export_file import ENDINGS, export_path
-
-    parser = subparsers.add_parser("record")
-    console.add_port_arguments(parser)
-    console.add_seconds_argument(parser)
-    way = parser.add_mutually_exclusive_group()
-    way.add_argument("--append", action="store_true", help=tr("add to the file (only .csv)"))
-    way.add_argument("--force", action="store_true", help=tr("replace the file"))
-    parser.add_argument("file", type=export_path, metavar="FILE", help=", ".join(ENDINGS))
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.terminal.export_file import unwritable_reason
-
     why = unwritable_reason(args.file, appends=args.append, replaces=args.force)
     if why is not None:
         raise console.Refused(why)
-    from app.recordings.library import RecordingLibrary
-    from app.recordings.recorder import Recorder
-    from app.terminal.streaming import StreamSpan, stream
 
     span = StreamSpan(args.seconds)
     session = RecordedSession(Recorder(RecordingLibrary()), span)
@@ -65,23 +48,18 @@ def run(args: argparse.Namespace) -> int:
 class RecordedSession:
     """A recorder between `begin` and `close`."""
 
-    def __init__(self, recorder: "Recorder", span: "StreamSpan") -> None:
+    def __init__(self, recorder: Recorder, span: StreamSpan) -> None:
         self._recorder, self._span = recorder, span
         self._samples = 0
         self.entries: dict[Path, RecordingEntry] = {}
         """More than one after a sleep or a jump of the clock."""
 
-    def begin(self, conversation: "Conversation") -> None:
-        from app import version
-        from app.recordings.recorder import Heading
-
+    def begin(self, conversation: Conversation) -> None:
         connection = conversation.connection
         program = f"DPS-S Configurator {version()}"
         self._recorder.begin(Heading(connection.port, connection.baud_rate, program=program))
 
-    def on_batch(self, batch: "Batch") -> None:
-        from dataclasses import replace
-
+    def on_batch(self, batch: Batch) -> None:
         if self._recorder.is_recording:
             wanted = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
             self._samples += len(wanted)
@@ -89,7 +67,7 @@ class RecordedSession:
             events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
             self._recorder.on_batch(replace(batch, samples=wanted, events=events))
 
-    def on_turn(self, _conversation: "Conversation") -> None:
+    def on_turn(self, _conversation: Conversation) -> None:
         self._note_entry()
         if self._recorder.trouble is not None:
             self._span.is_over = True  # nothing more is recorded: said now, not after the flight
@@ -117,18 +95,12 @@ class RecordedSession:
             self.entries[entry.path] = entry
 
 
-def _is_report(event: "Event") -> bool:
-    from protocol.events import Received
-    from protocol.messages import Status
-
+def _is_report(event: Event) -> bool:
     return isinstance(event, Received) and isinstance(event.message, Status)
 
 
 def export(session: RecordedSession, path: Path, *, appends: bool) -> bool:
     """Write the file, or one for each session; whether they are complete."""
-    from app.recordings.library import entry_of
-    from app.terminal.export_file import STANDARD_OUTPUT, export_and_report
-
     is_whole = session.is_whole and bool(session.entries)
     if not session.entries:
         console.notify(tr("Nothing was recorded."))

@@ -7,55 +7,34 @@ written, or damaged parts were left out.
 """
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from app.recordings.entry_texts import remarks, size_text, when_text
+from app.recordings.library import RecordingEntry, RecordingInUse, RecordingLibrary, recordings_folder
+from app.recordings.old_recordings import convert, convert_in, old_recordings
+from app.recordings.session_format import SUFFIX
 from app.terminal import console
+from app.terminal.export_file import export_and_report
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import error_text, join_names
 from app.text.user_error import UserError
 
-if TYPE_CHECKING:
-    from app.recordings.library import RecordingEntry, RecordingLibrary
-
 LATEST = "latest"
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from app.terminal.export_file import ENDINGS, export_path
-
-    parser = subparsers.add_parser("recordings")
-    acts = parser.add_subparsers(metavar="COMMAND", required=True)
-    listing = acts.add_parser("list", help=tr("Recordings"))
-    console.add_json_argument(listing)
-    listing.set_defaults(run=run_list)
-    export = _add(acts, "export", ", ".join(ENDINGS), run_export)
-    export.add_argument("file", type=export_path, metavar="FILE", help=", ".join(ENDINGS))
-    _add(acts, "restore", tr("restore one from the trash"), run_restore)
-    convert = acts.add_parser("convert", help=tr("of earlier versions, into session files"))
-    convert.add_argument("files", nargs="*", type=Path, metavar="FILE")
-    convert.set_defaults(run=run_convert)
-    console.add_yes_argument(_add(acts, "delete", tr("delete one permanently"), run_delete))
-
-
-def _add(
-    acts: "argparse._SubParsersAction[argparse.ArgumentParser]",
-    name: str,
-    summary: str,
-    run: Callable[[argparse.Namespace], int],
-) -> argparse.ArgumentParser:
-    parser = acts.add_parser(name, help=summary)
-    parser.add_argument("name", metavar="NAME", help=tr("beginning of the name, or latest"))
-    parser.set_defaults(run=run)
-    return parser
+def run(args: argparse.Namespace) -> int:
+    acts = {
+        "list": run_list,
+        "export": run_export,
+        "restore": run_restore,
+        "convert": run_convert,
+        "delete": run_delete,
+    }
+    return acts[args.act](args)
 
 
 def run_list(args: argparse.Namespace) -> int:
-    from app.recordings.library import RecordingLibrary
-
     library = RecordingLibrary()
     entries = (*library.entries(), *library.trashed())
     if args.json:
@@ -69,7 +48,7 @@ def run_list(args: argparse.Namespace) -> int:
     return console.SUCCESS
 
 
-def json_of(entry: "RecordingEntry") -> dict[str, object]:
+def json_of(entry: RecordingEntry) -> dict[str, object]:
     return {
         "name": entry.name,
         "started_at": entry.started_at.isoformat(),
@@ -90,7 +69,7 @@ def json_of(entry: "RecordingEntry") -> dict[str, object]:
     }
 
 
-def _row(entry: "RecordingEntry") -> tuple[str, ...]:
+def _row(entry: RecordingEntry) -> tuple[str, ...]:
     pinned = tr("pinned") if entry.is_pinned else ""
     return (
         entry.name,
@@ -105,9 +84,6 @@ def _row(entry: "RecordingEntry") -> tuple[str, ...]:
 
 
 def run_export(args: argparse.Namespace) -> int:
-    from app.recordings.library import RecordingLibrary
-    from app.terminal.export_file import export_and_report
-
     entry = _found(RecordingLibrary(), args.name)
     try:
         done = export_and_report(entry, args.file)
@@ -118,8 +94,6 @@ def run_export(args: argparse.Namespace) -> int:
 
 
 def run_restore(args: argparse.Namespace) -> int:
-    from app.recordings.library import RecordingLibrary
-
     library = RecordingLibrary()
     entry = _found(library, args.name)
     if not entry.is_trashed:
@@ -133,8 +107,6 @@ def run_restore(args: argparse.Namespace) -> int:
 
 
 def run_delete(args: argparse.Namespace) -> int:
-    from app.recordings.library import RecordingInUse, RecordingLibrary
-
     library = RecordingLibrary()
     entry = _found(library, args.name)
     if not args.yes:
@@ -150,10 +122,6 @@ def run_delete(args: argparse.Namespace) -> int:
 
 
 def run_convert(args: argparse.Namespace) -> int:
-    from app.recordings.library import recordings_folder
-    from app.recordings.old_recordings import convert, convert_in, old_recordings
-    from app.recordings.session_format import SUFFIX
-
     library, files, is_whole = recordings_folder(), list[Path](args.files), True
     for path in files or old_recordings(library):
         target = path.with_suffix(SUFFIX)
@@ -173,11 +141,11 @@ def run_convert(args: argparse.Namespace) -> int:
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
-def _failed(entry: "RecordingEntry", why: str) -> console.Refused:
+def _failed(entry: RecordingEntry, why: str) -> console.Refused:
     return console.Refused(tr("{file}: {why}", file=entry.name, why=why), console.ANSWER_NO)
 
 
-def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry":
+def _found(library: RecordingLibrary, name: str) -> RecordingEntry:
     """The recording of this name. Raises `Refused` if there is none, or several."""
     entries = (*library.entries(), *library.trashed())
     if name == LATEST and entries:

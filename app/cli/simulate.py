@@ -13,8 +13,10 @@ from app.simulator.control_lines import ControlLines, help_text
 from app.simulator.options import OPTIONS, Option, default_text, parse_value, setup_from
 from app.simulator.quirks import Group
 from app.simulator.servers.endpoint import Endpoint, Loop, print_error
+from app.simulator.servers.pty_server import PtyEndpoint
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.terminal import console
+from app.terminal.arguments import expected
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -26,21 +28,11 @@ _EXAMPLES = """\
   sim://NAME?drop=0.2&corrupt=0.01&seed=7"""
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    """Add `simulate` to the command line."""
-    parser = subparsers.add_parser(
-        "simulate",
-        description=tr("Run a simulated module until Ctrl-C. The first line is its port."),
-        usage="%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]",
-        epilog=_epilog(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    add_arguments(parser)
-    parser.set_defaults(run=run)
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `simulate`, in their groups."""
+    parser.description = tr("Run a simulated module until Ctrl-C. The first line is its port.")
+    parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
+    parser.epilog, parser.formatter_class = _epilog(), argparse.RawDescriptionHelpFormatter
     way = parser.add_mutually_exclusive_group()
     way.add_argument("--link", type=Path, metavar="PATH", help=tr("symbolic link to the pseudo-terminal"))
     way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
@@ -74,7 +66,7 @@ def _tcp_address(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     host = host.strip("[]")
     if not host or not port.isdecimal() or int(port) > 0xFFFF:
-        raise console.expected("HOST:PORT")
+        raise expected("HOST:PORT")
     return host, int(port)
 
 
@@ -108,7 +100,6 @@ def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:
     if args.tcp is not None:
         host, port = args.tcp
         return TcpEndpoint(host, port)
-    from app.simulator.servers.pty_server import PtyEndpoint
 
     return PtyEndpoint(args.link, baud_rate=bench.module.baud_rate)
 

@@ -5,38 +5,24 @@ known station; 1 if not; 2 if it is no record or cannot be read.
 """
 
 import argparse
-from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app.archive.chains import ArchivedRecords
+from app.archive.local_facts import find_facts
+from app.records.check_store import CheckStore
+from app.records.verification import RecordState, Verification, verify_file
+from app.stations.known import KnownStation, Stations, is_same_fingerprint
+from app.stations.station import fingerprint_of
+from app.store.audit_chain import check_audit_chain
+from app.store.database import FILE_NAME
+from app.store.store import Store, data_folder
 from app.terminal import console
+from app.terminal.command_journal import open_store_or_notify
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 
-if TYPE_CHECKING:
-    from app.records.verification import Verification
-    from app.stations.known import KnownStation, Stations
-    from app.store.store import Store
-
-
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("verify")
-    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help=".json, .pdf")
-    parser.add_argument("--trust", metavar="FINGERPRINT", help=tr("trust the station that signed FILE"))
-    parser.add_argument("--name", default="", metavar="NAME", help=tr("Name"))
-    parser.add_argument("--forget", metavar="FINGERPRINT", help=tr("stop trusting this station"))
-    parser.add_argument("--revoke", metavar="FINGERPRINT", help=tr("its key is lost or was copied: never trust it"))
-    parser.add_argument("--stations", action="store_true", help=tr("list trusted stations"))
-    parser.add_argument("--log", action="store_true", help=tr("verify the audit log"))
-    parser.set_defaults(run=run)
-
 
 def run(args: argparse.Namespace) -> int:
-    from app.stations.known import Stations
-    from app.store.database import FILE_NAME
-    from app.store.store import data_folder
-    from app.terminal.command_journal import open_store_or_notify
-
     others = (args.forget is not None, args.revoke is not None, args.stations, args.log)
     if sum((args.file is not None, *others)) != 1 or (args.trust is not None and args.file is None):
         choices = "FILE [--trust FINGERPRINT] | --stations | --forget FINGERPRINT | --revoke FINGERPRINT | --log"
@@ -57,13 +43,7 @@ def run(args: argparse.Namespace) -> int:
             store.close()
 
 
-def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None") -> int:
-    from app.archive.chains import ArchivedRecords
-    from app.archive.local_facts import find_facts
-    from app.records.check_store import CheckStore
-    from app.records.verification import RecordState, verify_file
-    from app.store.store import data_folder
-
+def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -> int:
     facts = find_facts(data_folder())
     kept = ArchivedRecords(facts, CheckStore(store.database) if store is not None else None)
     try:
@@ -84,10 +64,7 @@ def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None
     return console.SUCCESS if verification.state is RecordState.INTACT else console.ANSWER_NO
 
 
-def _trust(stations: "Stations", verification: "Verification", fingerprint: str, name: str) -> None:
-    from app.stations.known import is_same_fingerprint
-    from app.stations.station import fingerprint_of
-
+def _trust(stations: Stations, verification: Verification, fingerprint: str, name: str) -> None:
     signer = verification.signer
     if signer is None or verification.altered:
         raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.ANSWER_NO)
@@ -98,14 +75,14 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
     console.note(_line(stations.trust(signer, name)))
 
 
-def _change(found: "KnownStation | None") -> int:
+def _change(found: KnownStation | None) -> int:
     if found is None:
         raise console.Refused(tr("No trusted station has this fingerprint."), console.ANSWER_NO)
     console.note(_line(found))
     return console.SUCCESS
 
 
-def _list(stations: "Stations") -> int:
+def _list(stations: Stations) -> int:
     try:
         stations.make_own()
     except UserError as trouble:
@@ -114,14 +91,12 @@ def _list(stations: "Stations") -> int:
     return console.SUCCESS
 
 
-def _line(station: "KnownStation") -> str:
+def _line(station: KnownStation) -> str:
     revoked = f" ({tr('revoked')})" if station.is_revoked else ""
     return f"{station.fingerprint}  {tr('this computer') if station.is_own else station.name}{revoked}"
 
 
-def _log(store: "Store | None") -> int:
-    from app.store.audit_chain import check_audit_chain
-
+def _log(store: Store | None) -> int:
     if store is None:
         raise console.Refused(tr("No audit log."))
     faults = check_audit_chain(store.database.read)

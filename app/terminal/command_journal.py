@@ -1,22 +1,21 @@
 """Store and audit log of a command."""
 
 from collections.abc import Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from app.engine.ports import list_ports
+from app.engine.reconnect import address_of
+from app.engine.snapshots import Snapshot
+from app.safety.journal import Journal
+from app.store.database import StoreTrouble
+from app.store.store import Store, open_store
+from app.store.store_journal import journal_for
 from app.terminal.console import notify
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
-
-if TYPE_CHECKING:
-    from concurrent.futures import Future
-
-    from app.engine.snapshots import Snapshot
-    from app.safety.journal import Journal
-    from app.store.database import StoreTrouble
-    from app.store.store import Store
 
 ORIGIN = "command line"
 
@@ -25,19 +24,17 @@ ORIGIN = "command line"
 class Records:
     """`store` is None if it cannot be opened, which has been reported; then nothing dangerous is sent."""
 
-    journal: "Journal"
-    store: "Store | None"
+    journal: Journal
+    store: Store | None
     port: str
 
-    def store_snapshot(self, snapshot: "Snapshot") -> "Future[int] | None":
+    def store_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
         store = self.store
         if store is None:
             return None
 
         def keep() -> int:
-            from app.store.database import StoreTrouble
-
             try:
                 return store.store_snapshot(snapshot, port=self.port)
             except StoreTrouble as error:
@@ -47,18 +44,13 @@ class Records:
         return store.queue.submit(keep)
 
 
-def open_store_or_notify(consequence: str = "") -> "Store | None":
+def open_store_or_notify(consequence: str = "") -> Store | None:
     """The store; None if it cannot be opened, which is reported with `consequence`."""
-    from app.store.database import StoreTrouble
-
     store = _opened(consequence)
     return None if isinstance(store, StoreTrouble) else store
 
 
-def _opened(consequence: str = "") -> "Store | StoreTrouble":
-    from app.store.database import StoreTrouble
-    from app.store.store import open_store
-
+def _opened(consequence: str = "") -> Store | StoreTrouble:
     try:
         store = open_store()
     except StoreTrouble as error:
@@ -71,8 +63,6 @@ def _opened(consequence: str = "") -> "Store | StoreTrouble":
 
 def adapter_of(port: str) -> str:
     """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
-    from app.engine.ports import list_ports
-    from app.engine.reconnect import address_of
 
     try:
         return address_of(port, list_ports()).identity
@@ -82,9 +72,6 @@ def adapter_of(port: str) -> str:
 
 @contextmanager
 def records_of(port: str, adapter: str = "") -> Iterator[Records]:
-    from app.store.database import StoreTrouble
-    from app.store.store_journal import journal_for
-
     opened = _opened()
     store = None if isinstance(opened, StoreTrouble) else opened
     try:

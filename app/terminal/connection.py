@@ -17,7 +17,8 @@ from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
 from app.procedures.handshake import NoAnswer, handshake
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
-from app.terminal.console import NO_LINK, USUAL_RATE, Refused, clear_progress, notify, show_progress, verbosity
+from app.terminal.arguments import USUAL_RATE
+from app.terminal.console import NO_LINK, Refused, clear_progress, notify, show_progress, verbosity
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
 from app.text.sentences import join_sentences

@@ -6,28 +6,23 @@ else: English, UTF-8, whatever the system's language.
 
 import argparse
 import errno
-import math
 import os
-import re
 import shutil
 import sys
 import threading
 import time
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import partial
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from app.terminal.colours import has_colours, shown_line
-from app.text.i18n import CHINESE, language, tr
+from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import error_text, in_brackets
 from app.text.user_error import UserError
 from app.text.visible_text import NEWLINE, visible, visible_json
-
-if TYPE_CHECKING:
-    from _typeshed import SupportsWrite
 
 SUCCESS = 0
 ANSWER_NO = 1
@@ -38,47 +33,8 @@ NO_LINK = 3
 PARTIAL = 4
 """Done in part."""
 
-_HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
-AUTO = "auto"
-RATES = (115200, 57600, 38400, 19200, 9600, 4800)
-"""`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
-USUAL_RATE = 115200
-MAX_NAME_LENGTH = 200
 PROGRESS_AFTER_S = 0.5
 """Shorter work shows no progress."""
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose messages, which repeat what was typed, cannot contain control characters."""
-
-    def parse_known_args(  # type: ignore[override]
-        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
-    ) -> tuple[argparse.Namespace, list[str]]:
-        """Refuses unknown words itself, so that the usage shown is that of the sub-command."""
-        found, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            word = next((one for one in unknown if one.startswith("-")), "")
-            self.error(tr("unrecognized arguments: %s") % " ".join(unknown)
-                       + did_you_mean(word.partition("=")[0], self._option_string_actions))  # fmt: skip
-        return found, unknown
-
-    def _check_value(self, action: argparse.Action, value: object) -> None:
-        try:
-            super()._check_value(action, value)
-        except argparse.ArgumentError as error:
-            error.message += did_you_mean(str(value), map(str, action.choices or ()))
-            raise
-
-    def format_help(self) -> str:
-        """Headings end with a full-width colon in Chinese; argparse appends the colon itself."""
-        text = super().format_help()
-        return _HEADING.sub(r"\1：", text) if language() == CHINESE else text
-
-    def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
-        # Older releases of Python 3.11 let a message that cannot be written change the exit code.
-        with suppress(AttributeError, OSError):
-            super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
-        _flush_messages()
 
 
 def did_you_mean(word: str, offered: Iterable[str]) -> str:
@@ -87,21 +43,6 @@ def did_you_mean(word: str, offered: Iterable[str]) -> str:
 
     similar = get_close_matches(word, list(offered), n=1)
     return in_brackets(tr("did you mean {name}?", name=similar[0])) if similar else ""
-
-
-class _Once(argparse.Action):
-    """Refused where it is given twice: who locks two ports with one command would find only the last one locked."""
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: object,
-        option_string: str | None = None,
-    ) -> None:
-        if getattr(namespace, self.dest) is not None:
-            parser.error(tr("{name} is given twice.", name=option_string))
-        setattr(namespace, self.dest, values)
 
 
 class Refused(UserError):
@@ -116,83 +57,10 @@ class OutputLost(Exception):
     """Standard output cannot be written, such as on a full disk."""
 
 
-def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
-    """With `takes_several`, `port` is a list if it was given."""
-    parser.add_argument("-p", "--port", type=_port, action="append" if takes_several else _Once, metavar="P",
-                        help=tr("port, socket:// or sim://; default: DPS_S_PORT or the only adapter"))  # fmt: skip
-    rates = "|".join(map(str, (*RATES, AUTO))) + f" [{USUAL_RATE}]"
-    parser.add_argument(
-        "-b", "--baud", type=_rate, default=USUAL_RATE, metavar="N", help=tr("baud rate: {rates}", rates=rates)
-    )
-
-
-def add_verbosity_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add -v and --quiet to `parser` and to the parsers of its sub-commands."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for one in action.choices.values():
-                add_verbosity_arguments(one)
-    # Without a default: that of a sub-command's parser would replace an option given before the command.
-    parser.add_argument("-v", "--verbose", action="count", default=argparse.SUPPRESS,
-                        help=tr("show requests; -vv: every frame"))  # fmt: skip
-    parser.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=tr("errors and warnings only"))
-
-
-def add_json_argument(parser: argparse._ActionsContainer) -> None:
-    parser.add_argument("--json", action="store_true", help="JSON")
-
-
-def add_module_argument(parser: argparse.ArgumentParser, text: str) -> None:
-    """The name of a module; an empty one is refused, as it would name none."""
-    parser.add_argument("--module", type=_name, metavar="NAME", help=text)
-
-
-def add_yes_argument(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--yes", action="store_true", help=tr("carry it out (otherwise only shown)"))
-
-
-def add_seconds_argument(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds"))
-
-
 def refuse_without(option: str) -> int:
     """Print which option is missing; returns the exit code."""
     notify(tr("Nothing was done. Add {option} to do it.", option=option))
     return USAGE_ERROR
-
-
-def expected(what: str) -> argparse.ArgumentTypeError:
-    """The error for argparse: which form of argument was expected."""
-    return argparse.ArgumentTypeError(tr("expected {expected}", expected=what))
-
-
-def _name(text: str) -> str:
-    if not text.strip() or len(text) > MAX_NAME_LENGTH:
-        raise expected(f"NAME (≤ {MAX_NAME_LENGTH})")
-    return text
-
-
-def _port(text: str) -> str:
-    if not text.strip():
-        raise expected("P")
-    return text
-
-
-def _rate(text: str) -> int | None:
-    """The rate; None for "auto"."""
-    if text.lower() == AUTO:
-        return None
-    if text.isdecimal() and int(text) in RATES:
-        return int(text)
-    raise expected("|".join(map(str, (*RATES, AUTO))))
-
-
-def seconds(text: str) -> float:
-    """A time above 0, for argparse."""
-    with suppress(ValueError):
-        if 0 < (value := float(text)) < math.inf:
-            return value
-    raise expected("S > 0")
 
 
 # Printing
@@ -227,7 +95,7 @@ def notify(sentence: str) -> None:
         print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
 
 
-def _flush_messages() -> None:
+def flush_messages() -> None:
     with _ignoring_errors():
         sys.stderr.flush()
 

@@ -3,7 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from app.terminal.console import clear_progress, expected, notify, show_progress, write, write_lines
+from app.terminal.arguments import expected
+from app.terminal.console import clear_progress, notify, show_progress, write, write_lines
 from app.text.i18n import tr
 from app.text.sentences import not_written
 

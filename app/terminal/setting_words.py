@@ -2,33 +2,27 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app.procedures.write_all import SettingChange
+from app.settings.profile_file import read_profile
+from app.settings.values import parse_value
 from app.terminal.console import Refused, did_you_mean
 from app.text.i18n import tr
 from app.text.user_error import UserError
-
-if TYPE_CHECKING:
-    from app.procedures.write_all import SettingChange
-    from protocol.fields import Value
+from protocol.catalogue import SETTINGS
+from protocol.fields import Value
 
 
-def settings_of_profile(path: Path) -> "Mapping[str, Value]":
+def settings_of_profile(path: Path) -> Mapping[str, Value]:
     """The settings of a profile by key. Raises `UserError` where it holds none or is none."""
-    from app.settings.profile_file import read_profile
-
     settings = read_profile(path).settings
     if not settings:
         raise Refused(tr("{path} holds no settings.", path=path))
     return settings
 
 
-def parse_settings(words: Sequence[str]) -> "list[SettingChange]":
+def parse_settings(words: Sequence[str]) -> list[SettingChange]:
     """Parse and check all words. Raises `Refused` with all errors."""
-    from app.procedures.write_all import SettingChange
-    from app.settings.values import parse_value
-    from protocol.catalogue import SETTINGS
-
     offered = {command.key: command for command in SETTINGS}
     wishes: dict[str, SettingChange] = {}
     faults: list[str] = []
@@ -52,7 +46,7 @@ def parse_settings(words: Sequence[str]) -> "list[SettingChange]":
     return list(wishes.values())
 
 
-def typed(value: "Value | None") -> str:
+def typed(value: Value | None) -> str:
     """The value as it is typed."""
     if value is None:
         return tr("unknown")

@@ -1,35 +1,31 @@
 """Stores trigger records under the name of their module and reports new ones."""
 
 from contextlib import closing
-from typing import TYPE_CHECKING
 
+from app.engine.identity import Identity, IdentityEvidence, Trust, same_module
 from app.engine.procedure import Procedure
 from app.procedures.history import History
+from app.procedures.settings_reading import read_settings
+from app.records.check_store import CheckStore
+from app.settings.identity_words import differences
+from app.store.database import StoreTrouble
+from app.store.store import Store
 from app.terminal.command_journal import open_store_or_notify
+from app.terminal.connection import Conversation
 from app.terminal.console import note, notify
 from app.text.i18n import tr
+from app.text.messages import clean
 from app.text.sentences import join_names, join_sentences
 
-if TYPE_CHECKING:
-    from app.engine.identity import IdentityEvidence
-    from app.store.store import Store
-    from app.terminal.connection import Conversation
 
-
-def read_evidence() -> Procedure["IdentityEvidence"]:
+def read_evidence() -> Procedure[IdentityEvidence]:
     """Read boot count and settings, by which modules are told apart."""
-    from app.engine.identity import IdentityEvidence
-    from app.procedures.settings_reading import read_settings
-
     reading = yield from read_settings()
     return IdentityEvidence(reading.boot_count, reading.values)
 
 
-def may_be_another(conversation: "Conversation", store: "Store | None", module: str) -> bool:
+def may_be_another(conversation: Conversation, store: Store | None, module: str) -> bool:
     """Whether its readings refute that it is the module of this name, which is reported. Sends queries only."""
-    from app.store.database import StoreTrouble
-    from app.text.messages import clean
-
     name = clean(module.strip())
     try:
         past = store.module_named(name) if store is not None else None
@@ -44,16 +40,13 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
 
 
 def store_visit(
-    history: History, module: str, *, port: str, found: "IdentityEvidence", is_same_module: bool = False
+    history: History, module: str, *, port: str, found: IdentityEvidence, is_same_module: bool = False
 ) -> bool:
     """Store the records of this reading; False if the module may be another one, or the store cannot be used. Errors
     are printed, never raised.
 
     `is_same_module`: confirmed by a person.
     """
-    from app.records.check_store import CheckStore
-    from app.store.database import StoreTrouble
-    from app.text.messages import clean
 
     name = clean(module.strip())
     if not name:
@@ -91,11 +84,8 @@ def _notify_other_module(module: str, differences: str) -> None:
            module=module, differences=differences))  # fmt: skip
 
 
-def _against(known: "IdentityEvidence", found: "IdentityEvidence", *, do_records_follow: bool = True) -> list[str]:
+def _against(known: IdentityEvidence, found: IdentityEvidence, *, do_records_follow: bool = True) -> list[str]:
     """What refutes the person's word that it is the module of that name."""
-    from app.engine.identity import Identity, Trust, same_module
-    from app.settings.identity_words import differences
-
     trust = same_module(known, found, do_records_follow=do_records_follow, is_said=True)
     if trust is Trust.PROVEN:
         return []

@@ -1,6 +1,5 @@
 """Malicious addresses, names and files are refused or shown as they are, in bounded time, and never obeyed."""
 
-import argparse
 import json
 import os
 import subprocess
@@ -20,6 +19,7 @@ from app.settings.profile_file import ProfileRefused, parse_profile, read_profil
 from app.settings.profiles import Profile
 from app.system.files import write_whole
 from app.terminal import console
+from app.terminal.arguments import Parser
 from app.text.user_error import UserError
 from app.text.visible_text import visible, visible_json
 from protocol.frame import Noise
@@ -236,9 +236,9 @@ def test_the_name_of_an_adapter_cannot_control_the_terminal(
 
 
 def test_messages_of_argparse_are_escaped_too(capsys: pytest.CaptureFixture[str]) -> None:
-    parser: argparse.ArgumentParser = console.Parser(prog=f"dps-s{ESCAPE}")
+    parser = Parser(prog=f"dps-s{ESCAPE}")
     with pytest.raises(SystemExit):
-        parser.parse_args([ESCAPE])
+        parser.parse_words([ESCAPE])
     assert capsys.readouterr().err.replace("\n", "").isprintable()
 
 

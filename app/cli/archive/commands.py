@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from app.cli.archive.opened import member_json, opened_archive, shown_member, shown_station
 from app.cli.archive.report import add_report_parser
 from app.terminal import console
+from app.terminal.arguments import JSON, VERBOSITY, Parser
 from app.text.i18n import tr
 from app.text.user_error import UserError
 
@@ -27,11 +28,15 @@ EXAMPLE = "postgresql://USER@HOST/DATABASE"
 SHOWN_REFUSALS = 20
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("archive")
+def run(args: argparse.Namespace) -> int:
+    code: int = args.run(args)
+    return code
+
+
+def add_arguments(parser: Parser) -> None:
     acts = parser.add_subparsers(metavar="COMMAND", required=True)
 
-    def add(name: str, summary: str, run: Callable[[argparse.Namespace], int]) -> argparse.ArgumentParser:
+    def add(name: str, summary: str, run: Callable[[argparse.Namespace], int]) -> Parser:
         act = acts.add_parser(name, help=summary)
         act.set_defaults(run=run)
         return act
@@ -46,7 +51,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         one.add_argument("file", type=Path, metavar="FILE")
     status = add("status", tr("Status"), run_status)
     for one in (status, sync, export, importing, add("conflicts", tr("list possible duplicates"), run_conflicts)):
-        console.add_json_argument(one)
+        JSON(one)
     settle = add("settle", tr("settle whether two modules are one"), run_settle)
     settle.add_argument("one", metavar="STATION/NAME")
     settle.add_argument("other", metavar="STATION/NAME")
@@ -56,6 +61,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     settle.add_argument("--name", default="", metavar="NAME", help=tr("Name"))
     settle.add_argument("--who", required=True, metavar="WHO", help=tr("name of the person who decides"))
     add_report_parser(acts)
+    for act in acts.choices.values():
+        for describe in VERBOSITY:
+            describe(act)
 
 
 def run_status(args: argparse.Namespace) -> int:

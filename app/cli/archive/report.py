@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 
 from app.cli.archive.opened import member_json, opened_archive, shown_station
 from app.terminal import console
+from app.terminal.arguments import JSON, Parser, expected, module_of
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,17 +25,17 @@ FLEET_HEAD = (
 LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
 
 
-def add_report_parser(acts: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def add_report_parser(acts: "argparse._SubParsersAction[Parser]") -> None:
     from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS
 
     report = acts.add_parser("report", help=tr("print all modules, or one"))
-    console.add_module_argument(report, tr("Module"))
+    module_of(marked("Module"))(report)
     for name, days in (("--check-days", CHECK_DAYS), ("--test-days", TEST_DAYS)):
         report.add_argument(
             name, type=_days, default=days, metavar="N", help=tr("due after N days [{days}]", days=days)
         )
     form = report.add_mutually_exclusive_group()
-    console.add_json_argument(form)
+    JSON(form)
     form.add_argument("--csv", action="store_true", help="CSV")
     report.set_defaults(run=run)
 
@@ -41,7 +43,7 @@ def add_report_parser(acts: "argparse._SubParsersAction[argparse.ArgumentParser]
 def _days(text: str) -> int:
     if text.isdecimal() and 0 < int(text[:9]) <= 100_000:
         return int(text)
-    raise console.expected("N > 0")
+    raise expected("N > 0")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -5,9 +5,10 @@ The script is static: pressing Tab starts no program.
 
 import argparse
 
+from app.cli.commands import complete_parser
 from app.terminal import console
+from app.terminal.arguments import AUTO, RATES, Parser
 
-SHELLS = ("bash", "zsh", "fish", "powershell")
 _FILE_METAVARS = ("FILE", "DIR", "PATH", "LOG", "P", "HEX")
 """Of arguments that name a file, a folder or a port."""
 _SETTINGS_FUNCTION = "_dps_s_settings"
@@ -47,20 +48,18 @@ fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish
 powershell   dps-s completion powershell >> $PROFILE"""
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("completion", epilog=_INSTALL, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("shell", choices=SHELLS)
-    parser.set_defaults(run=run, parser=None)
+def add_arguments(parser: Parser) -> None:
+    parser.epilog, parser.formatter_class = _INSTALL, argparse.RawDescriptionHelpFormatter
+    parser.add_argument("shell", choices=("bash", "zsh", "fish", "powershell"))
 
 
 def run(args: argparse.Namespace) -> int:
-    """`args.parser` knows all commands; `app.__main__` sets it."""
     import shtab
 
-    settings = _setting_arguments()
-    _add_choices(args.parser, settings)
+    parser, settings = complete_parser(), _setting_arguments()
+    _add_choices(parser, settings)
     preamble = _PREAMBLES[args.shell].replace("WORDS", " ".join(settings))
-    script = shtab.complete(args.parser, args.shell, preamble=preamble)
+    script = shtab.complete(parser, args.shell, preamble=preamble)
     console.write(script.replace("-F _shtab_dps_s dps-s", "-F _dps_s dps-s") + "\n")
     return console.SUCCESS
 
@@ -96,7 +95,7 @@ def _add_choices(parser: argparse.ArgumentParser, settings: list[str]) -> None:
                     action._choices_actions.append(action._ChoicesPseudoAction(name, (), one.description))
                 _add_choices(one, settings)
         elif "--baud" in action.option_strings:
-            action.choices = (*map(str, console.RATES), console.AUTO)
+            action.choices = (*map(str, RATES), AUTO)
         elif metavar == "yes|no" or metavar.startswith("{"):
             action.choices = metavar.strip("{}").replace("|", ",").split(",")
         elif metavar == "NAME=VALUE":

@@ -5,21 +5,11 @@ Of a module only the settings of the profile are compared; what it cannot tell i
 """
 
 import argparse
-from pathlib import Path
 
 from app.cli.settings.save import read_module
 from app.terminal import console
 from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
-
-
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("diff")
-    parser.add_argument("file", type=Path, metavar="FILE", help=tr("profile"))
-    parser.add_argument("other", type=Path, nargs="?", metavar="FILE", help=tr("profile; without it the module"))
-    console.add_port_arguments(parser)
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

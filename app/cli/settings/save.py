@@ -7,15 +7,23 @@ if the file exists and --force is missing; 3 without a link; 4 if some were not 
 import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app.engine.setting_changes import READABLE_SETTINGS
+from app.preflight.reading_object import SETTING_KEYS
+from app.procedures.settings_reading import read_settings
+from app.settings.fingerprint import fingerprint
+from app.settings.profile_file import profile_text
+from app.settings.profiles import MAX_NAME_LENGTH, Profile
+from app.system.files import write_whole
 from app.terminal import console
+from app.terminal.command_journal import adapter_of
+from app.terminal.connection import connected, module_is_silent
 from app.text.i18n import tr
+from app.text.messages import clean
 from app.text.sentences import join_names, not_written
-
-if TYPE_CHECKING:
-    from protocol.fields import Value
+from protocol.fields import Value
 
 STANDARD_OUTPUT = "-"
 
@@ -27,22 +35,11 @@ class ModuleSettings:
     port: str
     baud_rate: int
     boot_count: int | None
-    values: "Mapping[str, Value]"
+    values: Mapping[str, Value]
     missing: Mapping[str, str]
 
 
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = subparsers.add_parser("save")
-    parser.add_argument("file", metavar="FILE.toml", help=tr("profile to write, or - for standard output"))
-    console.add_module_argument(parser, tr("name of the profile"))
-    parser.add_argument("--force", action="store_true", help=tr("replace the file"))
-    console.add_port_arguments(parser)
-    parser.set_defaults(run=run)
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.system.files import write_whole
-
     path = Path(args.file)
     if args.file != STANDARD_OUTPUT and path.exists() and not args.force:
         raise console.Refused(tr("{file} exists: use --force.", file=path))
@@ -61,8 +58,6 @@ def run(args: argparse.Namespace) -> int:
 
 def notify_missing(found: ModuleSettings) -> int:
     """Print the readable settings that were not read; returns the exit code."""
-    from app.engine.setting_changes import READABLE_SETTINGS
-
     missing = [command.key for command in READABLE_SETTINGS if command.key in found.missing]
     if not missing:
         return console.SUCCESS
@@ -72,10 +67,6 @@ def notify_missing(found: ModuleSettings) -> int:
 
 def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     """Raises `Refused` where the module answered nothing or the link was lost."""
-    from app.preflight.reading_object import SETTING_KEYS
-    from app.procedures.settings_reading import read_settings
-    from app.terminal.connection import connected, module_is_silent
-
     with connected(port, baud_rate) as conversation:
         reading = conversation.run(read_settings())
         rate = conversation.baud_rate
@@ -97,14 +88,6 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
 
 def text_of(found: ModuleSettings, name: str) -> str:
     """The profile, in English, with its origin as comments."""
-    from datetime import datetime
-
-    from app.settings.fingerprint import fingerprint
-    from app.settings.profile_file import profile_text
-    from app.settings.profiles import MAX_NAME_LENGTH, Profile
-    from app.terminal.command_journal import adapter_of
-    from app.text.messages import clean
-
     code = fingerprint(found.values)
     origin = [
         f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",

@@ -13,38 +13,27 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app.cli.settings.save import notify_missing, read_module
+from app.procedures.write import SetReply, WriteFault, Written
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
+from app.safety.acts import Act
+from app.safety.consequences import Weight, consequences
+from app.safety.interlocks import Interlock, Refusal
+from app.safety.permit import Origin, Permit
+from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
 from app.terminal.colours import Colour, coloured
+from app.terminal.command_journal import adapter_of, records_of
+from app.terminal.connection import LinkTrouble, connected
 from app.terminal.interruption import Interruption
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
+from app.text.messages import UserMessage, joined, message
 from app.text.sentences import join_names
+from protocol.catalogue import Command
+from protocol.fields import Value
 from protocol.translatable import marked
-
-if TYPE_CHECKING:
-    from app.procedures.write import Written
-    from app.procedures.write_all import SettingChange, WriteReport
-    from app.safety.interlocks import Refusal
-    from app.text.messages import UserMessage
-    from protocol.catalogue import Command
-    from protocol.fields import Value
-
-
-def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    from app.preflight.reading_object import SETTING_KEYS
-
-    parser = subparsers.add_parser("set")
-    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=", ".join(SETTING_KEYS) + "; true|false")
-    parser.add_argument("--profile", metavar="FILE", help=tr("all settings of this profile"))
-    parser.add_argument("--accept-risk", action="store_true",
-                        help=tr("write values that take protection away"))  # fmt: skip
-    parser.add_argument("--dry-run", action="store_true", help=tr("only show what would change"))
-    parser.add_argument("--unlock", action="store_true", help=tr("write although the module may fire"))
-    console.add_port_arguments(parser)
-    console.add_json_argument(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -65,10 +54,8 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if report.is_fine else console.ANSWER_NO
 
 
-def _show(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> int:
+def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     """Read the settings and print what would change; sends queries only."""
-    from app.cli.settings.save import notify_missing, read_module
-
     found = read_module(args.port, args.baud)
     before = found.values
     rows = [(wish.command.key, before.get(wish.command.key), wish.value) for wish in wishes]
@@ -87,36 +74,25 @@ def _show(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> int:
     return notify_missing(found)
 
 
-def _requested_values(words: Sequence[str], profile: str | None) -> "list[SettingChange]":
+def _requested_values(words: Sequence[str], profile: str | None) -> list[SettingChange]:
     if bool(words) == (profile is not None):
         raise console.Refused(tr("expected {expected}", expected="NAME=VALUE … | --profile FILE"))
     if profile is None:
         return parse_settings(words)
-    from app.procedures.write_all import SettingChange
-    from app.settings.profiles import SETTINGS_BY_KEY
 
     return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings_of_profile(Path(profile)).items()]
 
 
-def _warn(wishes: "Sequence[SettingChange]") -> None:
+def _warn(wishes: Sequence[SettingChange]) -> None:
     """What a value takes away is told, accepted or not."""
-    from app.safety.consequences import Weight, consequences
-
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):
             if consequence.weight is not Weight.PLAIN:
                 console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 
-def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tuple[WriteReport, str | None]":
+def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[WriteReport, str | None]:
     """The results in the order of `wishes`, and a sentence if the link was lost."""
-    from app.procedures.write import SetReply, WriteFault, Written
-    from app.procedures.write_all import WriteContext, WriteReport, unconfirmed, write_all
-    from app.safety.acts import Act
-    from app.safety.permit import Origin, Permit
-    from app.terminal.command_journal import adapter_of, records_of
-    from app.terminal.connection import LinkTrouble, connected
-
     heard: list[Written] = []
     begun: list[Command] = []
     report: WriteReport | None = None
@@ -161,11 +137,11 @@ def _write(wishes: "Sequence[SettingChange]", args: argparse.Namespace) -> "tupl
     return replace(report, before=before, results=tuple(found[wish.command] for wish in wishes)), link.sentence
 
 
-def _is_last(wish: "SettingChange") -> bool:
+def _is_last(wish: SettingChange) -> bool:
     return wish.command.key == "baud_rate"
 
 
-def _tell_interrupted(heard: "WriteReport", sent: "Sequence[SettingChange]", begun: "Sequence[Command]") -> None:
+def _tell_interrupted(heard: WriteReport, sent: Sequence[SettingChange], begun: Sequence[Command]) -> None:
     """`sent` in the order of writing, one after the other."""
     doubtful, unsent = tr("Interrupted; may have been carried out."), tr("not sent: {why}", why=tr("interrupted"))
     left = [wish.command for wish in sent[len(heard.results) :]]
@@ -174,10 +150,7 @@ def _tell_interrupted(heard: "WriteReport", sent: "Sequence[SettingChange]", beg
         console.notify(line)
 
 
-def why_not_verified(written: "Written", refusals: "Sequence[Refusal]") -> "UserMessage | None":
-    from app.procedures.write import WriteFault
-    from app.text.messages import joined, message
-
+def why_not_verified(written: Written, refusals: Sequence[Refusal]) -> UserMessage | None:
     fault = written.fault
     if fault is WriteFault.NO_REPLY and written.waited_s is not None:
         return message(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
@@ -186,20 +159,15 @@ def why_not_verified(written: "Written", refusals: "Sequence[Refusal]") -> "User
     return None if fault is None else message(fault.value)
 
 
-def _is_link_lost(written: "Written", refusals: "Sequence[Refusal]") -> bool:
-    from app.procedures.write import SetReply, WriteFault
-    from app.safety.interlocks import Interlock
-
+def _is_link_lost(written: Written, refusals: Sequence[Refusal]) -> bool:
     is_refused = written.fault is WriteFault.NOT_ALLOWED and all(
         one.condition is not Interlock.ONLINE for one in refusals
     )
     return written.heard is SetReply.NOT_SENT and not is_refused
 
 
-def json_of(report: "WriteReport") -> dict[str, object]:
+def json_of(report: WriteReport) -> dict[str, object]:
     """The object of `dps-s set --json`."""
-    from app.procedures.write import SetReply
-
     results: dict[str, object] = {}
     for one in report.results:
         is_needed, why = one.heard is not SetReply.UNNEEDED, why_not_verified(one, report.refusals)
@@ -221,11 +189,11 @@ def json_of(report: "WriteReport") -> dict[str, object]:
 
 
 def _result(
-    wanted: "Value",
-    before: "Value | None",
+    wanted: Value,
+    before: Value | None,
     *,
     acknowledged: bool | None = None,
-    read_back: "Value | None" = None,
+    read_back: Value | None = None,
     verified: bool | None = None,
     verified_age_s: float | None = None,
     error: str | None = None,
@@ -236,7 +204,7 @@ def _result(
     }  # fmt: skip
 
 
-def _remarks(report: "WriteReport") -> list[str]:
+def _remarks(report: WriteReport) -> list[str]:
     """Sentences about settings that were not written: changed, or not read."""
     changed = [f"{one.command.key} {typed(one.before)} → {typed(one.after)}" for one in report.changed]
     unread = [one.key for one in report.unread]
@@ -246,7 +214,7 @@ def _remarks(report: "WriteReport") -> list[str]:
     ]
 
 
-def page_of(report: "WriteReport") -> list[str]:
+def page_of(report: WriteReport) -> list[str]:
     rows = [
         (one.command.key, _sentence(one, report.before.get(one.command.key), why_not_verified(one, report.refusals)))
         for one in report.results
@@ -255,9 +223,7 @@ def page_of(report: "WriteReport") -> list[str]:
     return [coloured(line, tone) for line, tone in zip(console.columns(rows), tones, strict=True)]
 
 
-def _sentence(written: "Written", before: "Value | None", why: "UserMessage | None") -> str:
-    from app.procedures.write import SetReply
-
+def _sentence(written: Written, before: Value | None, why: UserMessage | None) -> str:
     wanted = typed(written.wanted)
     if why is not None:
         stands = "" if written.stands is None else f" → {typed(written.stands)}"

@@ -159,7 +159,7 @@ def test_redirected_output_on_windows_is_utf_8(monkeypatch: pytest.MonkeyPatch) 
 
 def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     one = port_list.PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
-    monkeypatch.setattr(port_list, "list_ports", lambda: [one])
+    monkeypatch.setattr("app.cli.ports.list_ports", lambda: [one])
     assert program.main(["ports", "--json"]) == 0
     out = capsys.readouterr().out
     assert json.loads(out) == {
@@ -185,14 +185,14 @@ def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
 
 
 def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(port_list, "list_ports", list)
+    monkeypatch.setattr("app.cli.ports.list_ports", list)
     assert program.main(["ports"]) == 0
     assert "There is no serial port." in capsys.readouterr().err
 
     def fail() -> list[port_list.PortInfo]:
         raise UserError(NOT_LISTED)
 
-    monkeypatch.setattr(port_list, "list_ports", fail)
+    monkeypatch.setattr("app.cli.ports.list_ports", fail)
     assert program.main(["ports", "--json"]) == 3
     assert capsys.readouterr().out == ""
     assert program.main(["ports"]) == 3

@@ -22,6 +22,7 @@ from app.settings.values import parse_value
 from app.terminal import console
 from app.terminal import read_report as found
 from app.terminal import record_table as records
+from app.terminal.arguments import RATES, seconds
 from app.terminal.setting_words import parse_settings
 from app.text import i18n
 from app.text.durations import stopwatch
@@ -123,7 +124,7 @@ def test_setting_keys_are_the_catalogues() -> None:
         "attitude_trigger", "freefall_trigger", "serial_output", "baud_rate",
     )  # fmt: skip
     assert set(SETTING_KEYS) == {command.key for command in SETTINGS}
-    assert console.RATES == BAUD_RATES
+    assert RATES == BAUD_RATES
 
 
 def test_the_page_shows_units_and_says_unknown() -> None:
@@ -334,4 +335,4 @@ def test_json_of_a_broken_name_is_json() -> None:
 @pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "soon"])
 def test_seconds_are_above_zero(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError):
-        console.seconds(text)
+        seconds(text)

@@ -1,6 +1,5 @@
 """`dps-s decode`: the lines, the exit codes, and bytes as people write them."""
 
-import argparse
 import io
 import json
 import os
@@ -11,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli import decode
-from app.terminal import console
+from app import __main__ as program
 from tests.support.line.vectors import BY_ID, VALID, Vector
 
 ROOT = Path(__file__).parents[3]
@@ -22,16 +20,7 @@ LIKE_A_VOLTAGE = BY_ID["trigger-record-that-begins-like-a-voltage"].hex
 
 
 def run(*words: str) -> int:
-    """The sub-command's exit code, as `dps-s` would get it."""
-    parser = argparse.ArgumentParser(prog="dps-s")
-    decode.add_parser(parser.add_subparsers())
-    args = parser.parse_args(["decode", *words])
-    try:
-        code: int = args.run(args)
-    except console.Refused as refused:
-        console.notify(refused.sentence)
-        return refused.exit_code
-    return code
+    return program.main(["decode", *words])
 
 
 def objects(text: str) -> list[dict[str, object]]:
@@ -166,9 +155,7 @@ def test_no_bytes_at_all_is_a_wrong_use(capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_a_name_that_is_no_command_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        run("--asked", "voltage", "41")
-    assert stopped.value.code == 2
+    assert run("--asked", "voltage", "41") == 2
     assert "cell_voltage" in capsys.readouterr().err
 
 

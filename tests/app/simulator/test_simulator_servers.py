@@ -18,6 +18,7 @@ import pytest
 import serial
 
 from app.cli import simulate
+from app.cli.commands import BY_NAME
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
 from app.simulator.control_lines import execute
@@ -31,10 +32,6 @@ ASK = STATUS.query().encode()
 ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
 ROOT = Path(__file__).parents[3]
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
-ENTRY = (
-    "import argparse, sys; from app.cli import simulate; p = argparse.ArgumentParser(); "
-    "simulate.add_parser(p.add_subparsers()); a = p.parse_args(); sys.exit(a.run(a))"
-)
 
 
 @contextmanager
@@ -226,9 +223,7 @@ def test_each_way_to_the_module_has_the_gap_half_duplex_and_the_lag(
 
 
 def parse(*words: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    simulate.add_parser(parser.add_subparsers())
-    return parser.parse_args(["simulate", *words])
+    return BY_NAME["simulate"].parser().parse_words(words)
 
 
 def test_every_option_is_on_the_command_line_and_in_its_help(capsys: pytest.CaptureFixture[str]) -> None:
@@ -257,7 +252,7 @@ def test_no_port_to_be_had_is_code_3() -> None:
     try:
         args = parse("--tcp", f"127.0.0.1:{endpoint.port}")
         with pytest.raises(Refused) as refused:
-            args.run(args)
+            simulate.run(args)
     finally:
         endpoint.unplug()
     assert refused.value.exit_code == 3
@@ -269,7 +264,7 @@ def test_no_port_to_be_had_is_code_3() -> None:
 def test_the_program_prints_the_port_obeys_lines_and_ends_cleanly(tmp_path: Path, number: signal.Signals) -> None:
     link = tmp_path / "module"
     with subprocess.Popen(
-        [sys.executable, "-c", ENTRY, "simulate", "--link", str(link), "--boots", "9"],
+        [sys.executable, "-m", "app", "simulate", "--link", str(link), "--boots", "9"],
         cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
     ) as program:  # fmt: skip

@@ -7,11 +7,11 @@ import time
 
 import pytest
 
-import app.__main__ as program
-from app.cli.commands import ENTRIES, SubCommand
+from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.cli.settings import set as setting
 from app.procedures.write_all import WriteReport
 from app.terminal import command_journal
+from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.cli_line import run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -30,7 +30,23 @@ def test_every_command_shows_an_example_that_it_takes(entry: SubCommand, capsys:
     assert f"Example: dps-s {entry.example}" in run_here(capsys, [entry.name, "--help"]).out
     words = entry.example.split()
     assert words[0] == entry.name
-    program._parser_of(entry.module).parse_args(words)
+    entry.parser().parse_words(words[1:])
+
+
+@pytest.mark.parametrize(
+    ("words", "attribute"),
+    [("set a=1 --json b=2", "wishes"), ("decode 41 --json 75", "hex"), ("fired a --must b", "logs")],
+)
+def test_options_may_stand_between_other_words(words: str, attribute: str, capsys: pytest.CaptureFixture[str]) -> None:
+    name, first, _, last = words.split()
+    parser = BY_NAME[name].parser()
+    assert getattr(parser.parse_words(words.split()[1:]), attribute) == [first, last]
+    for language in (ENGLISH, CHINESE):
+        set_language(language)
+        usage = parser.format_usage()
+        with pytest.raises(SystemExit):
+            parser.parse_words(["--nonsense"])
+        assert capsys.readouterr().err.startswith(usage)
 
 
 @pytest.mark.parametrize(

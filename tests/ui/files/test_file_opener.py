@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
-from app.cli.gui import is_file_name
+from app.cli.commands import is_file_name
 from tests.support.window.capture_window import write_capture
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
@@ -115,10 +115,10 @@ def test_commands_take_precedence_over_files(tmp_path: Path, monkeypatch: pytest
     monkeypatch.chdir(tmp_path)
     Path("read").touch()
     Path("flight").touch()
-    assert not is_file_name("read", {"read"})
-    assert is_file_name("flight", {"read"})
-    assert is_file_name("later.toml", {"read"})
-    assert not is_file_name("raed", {"read"})
+    assert not is_file_name("read")
+    assert is_file_name("flight")
+    assert is_file_name("later.toml")
+    assert not is_file_name("raed")
 
 
 def test_a_recent_file_shows_letters_that_would_be_invisible(qtbot: QtBot, tmp_path: Path) -> None:

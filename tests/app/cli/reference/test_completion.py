@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import app.__main__ as program
-from app.cli.commands import ENTRIES
+from app.cli.commands import ENTRIES, complete_parser
 from app.preflight.reading_object import SETTING_KEYS
 from tests.support.cli_line import run_here
 
@@ -44,7 +43,7 @@ def test_every_script_names_every_command_option_and_setting(shell: str, capsys:
     script = printed(shell, capsys)
     for entry in ENTRIES:
         assert entry.name in script
-    for parser in parsers(program._complete_parser()):
+    for parser in parsers(complete_parser()):
         assert {"--help", "--verbose", "--quiet"} <= parser._option_string_actions.keys() or parser._subparsers
         for name, action in parser._option_string_actions.items():
             if action.help is not argparse.SUPPRESS:

@@ -8,7 +8,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import app.__main__ as program
-from app.cli.reference.schema import FOLDER
+from app.cli.commands import SCHEMAS
 from app.engine.device import STATUS_KEYS
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS
 from app.store.store import open_store
@@ -22,7 +22,7 @@ MIXED = "41753501010C3C05A00001020CEB7E42613401003541753501CA0042611102011441751
 
 
 def schema(name: str) -> Any:
-    return json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return json.loads((SCHEMAS / f"{name}.json").read_text(encoding="utf-8"))
 
 
 def faults(name: str, value: object) -> list[str]:
@@ -34,7 +34,7 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[Any]:
     return [json.loads(line) for line in Printed(capsys).out.splitlines()]
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.iterdir()))
+@pytest.mark.parametrize("name", sorted(path.stem for path in SCHEMAS.iterdir()))
 def test_the_command_prints_a_valid_schema(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     printed = json.loads(run_here(capsys, ["schema", name]).out)
     Draft202012Validator.check_schema(printed)

@@ -1,0 +1,210 @@
+"""Arguments of the commands as data, and the parsers made of them."""
+
+import argparse
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from app.terminal.console import did_you_mean, flush_messages
+from app.text.i18n import CHINESE, language, tr
+from app.text.visible_text import NEWLINE, visible
+from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
+
+AUTO: Final = "auto"
+RATES: Final = (115200, 57600, 38400, 19200, 9600, 4800)
+"""`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
+USUAL_RATE: Final = 115200
+MAX_NAME_LENGTH: Final = 200
+_HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """As `add_argument` of argparse takes it; `text` is its help: marked English, or the same in all languages."""
+
+    names: tuple[str, ...]
+    text: str
+    options: Mapping[str, Any]
+
+    def __call__(self, parser: argparse._ActionsContainer) -> None:
+        parser.add_argument(*self.names, help=tr(self.text) or None, **self.options)
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """At most one of these may be given."""
+
+    arguments: Sequence[Argument]
+
+    def __call__(self, parser: argparse.ArgumentParser) -> None:
+        group = parser.add_mutually_exclusive_group()
+        for argument in self.arguments:
+            argument(group)
+
+
+Describe = Callable[["Parser"], None]
+"""Adds arguments or a description to a parser: `Argument`, `OneOf`, or a function for what is not loaded before."""
+
+
+def option(*names: str, text: str = "", **options: object) -> Argument:
+    return Argument(names, text, options)
+
+
+def flag(name: str, text: str) -> Argument:
+    return option(name, text=text, action="store_true")
+
+
+class Parser(argparse.ArgumentParser):
+    """Takes options and other words in any order. Its messages, which repeat what was typed, cannot contain control
+    characters."""
+
+    _is_intermixing = False
+
+    def parse_words(self, words: Sequence[str]) -> argparse.Namespace:
+        """Exits like `parse_args`."""
+        if any(isinstance(action, argparse._SubParsersAction) for action in self._actions):
+            return self.parse_args(words)
+        usage, self.usage = self.usage, self.format_usage().removeprefix(tr("usage: ")).strip().replace("%", "%%")
+        self._is_intermixing = True
+        try:
+            found, unknown = self.parse_known_intermixed_args(words)
+        finally:
+            self._is_intermixing, self.usage = False, usage
+        self._refuse(unknown)
+        return found
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Refuses unknown words itself, so that the usage shown is that of the sub-command."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if not self._is_intermixing:
+            self._refuse(unknown)
+        return found, unknown
+
+    def _refuse(self, unknown: Sequence[str]) -> None:
+        if unknown:
+            word = next((word for word in unknown if word.startswith("-")), "")
+            self.error(tr("unrecognized arguments: %s") % " ".join(unknown)
+                       + did_you_mean(word.partition("=")[0], self._option_string_actions))  # fmt: skip
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += did_you_mean(str(value), map(str, action.choices or ()))
+            raise
+
+    def format_help(self) -> str:
+        """Headings end with a full-width colon in Chinese; argparse appends the colon itself."""
+        text = super().format_help()
+        return _HEADING.sub(r"\1：", text) if language() == CHINESE else text
+
+    def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
+        # Older releases of Python 3.11 let a message that cannot be written change the exit code.
+        with suppress(AttributeError, OSError):
+            super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
+        flush_messages()
+
+
+class Once(argparse.Action):
+    """Refused where it is given twice: who locks two ports with one command would find only the last one locked."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: object,
+        option_string: str | None = None,
+    ) -> None:
+        if getattr(namespace, self.dest) is not None:
+            parser.error(tr("{name} is given twice.", name=option_string))
+        setattr(namespace, self.dest, values)
+
+
+# Types
+
+
+def expected(what: str) -> argparse.ArgumentTypeError:
+    """The error for argparse: which form of argument was expected."""
+    return argparse.ArgumentTypeError(tr("expected {expected}", expected=what))
+
+
+def any_name(text: str) -> str:
+    if len(text) > MAX_NAME_LENGTH:
+        raise expected(f"≤ {MAX_NAME_LENGTH}")
+    return text
+
+
+def module_name(text: str) -> str:
+    """An empty one is refused, as it would name none."""
+    if not text.strip() or len(text) > MAX_NAME_LENGTH:
+        raise expected(f"NAME (≤ {MAX_NAME_LENGTH})")
+    return text
+
+
+def port_name(text: str) -> str:
+    if not text.strip():
+        raise expected("P")
+    return text
+
+
+def baud_rate(text: str) -> int | None:
+    """The rate; None for "auto"."""
+    if text.lower() == AUTO:
+        return None
+    if text.isdecimal() and int(text) in RATES:
+        return int(text)
+    raise expected("|".join(map(str, (*RATES, AUTO))))
+
+
+def seconds(text: str) -> float:
+    """A time above 0."""
+    with suppress(ValueError):
+        if 0 < (value := float(text)) < math.inf:
+            return value
+    raise expected("S > 0")
+
+
+# What several commands take
+
+
+def rate_of(kinds: Iterable[object], **options: Any) -> Describe:
+    """The option of the baud rate, which is one of these."""
+
+    def add(parser: Parser) -> None:
+        rates = "|".join(map(str, kinds)) + f" [{USUAL_RATE}]"
+        parser.add_argument("-b", "--baud", default=USUAL_RATE, metavar="N",
+                            help=tr("baud rate: {rates}", rates=rates), **options)  # fmt: skip
+
+    return add
+
+
+def _port(**options: object) -> Argument:
+    text = marked("port, socket:// or sim://; default: DPS_S_PORT or the only adapter")
+    return option("-p", "--port", text=text, type=port_name, metavar="P", **options)
+
+
+RATE = rate_of((*RATES, AUTO), type=baud_rate)
+PORT: Final = (_port(action=Once), RATE)
+PORTS: Final = (_port(action="append"), RATE)
+JSON = flag("--json", "JSON")
+YES = flag("--yes", marked("carry it out (otherwise only shown)"))
+SECONDS = option("--seconds", text=marked("end after S seconds"), type=seconds, metavar="S")
+SAME_MODULE = flag("--same-module", marked("accept despite another boot count"))
+VERBOSITY: Final[tuple[Describe, ...]] = (
+    # Without a default: that of a sub-command's parser would replace an option given before the command.
+    option("-v", "--verbose", text=marked("show requests; -vv: every frame"), action="count",
+           default=argparse.SUPPRESS),
+    option("--quiet", text=marked("errors and warnings only"), action="store_true", default=argparse.SUPPRESS),
+)  # fmt: skip
+
+
+def module_of(text: str) -> Argument:
+    return option("--module", text=text, type=module_name, metavar="NAME")
