@@ -1,19 +1,59 @@
 """No profile goes below the hard limits; one that is softer than advised is said beside the verdict."""
 
 import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
+from app.cli.monitor import WordLines
+from app.engine.device import DeviceView, How, Known, StatusSample
+from app.engine.procedure import LinkView
 from app.limits.expectations import CheckLimits, expectations_of
 from app.limits.limits import SETTING_BOUNDS, softened
+from app.limits.out_of_limits import (
+    LimitsInUse,
+    OutOfLimit,
+    Outside,
+    bay_outside,
+    cell_outside,
+    line_outside,
+    outside_of,
+    record_outside,
+    value_outside,
+)
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
+from app.procedures.history import History
+from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.records.filing import local_now
 from app.records.record import RecordContext, caveats, make_record
 from app.records.report_html import body
 from app.settings.profile_file import ProfileRefused, parse_profile
-from app.settings.profiles import LIMITS
+from app.settings.profiles import LIMITS, Profile
+from app.terminal.read_report import Findings, page_of
+from app.terminal.record_table import page_of as records_page
+from app.terminal.streaming import StreamSpan
+from app.text.i18n import CHINESE, ENGLISH, temporary_language
+from app.trigger_records.history import sentence
+from protocol.events import Counters
+from protocol.fields import Value
+from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check
+from tests.support.records.recordings_desk import made, record
+from tests.support.records.recordings_made import batch
+from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.live_bench import Bench, live_bench
+from ui.pages.live.page import LivePage
+from ui.style.painted_widget import Freshness
+from ui.style.theme import Meaning
+from ui.widgets.readout import Readout
 
 SOFT = """
 [limits]
@@ -99,3 +139,195 @@ def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
     assert checked.assessment.softened == ("attitude_threshold",)
     for bound in SETTING_BOUNDS.values():
         assert bound.low <= bound.advised_low <= bound.advised_high <= bound.high
+
+
+# What is outside its limit is marked wherever it is shown, with its limit: one judgement for all places.
+
+
+NOW = 100.0
+RECORD = TriggerRecord(8, 100, ("attitude",), 60, 0.5, 1.6, True, False, 1.2, 3.9, b"")
+OURS = CheckLimits()
+
+
+@pytest.mark.parametrize(
+    ("volts", "is_charging", "fault"),
+    [
+        (3.80, False, None),
+        (3.79, False, OutOfLimit.CELL_LOW),
+        (3.50, True, OutOfLimit.CELL_LOW),
+        (3.50, None, OutOfLimit.CELL_LOW),
+        (4.25, False, None),
+        (4.30, False, OutOfLimit.CELL_HIGH),
+        (4.70, True, None),  # the charger's
+        (4.70, None, None),
+    ],
+)
+def test_cell(volts: float, is_charging: bool | None, fault: OutOfLimit | None) -> None:
+    found = cell_outside(volts, OURS, is_charging=is_charging)
+    assert (None if found is None else found.fault) is fault
+
+
+def test_bay() -> None:
+    assert bay_outside(1.7, 1.8) is None
+    assert bay_outside(1.8, 1.8) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
+    assert bay_outside(1.7, 1.8, is_inverted=True) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
+    assert bay_outside(1.9, 1.8, is_inverted=True) is None
+
+
+def test_line() -> None:
+    fine: dict[str, Any] = {"lag_s": 0.1, "round_trip_s": 0.02, "has_damaged": False, "in_use": LimitsInUse()}
+    unknown: dict[str, Any] = {"lag_s": None, "round_trip_s": None}
+    assert line_outside(**fine) is None
+    assert line_outside(**(fine | unknown)) is None
+    assert line_outside(**(fine | {"lag_s": 1.1})) == Outside(OutOfLimit.LATE, "1 s")
+    assert line_outside(**(fine | {"round_trip_s": 0.101})) == Outside(OutOfLimit.SLOW, "100 ms")
+    found = line_outside(**(fine | {"has_damaged": True}))
+    assert found is not None
+    assert found.fault is OutOfLimit.DAMAGED
+
+
+def test_the_limit_of_the_chosen_profile_counts() -> None:
+    in_use = LimitsInUse()
+    device = DeviceView({"cell_voltage_v": Known(3.9, How.READ, NOW), "charging": Known(False, How.READ, NOW)})
+    assert value_outside("cell_voltage_v", device, NOW, in_use) is None
+    in_use.use(Profile(name="cold", limits={"cell_voltage_min_v": 4.0}))
+    assert value_outside("cell_voltage_v", device, NOW, in_use) == Outside(OutOfLimit.CELL_LOW, "4.00 V")
+    in_use.use(None)
+    assert value_outside("cell_voltage_v", device, NOW, in_use) is None
+
+
+def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
+    assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, LimitsInUse()) is None
+    open_bay = {"light_v": float(np.float32(1.8)), "light_threshold_v": 1.8}
+    assert outside_of("light_v", open_bay, LimitsInUse()) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
+
+
+def test_whether_a_recording_tells_of_external_power() -> None:
+    happened = [
+        Marker(0.0, MarkerKind.CONNECTED),
+        Marker(10.0, MarkerKind.CHARGER_CONNECTED),
+        Marker(20.0, MarkerKind.CHARGER_REMOVED),
+        Marker(30.0, MarkerKind.CONNECTED),
+    ]
+    assert [charging_at(happened, at) for at in (5.0, 10.0, 19.0, 20.0, 29.0, 30.0)] == [
+        False, True, True, False, False, None,
+    ]  # fmt: skip
+    assert charging_at([], 5.0) is None
+    assert charging_at(happened[3:], 5.0) is None
+
+
+@pytest.mark.parametrize("is_chinese", [False, True])
+def test_a_recording_marks_them_under_the_cursor(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chinese: bool
+) -> None:
+    made_of = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52, light_v=2.1)
+    with temporary_language(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
+        desk.storage.recordings.open(desk.library.entries()[0])
+        desk.until(lambda: desk.live.recording is not None)
+        plot, panel = desk.live.plot, desk.live.panel
+        plot.show_instant(1005.0)
+        desk.live.refresh()
+        bay_open, low = ("伞仓打开", "电压低") if is_chinese else ("bay open", "low")
+        assert panel.light.meaning is panel.cell.meaning is Meaning.ATTENTION
+        light, cell = panel.light.accessibleName(), panel.cell.accessibleName()
+        assert light.endswith(bay_open)
+        assert cell.endswith(low)
+        assert "1.8 V" in light
+        assert "3.80 V" in cell
+        comma = "，限值" if is_chinese else ", limit"
+        mark = "（!）" if is_chinese else " (!) "
+        assert f"3.52 V{mark}{low}{comma} 3.80 V" in plot.reading
+
+
+def reading_of(round_trip_s: float = 0.003, **values: Value) -> str:
+    return "\n".join(page_of(Findings("P", 115200, round_trip_s, values)))
+
+
+def test_read_marks_them() -> None:
+    page = reading_of(0.15, cell_voltage_v=3.52, charging=False, light_v=2.1, light_threshold_v=1.8)
+    assert "150.0 ms (!) line slow, limit 100 ms" in page
+    assert "3.52 V (!) low, limit 3.80 V" in page
+    assert "2.1 V (!) bay open, limit 1.8 V" in page
+    assert "(!)" not in reading_of(cell_voltage_v=3.9, charging=False, light_v=0.3, light_threshold_v=1.8)
+    assert "invalid bytes" in "\n".join(page_of(Findings("P", 115200, 0.003, has_damaged=True)))
+    assert "line late" in "\n".join(page_of(Findings("P", 115200, 0.003, lag_s=1.2)))
+
+
+def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
+    kept = replace(RECORD, cell_voltage_v=3.52)
+    assert records_page(History((kept,)))[1].endswith("3.52 V (low)")
+    assert "(low) < 3.80 V" in records_page(History((kept,)))
+    assert "3.52 V, low" in sentence(kept).translated()
+    assert records_page(History((replace(kept, cell_voltage_v=3.9),)))[1].endswith("3.90 V")
+    assert record_outside(replace(kept, cell_voltage_v=4.7)) is None  # implausible, and marked as that
+    assert record_outside(replace(kept, cell_voltage_v=4.7, charging=True)) is None
+
+
+def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
+    printer = WordLines(StreamSpan(None))
+    printer.begin()
+    link = LinkView(Counters(), 0.15, 0.15, 0)
+    for at, seen in enumerate((replace(link, round_trip_median_s=0.02), link, replace(link, lag_s=1.2))):
+        printer.judge_line(seen)
+        printer.on_batch(batch(float(at), StatusSample(float(at), 7, 1.0, False, False)))
+        printer.print_news()
+    fine, slow, late = capsys.readouterr().out.splitlines()
+    assert "(!)" not in fine
+    assert slow.endswith("locked (!) line slow, limit 100 ms")
+    assert late.endswith("locked (!) line late, limit 1 s")
+
+
+def test_a_threshold_that_is_not_known_judges_nothing() -> None:
+    device = DeviceView({"light_v": Known(3.0, How.READ, NOW)})
+    assert value_outside("light_v", device, NOW, LimitsInUse()) is None
+    assert value_outside("cell_voltage_v", device, NOW, LimitsInUse()) is None
+
+
+@pytest.fixture
+def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
+    with live_bench(qtbot, qapp) as bench:
+        yield bench
+
+
+def test_live_marks_cell_and_bay(live: Bench) -> None:
+    live.say()
+    cell, light = live.find(Readout, "live_cell"), live.find(Readout, "live_light")
+    assert (cell.accessibleName(), light.accessibleName()) == (
+        "Cell voltage: 3.94 V, not charging",
+        "Light: 0.3 V, limit 1.8 V, bay closed",
+    )
+    live.say(cell_voltage_v=3.52, light_v=2.1)
+    assert cell.accessibleName() == "Cell voltage: 3.52 V, limit 3.80 V, low"
+    assert light.accessibleName() == "Light: 2.1 V, limit 1.8 V, bay open"
+    assert cell.meaning is Meaning.ATTENTION
+    assert light.meaning is Meaning.ATTENTION
+    live.pass_time(30.0)
+    assert cell.freshness is Freshness.STALE
+
+
+def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("weak") as bench, window(qapp, tmp_path) as assembly:
+        top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.connector
+        connect(qtbot, assembly, "sim://weak")
+        qtbot.waitUntil(lambda: top.cell.word.endswith(" V"), timeout=WAIT_MS)
+        assert top.cell.meaning is None
+        bench.set_cell(3.5)
+        qtbot.waitUntil(lambda: top.cell.word == "3.50 V, low", timeout=WAIT_MS)
+        assert top.cell.meaning is Meaning.ATTENTION
+        assert "limit 3.80 V" in top.cell.accessibleName()
+        last = connector.last
+        assert last is not None
+        assert last.link is not None
+        line._damaged_at = None
+        sound = replace(last, at=connector.clock(), link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02))
+        assert sound.link is not None
+        line.on_batch(sound)
+        assert line.fault.isHidden()
+        counters = replace(last.link.counters, rejected_bytes=last.link.counters.rejected_bytes + Counter({"x": 7}))
+        damaged = replace(sound, link=replace(sound.link, counters=counters))
+        line.on_batch(damaged)
+        assert not line.fault.isHidden()
+        assert line.fault.text() == "invalid bytes"
+        assert not line.sign.pixmap().isNull()
+        line.on_batch(replace(damaged, at=connector.clock() + 11))
+        assert line.fault.isHidden()

@@ -1,6 +1,12 @@
 """Progress on a terminal: only for what takes longer than half a second, and gone afterwards."""
 
+import errno
 import io
+import json
+import os
+import signal
+import sys
+import threading
 from argparse import Namespace
 from contextlib import redirect_stderr
 from types import SimpleNamespace
@@ -8,7 +14,14 @@ from types import SimpleNamespace
 import pytest
 
 import app.__main__ as program
-from app.terminal import console
+from app.engine import ports as port_list
+from app.engine.ports import NOT_LISTED, PortInfo
+from app.terminal import console, interruption
+from app.terminal.console import OutputLost, write
+from app.terminal.interruption import print_after_signal
+from app.terminal.port_choice import PORT
+from app.text.user_error import UserError
+from tests.support.cli_line import Printed, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
@@ -97,3 +110,134 @@ def test_what_is_being_read_is_said_meanwhile(
         assert ("Reading: Cell voltage (9/9)" in terminal.getvalue()) is ("--quiet" not in words)
         assert terminal.left == ""
         assert capsys.readouterr().out.count("\n") == 1
+
+
+# What is printed after a signal takes a second at most, though nobody reads the pipe.
+
+
+MORE_THAN_A_PIPE_HOLDS = "x" * 2_000_000
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="Windows has no alarm")
+def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert threading.current_thread() is threading.main_thread()
+    monkeypatch.setattr(interruption, "PATIENCE_S", 0.1)
+    reading, writing = os.pipe()
+    before = signal.getsignal(signal.SIGALRM)
+    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stdout", out)
+        with print_after_signal():
+            write(MORE_THAN_A_PIPE_HOLDS)
+        monkeypatch.undo()
+    assert signal.getsignal(signal.SIGALRM) is before
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+    os.close(reading)
+
+
+class _ClosedPipe(io.StringIO):
+    def flush(self) -> None:
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+
+@pytest.mark.parametrize(("platform", "raised"), [("win32", BrokenPipeError), ("linux", OutputLost)])
+def test_windows_calls_a_closed_pipe_an_invalid_argument(
+    monkeypatch: pytest.MonkeyPatch, platform: str, raised: type[Exception]
+) -> None:
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr(sys, "stdout", _ClosedPipe())
+    with pytest.raises(raised):
+        write("the end\n")
+
+
+def test_what_is_read_arrives_whole(capfd: pytest.CaptureFixture[str]) -> None:
+    with print_after_signal():
+        write("the end\n")
+    assert capfd.readouterr().out == "the end\n"
+
+
+# Port of a command that was given none, and what is said on standard error.
+
+
+ADAPTER = PortInfo("sim://only", "CP2102", vid=0x10C4, pid=0xEA60)
+OTHER = PortInfo("/dev/ttyUSB9", "CH340", vid=0x1A86, pid=0x7523)
+BOARD = PortInfo("/dev/ttyS0")
+
+
+def found(monkeypatch: pytest.MonkeyPatch, *ports: PortInfo) -> None:
+    monkeypatch.delenv(PORT, raising=False)
+    monkeypatch.setattr(port_list, "list_ports", lambda: list(ports))
+
+
+def test_the_only_adapter_is_taken_and_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch, BOARD, ADAPTER)
+    printed = run_here(capsys, ["find", "--json"])
+    assert json.loads(printed.out)["baud_rate"] == 115200
+    assert printed.err == "Port sim://only (CP2102)\n"
+
+
+def test_the_environment_names_it(
+    port: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch, ADAPTER, OTHER)
+    monkeypatch.setenv(PORT, port)
+    printed = run_here(capsys, ["find"])
+    assert printed.out == f"{port}, 115200 baud\n"
+    assert printed.err == f"Port {port} (DPS_S_PORT)\n"
+    assert run_here(capsys, ["find", "--quiet"]).err == ""
+
+
+def test_of_several_none_is_taken(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    found(monkeypatch, ADAPTER, OTHER)
+    assert program.main(["activate", "--yes"]) == 2
+    assert Printed(capsys).err == "There are several adapters: sim://only, /dev/ttyUSB9. Give --port.\n"
+
+
+@pytest.mark.parametrize("ports", [(), (BOARD,)])
+def test_without_an_adapter_there_is_no_link(
+    ports: tuple[PortInfo, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch, *ports)
+    assert "There is no USB adapter." in run_here(capsys, ["read"], 3).err
+
+
+def test_where_the_system_lists_none_nothing_is_taken(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse() -> list[PortInfo]:
+        raise UserError(NOT_LISTED)
+
+    found(monkeypatch)
+    monkeypatch.setattr(port_list, "list_ports", refuse)
+    assert "did not list its serial ports" in run_here(capsys, ["read"], 3).err
+
+
+def test_an_act_without_yes_looks_for_no_port(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch)
+    assert run_here(capsys, ["lock"], 2).err == "Nothing was done. Add --yes to do it.\n"
+
+
+@pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])
+def test_verbose_says_what_is_asked(words: list[str], port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    printed = run_here(capsys, [*words, "--port", port])
+    assert f"{port}  115200 baud" in printed.err
+    assert "Heartbeat  " in printed.err
+    assert "41 75" not in printed.err
+    assert printed.out.count("\n") == 1
+
+
+def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]) -> None:
+    lines = run_here(capsys, ["-vv", "read", "--port", port, "--json"]).err.splitlines()
+    sent = [line for line in lines if " > 42 61 " in line]
+    assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
+    assert sum(" < 41 75 " in line for line in lines) == len(wire)
+    assert any("status: tilt 0°" in line for line in lines)
+
+
+def test_nested_commands_take_them_too(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "No recordings yet" in run_here(capsys, ["recordings", "list"]).err
+    assert program.main(["recordings", "list", "--quiet"]) == 0
+    assert run_here(capsys, ["--quiet", "recordings", "list"]).err == ""
