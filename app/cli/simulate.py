@@ -9,7 +9,6 @@ from types import FrameType
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import ControlLines, help_text
 from app.simulator.options import OPTIONS, Option, default_text, parse_value, setup_from
 from app.simulator.quirks import Group
 from app.simulator.servers.endpoint import Endpoint, Loop, print_error
@@ -24,7 +23,8 @@ from app.text.user_error import UserError
 _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
   dps-s simulate --tcp 127.0.0.1:0
-  dps-s simulate --history 9 --records pieces --cross-talk 21:20=14/2@500
+  dps-s simulate --history 9 --records pieces --mute-codes 14,33
+  dps-s simulate --active --pwm-after 20
   sim://NAME?drop=0.2&corrupt=0.01&seed=7"""
 
 
@@ -32,7 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `simulate`, in their groups."""
     parser.description = tr("Run a simulated module until Ctrl-C. The first line is its port.")
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
-    parser.epilog, parser.formatter_class = _epilog(), argparse.RawDescriptionHelpFormatter
+    parser.epilog = f"{tr('Examples:')}\n{_EXAMPLES}"
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     way = parser.add_mutually_exclusive_group()
     way.add_argument("--link", type=Path, metavar="PATH", help=tr("symbolic link to the pseudo-terminal"))
     way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
@@ -70,11 +71,6 @@ def _tcp_address(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
-def _epilog() -> str:
-    controls = "\n".join(f"  {line}" for line in help_text().splitlines())
-    return f"{tr('Standard input:')}\n{controls}\n\n{tr('Examples:')}\n{_EXAMPLES}"
-
-
 def run(args: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM. Exit code 0; 2 for wrong usage; 3 if the port cannot be made."""
     values = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
@@ -83,13 +79,7 @@ def run(args: argparse.Namespace) -> int:
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:
         endpoint = _endpoint(args, bench)
-        loop = Loop(
-            bench,
-            endpoint,
-            control=ControlLines(bench, sys.stdin, answer=print_error),
-            announce=_Announcement(args.link),
-        )
-        _serve(loop)
+        _serve(Loop(bench, endpoint, announce=_Announcement(args.link)))
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
         raise console.Refused(tr("{file}: {why}", file=where, why=error_text(error)), console.NO_LINK) from error

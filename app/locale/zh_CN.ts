@@ -1338,10 +1338,6 @@
         <translation>禁止串口触发…</translation>
     </message>
     <message>
-        <source>Foreign replies</source>
-        <translation>错位应答</translation>
-    </message>
-    <message>
         <source>Forget</source>
         <translation>移除</translation>
     </message>
@@ -2016,10 +2012,6 @@
     <message>
         <source>Missing in chains</source>
         <translation>链中缺失</translation>
-    </message>
-    <message>
-        <source>Missing records</source>
-        <translation>缺失的记录</translation>
     </message>
     <message>
         <source>ModemManager sends AT commands on {port}.</source>
@@ -2726,8 +2718,8 @@
         <translation>超过 {seconds:.2f} s：激活时会开伞。</translation>
     </message>
     <message>
-        <source>PWM trigger</source>
-        <translation>PWM 触发</translation>
+        <source>PWM trigger after</source>
+        <translation>PWM 触发（启动后）</translation>
     </message>
     <message>
         <source>Pages</source>
@@ -2938,10 +2930,6 @@
         <translation>四元数</translation>
     </message>
     <message>
-        <source>Query changes another</source>
-        <translation>查询时改变其他参数</translation>
-    </message>
-    <message>
         <source>Quit</source>
         <translation>退出</translation>
     </message>
@@ -3114,20 +3102,12 @@
         <translation>移除</translation>
     </message>
     <message>
-        <source>Repeated after</source>
-        <translation>重复应答延时</translation>
-    </message>
-    <message>
         <source>Report (*.pdf)</source>
         <translation>报告 (*.pdf)</translation>
     </message>
     <message>
         <source>Reports</source>
         <translation>状态上报</translation>
-    </message>
-    <message>
-        <source>Reports active late</source>
-        <translation>激活状态延迟上报</translation>
     </message>
     <message>
         <source>Requests</source>
@@ -3386,10 +3366,6 @@
         <translation>数据记录或十六进制文本 (*.mcap *.txt *.hex *.log *.dpscap)</translation>
     </message>
     <message>
-        <source>Set changes another</source>
-        <translation>写入时改变其他参数</translation>
-    </message>
-    <message>
         <source>Set down, check again</source>
         <translation>放平并重新检查</translation>
     </message>
@@ -3428,10 +3404,6 @@
     <message>
         <source>Settings not written: {count}.</source>
         <translation>尚未写入的参数：{count} 项。</translation>
-    </message>
-    <message>
-        <source>Settings revert after</source>
-        <translation>参数延时恢复</translation>
     </message>
     <message>
         <source>Settings written to {file}: {count}.</source>
@@ -3490,10 +3462,6 @@
         <translation>由 {fingerprint} 签名。仅当该电脑显示相同指纹时才信任。名称：</translation>
     </message>
     <message>
-        <source>Silent restart after</source>
-        <translation>写入后静默重启</translation>
-    </message>
-    <message>
         <source>Silent restart every</source>
         <translation>定时静默重启</translation>
     </message>
@@ -3536,10 +3504,6 @@
     <message>
         <source>Split, pause</source>
         <translation>分段间隔</translation>
-    </message>
-    <message>
-        <source>Standard input:</source>
-        <translation>标准输入：</translation>
     </message>
     <message>
         <source>Standby at once: always allowed, never asked twice, sent before everything else.</source>

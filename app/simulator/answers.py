@@ -1,13 +1,12 @@
 """Replies of the simulated module, per command of the catalogue."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
-from app.simulator import defects
 from app.simulator.hardware import Hardware
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
-from app.simulator.quirks import BaudChange, Delivery, EmptySlots, Rule, Streaming
-from app.simulator.settings import ACCEPTED, StoredSettings, store_setting
-from protocol.catalogue import BY_CODE, FLAG, HEARTBEAT_REPLY, INVERTED, MAX_RECORDS, TRIGGER_RECORDS, Request
+from app.simulator.quirks import Acknowledge, BaudChange, Delivery, EmptySlots, Quirks, Streaming
+from protocol.catalogue import BY_NAME, FLAG, HEARTBEAT_REPLY, INVERTED, MAX_RECORDS, Command, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
 from protocol.messages import Source
@@ -15,46 +14,47 @@ from protocol.messages import Source
 PIECE_LENGTH = 7
 """Not a divisor of the frame length, so that pieces cross the ends of frames."""
 
+ACCEPTED = 0x01
+FAILED = 0x00
+_CLAMPS = {
+    BY_NAME["attitude_threshold"]: range(55, 91),
+    BY_NAME["freefall_acceleration"]: range(1, 7),
+    BY_NAME["freefall_time"]: range(50, 256),
+    BY_NAME["light_threshold"]: range(1, 34),
+}
+"""Ranges that the vendor advises, or that the sensor can measure."""
+
 Answer = Callable[[Hardware, Request, float], None]
+
+
+class StoredSetting(NamedTuple):
+    value: int
+    """New byte of the setting."""
+    acknowledgement: int
+    """D4 of the reply."""
+
+
+def clamped(command: Command, raw: int) -> int:
+    """The nearest byte within the advised range."""
+    allowed = _CLAMPS.get(command, range(256))
+    return min(max(raw, allowed.start), allowed.stop - 1)
+
+
+def store_setting(command: Command, wanted: int, old: int, quirks: Quirks) -> StoredSetting:
+    """The outcome of a set of `command` from `old` to `wanted` (bytes)."""
+    by_one = quirks.ack is Acknowledge.ONE and command.acknowledged_by_one
+    if quirks.refuses and wanted != old:
+        return StoredSetting(old, FAILED if by_one else old)
+    value = clamped(command, wanted) if quirks.clamps else wanted
+    return StoredSetting(value if quirks.keeps else old, ACCEPTED if by_one else value)
 
 
 def answer(module: Hardware, request: Request, now_s: float) -> None:
     """Carry out a valid request and queue the reply."""
-    quirks, code = module.quirks, request.command.code
-    asked = module.asked
-    asked[code, request.is_set] += 1
-    time = asked[code, request.is_set]
-    if defects.is_marked_from(quirks.mute_codes, code, asked[code, True] + asked[code, False]):
-        return
-    before = defects.settings_before(module)
-    foreign = defects.rules_for(quirks.foreign_replies, code, time)
-    for rule in foreign:
-        if not rule.after_ms:
-            _insert(module, rule, now_s)
-    queued = module.bursts_queued
     _ANSWERS[request.command.name](module, request, now_s)
-    if code in quirks.double_codes:
-        module.repeat_since(queued, quirks.double_ms / 1000)
-    for rule in foreign:
-        if rule.after_ms:
-            _insert(module, rule, now_s + rule.after_ms / 1000)
-    defects.apply_side_effects(module, request, time, before, now_s)
 
 
-def _insert(module: Hardware, rule: Rule, at_s: float) -> None:
-    """Send an unrequested reply, with the true value unless the rule has another."""
-    code = rule.effect
-    if rule.value is not None:
-        _reply(module, code, rule.value, at_s)
-    elif code in defects.CHANGEABLE_CODES:
-        _reply(module, code, defects.read_raw(module, code), at_s)
-    elif BY_CODE[code].can_be_asked:
-        _ANSWERS[BY_CODE[code].name](module, BY_CODE[code].query(), at_s)
-    else:
-        _reply(module, code, ACCEPTED, at_s)
-
-
-def _reply(module: Hardware, code: int, value: int, now_s: float) -> None:
+def reply(module: Hardware, code: int, value: int, now_s: float) -> None:
     module.send(encode_reply(code, value), now_s)
 
 
@@ -63,7 +63,7 @@ def _value(read: Callable[[Hardware, float], int]) -> Answer:
 
     def report(module: Hardware, request: Request, now_s: float) -> None:
         module.advance(now_s)
-        _reply(module, request.command.code, read(module, now_s), now_s)
+        reply(module, request.command.code, read(module, now_s), now_s)
 
     return report
 
@@ -77,7 +77,7 @@ def _setting(attribute: str) -> Answer:
             kept = store_setting(request.command, request.data, value, module.quirks)
             setattr(module.memory, attribute, kept.value)
             value = kept.acknowledgement
-        _reply(module, request.command.code, value, now_s)
+        reply(module, request.command.code, value, now_s)
 
     return ask_or_set
 
@@ -89,12 +89,12 @@ def _flag(attribute: str, field: Flag) -> Answer:
         kept = _set_flag(module, request, attribute, field)
         code = request.command.code
         # E4: the table prints the acknowledgement of 17 with code 16.
-        _reply(module, module.quirks.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
+        reply(module, module.quirks.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
 
     return set_flag
 
 
-def _set_flag(module: Hardware, request: Request, attribute: str, field: Flag) -> StoredSettings:
+def _set_flag(module: Hardware, request: Request, attribute: str, field: Flag) -> StoredSetting:
     old = field.encode(getattr(module.state, attribute))
     kept = store_setting(request.command, request.data, old, module.quirks)
     setattr(module.state, attribute, kept.value == field.true)
@@ -107,28 +107,24 @@ def _heartbeat(module: Hardware, _request: Request, now_s: float) -> None:
 
 def _activation(module: Hardware, request: Request, now_s: float) -> None:
     kept = store_setting(request.command, request.data, int(module.state.is_active), module.quirks)
-    is_active = kept.value == FLAG.true
-    if module.quirks.activates if is_active else module.quirks.locks:
-        module.report_active_late(now_s)
-        module.activate(is_active=is_active)
-    _reply(module, request.command.code, kept.acknowledgement, now_s)
+    module.activate(is_active=kept.value == FLAG.true)
+    reply(module, request.command.code, kept.acknowledgement, now_s)
 
 
 def _deploy(module: Hardware, request: Request, now_s: float) -> None:
     if request.data == 0x01:
         module.state.is_forbidden = False
         has_fired = module.fire(Source.SERIAL, now_s)
-        _reply(module, request.command.code, int(has_fired), now_s)
+        reply(module, request.command.code, int(has_fired), now_s)
     else:
         module.state.is_forbidden = True
         module.end_trigger()
-        _reply(module, request.command.code, 0x00, now_s)
+        reply(module, request.command.code, 0x00, now_s)
 
 
 def _shutdown(module: Hardware, request: Request, now_s: float) -> None:
-    _reply(module, request.command.code, ACCEPTED, now_s)
-    if module.quirks.shuts_down:
-        module.shut_down(now_s)
+    reply(module, request.command.code, ACCEPTED, now_s)
+    module.shut_down(now_s)
 
 
 def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
@@ -136,7 +132,7 @@ def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
     if how is Streaming.SILENT:
         return
     kept = _set_flag(module, request, "serial_output_is_on", FLAG)
-    _reply(module, request.command.code, kept.acknowledgement, now_s)
+    reply(module, request.command.code, kept.acknowledgement, now_s)
     if module.state.serial_output_is_on and how is Streaming.YES:
         module.start_stream(now_s)
     else:
@@ -149,15 +145,15 @@ def _baud_rate(module: Hardware, request: Request, now_s: float) -> None:
     how = module.quirks.baud_ack
     if how is BaudChange.NEW:
         module.baud_rate = module.memory.baud_rate
-    _reply(module, request.command.code, kept.acknowledgement, now_s)
+    reply(module, request.command.code, kept.acknowledgement, now_s)
     if how is BaudChange.OLD:
         module.baud_rate = module.memory.baud_rate
 
 
 def _zero(module: Hardware, request: Request, now_s: float) -> None:
-    if module.quirks.keeps and module.quirks.zeroes:
+    if module.quirks.keeps:
         module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
-    _reply(module, request.command.code, ACCEPTED, now_s)
+    reply(module, request.command.code, ACCEPTED, now_s)
 
 
 def _status(module: Hardware, _request: Request, now_s: float) -> None:
@@ -167,17 +163,12 @@ def _status(module: Hardware, _request: Request, now_s: float) -> None:
 
 def _cell_voltage(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
-    _reply(module, module.quirks.voltage_code, module.voltage(now_s), now_s)
+    reply(module, module.quirks.voltage_code, module.voltage(now_s), now_s)
 
 
 def _trigger_records(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
-    time, dropped = module.asked[TRIGGER_RECORDS.code, False], module.quirks.drop_records
-    frames = [
-        record_frame(data)
-        for number, data in enumerate(module.memory.records, start=1)
-        if not defects.is_marked_at(dropped, number, time)
-    ]
+    frames = [record_frame(data) for data in module.memory.records]
     fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.quirks.empty_slots)
     if fill is not None:
         frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (MAX_RECORDS - len(frames))

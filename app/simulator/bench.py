@@ -50,7 +50,13 @@ class BenchState:
 class SimulatedBench:
     """All methods are thread-safe. `changed` is notified when something may have become due."""
 
-    def __init__(self, setup: Setup | None = None, *, clock: Clock = time.monotonic) -> None:
+    def __init__(
+        self,
+        setup: Setup | None = None,
+        *,
+        clock: Clock = time.monotonic,
+        kind: type[SimulatedModule] = SimulatedModule,
+    ) -> None:
         setup = setup or Setup()
         self.changed = threading.Condition(threading.RLock())
         self.clock = clock
@@ -62,7 +68,7 @@ class SimulatedBench:
         memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
         invent_records(memory, setup.history, seed=setup.seed, has_odd_voltage=setup.quirks.odd_voltage)
         memory.boot_count = (setup.boots - 1) & 0xFF
-        self.module = SimulatedModule(self.world, setup.quirks, memory=memory, rate_hz=setup.rate)
+        self.module = kind(self.world, setup.quirks, memory=memory, rate_hz=setup.rate)
         self.wire = Wire(self.module, setup.faults, seed=setup.seed)
         self.plug_number = 1
         """How often it was plugged in; a port that was opened under an earlier number is dead."""
@@ -73,6 +79,8 @@ class SimulatedBench:
         self._holder: object | None = None
         now_s = clock()
         self.module.power_on(now_s - setup.uptime)
+        if setup.pwm_after:
+            self.module.pwm_at_s = now_s + setup.pwm_after
         if setup.active:
             self.module.activate(is_active=True)
         if setup.uptime:
@@ -109,10 +117,6 @@ class SimulatedBench:
     def set_lifelike(self, *, is_lifelike: bool) -> None:
         with self._act():
             self.world.is_lifelike = is_lifelike
-
-    def set_noise(self, noise: float) -> None:
-        with self._act():
-            self.world.noise = noise
 
     def pulse_pwm(self) -> bool:
         """Trigger it by its PWM input; returns whether it fires."""

@@ -1,16 +1,14 @@
 """The simulated module without its command interpreter: power, sensor, triggers and output."""
 
 import heapq
+import itertools
 import math
-import random
-from collections import Counter
 from typing import NamedTuple
 
 from app.firing.judge import Judge, SensorSample
 from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, TriggerMoment, limits, record_data
 from app.simulator.physics import SENSOR_PERIOD_S, Physics
 from app.simulator.quirks import Quirks
-from app.simulator.schedule import Schedule
 from protocol.catalogue import CELL_VOLT, HEARTBEAT_REPLY, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout
 from protocol.frame import encode_long
 from protocol.messages import Source
@@ -35,7 +33,9 @@ class SentBytes(NamedTuple):
     is_streamed: bool = False
 
 
-class _Due(NamedTuple):
+class QueuedBurst(NamedTuple):
+    """A burst that waits for its time and for the line."""
+
     at_s: float
     order: int
     data: bytes
@@ -55,9 +55,7 @@ class Hardware:
         self, world: Physics, quirks: Quirks | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
     ) -> None:
         self.world: Physics = world
-        self.asked: Counter[tuple[int, bool]] = Counter()
-        """How often each code was queried (False) and set (True) since the quirks were changed."""
-        self._quirks: Quirks = quirks or Quirks()
+        self.quirks: Quirks = quirks or Quirks()
         self.memory: Memory = memory or Memory()
         self.state: ModuleState = ModuleState()
         self.baud_rate = self.memory.baud_rate
@@ -67,12 +65,10 @@ class Hardware:
         self._rate_hz = rate_hz
         self._judge = Judge()
         self._fired = Source(0)
-        self._due: list[_Due] = []
-        self.bursts_queued = 0
-        self.plans = Schedule()
-        self._late_report = (False, -math.inf)
-        self._jitter_random = random.Random(world.seed)  # noqa: S311 (jitter, not secrets)
-        self._jitter_until_s = -math.inf
+        self._due: list[QueuedBurst] = []
+        self._order = itertools.count()
+        self.pwm_at_s = math.inf
+        """When its PWM input triggers."""
         self._line_free_s = -math.inf
         self._stream_due_s = self._stream_base_s = math.inf
         self._stream_step = 0
@@ -82,15 +78,6 @@ class Hardware:
         self._sampled_s = -math.inf
 
     # State
-
-    @property
-    def quirks(self) -> Quirks:
-        return self._quirks
-
-    @quirks.setter
-    def quirks(self, quirks: Quirks) -> None:
-        self._quirks = quirks
-        self.asked.clear()
 
     @property
     def is_triggered(self) -> bool:
@@ -128,14 +115,8 @@ class Hardware:
         is_active = self.reports_active(now_s)
         return encode_long(STATUS_CODE, bytes((tilt, acceleration, bool(self._fired), is_active)))
 
-    def reports_active(self, now_s: float) -> bool:
-        """What it reports as active, which may be late."""
-        before, until_s = self._late_report
-        return before if now_s < until_s else self.state.is_active
-
-    def report_active_late(self, now_s: float) -> None:
-        """Keep reporting the present state for the time that the quirks say."""
-        self._late_report = (self.reports_active(now_s), now_s + self.quirks.active_late_ms / 1000)
+    def reports_active(self, _now_s: float) -> bool:
+        return self.state.is_active
 
     # Power
 
@@ -195,9 +176,6 @@ class Hardware:
         self._fired = Source(0)
         self._judge.reset()
         self._due.clear()
-        self.plans.clear()
-        self._late_report = (False, -math.inf)
-        self._jitter_until_s = -math.inf
         self._line_free_s = self._stream_held_until_s = -math.inf
         self.heard_s = -math.inf
         self._stream_due_s = math.inf
@@ -232,24 +210,24 @@ class Hardware:
         self.world.open_parachute(now_s)
         return True
 
-    def _planned_s(self) -> float:
-        """Time of its next spontaneous event."""
+    def event_s(self) -> float:
+        """Time of its next spontaneous event; infinity for none."""
         if not self.is_on:
             return math.inf
-        runs_s = self.quirks.restart_at_s
-        planned_s = self.plans.next_s
-        return min(planned_s, max(self._sampled_s, self._booted_s + runs_s)) if runs_s else planned_s
+        return max(self._sampled_s, min(self.pwm_at_s, self._booted_s + (self.quirks.restart_at_s or math.inf)))
 
-    def _do_planned(self, now_s: float) -> None:
-        while (at_s := self._planned_s()) <= now_s:
-            if self.plans.next_s <= at_s:
-                self.plans.do_next()
-            else:
-                self.restart(at_s, is_silent=True)
+    def do_event(self, at_s: float) -> None:
+        """The event of `event_s`."""
+        if self.pwm_at_s <= at_s:
+            self.pwm_at_s = math.inf
+            self.fire(Source.PWM, at_s)
+        else:
+            self.restart(at_s, is_silent=True)
 
     def advance(self, now_s: float) -> None:
         """Advance the time of its sensor and its triggers; sends nothing."""
-        self._do_planned(now_s)
+        while (event_s := self.event_s()) <= now_s:
+            self.do_event(event_s)
         if not (self.is_on and self.state.is_active):
             self._sampled_s = now_s
         watch_until_s = min(now_s, self._sampled_s + MAX_WATCH_S)
@@ -281,8 +259,8 @@ class Hardware:
         while True:
             queued_s = self._due[0].at_s if self._due else math.inf
             at_s = min(queued_s, self._stream_due_s)
-            if (planned_s := self._planned_s()) <= min(at_s, now_s):
-                self.advance(planned_s)
+            if (event_s := self.event_s()) <= min(at_s, now_s):
+                self.advance(event_s)
                 continue
             if at_s > now_s:
                 break
@@ -295,21 +273,15 @@ class Hardware:
 
     def next_due(self, now_s: float) -> float | None:
         """When `tick` has something to send next, or None."""
-        due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s, self._planned_s())
+        due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s, self.event_s())
         return None if due_s == math.inf else max(now_s, due_s)
 
     def send(self, data: bytes, at_s: float) -> None:
         """Queue a burst at the present baud rate."""
-        self._queue(_Due(at_s, 0, data, self.baud_rate))
+        self.queue(QueuedBurst(at_s, 0, data, self.baud_rate))
 
-    def _queue(self, due: _Due) -> None:
-        self.bursts_queued += 1
-        heapq.heappush(self._due, due._replace(order=self.bursts_queued))
-
-    def repeat_since(self, queued: int, after_s: float) -> None:
-        """Queue all bursts after number `queued` once more."""
-        for due in sorted(one for one in self._due if one.order > queued):
-            self._queue(due._replace(at_s=due.at_s + after_s))
+    def queue(self, due: QueuedBurst) -> None:
+        heapq.heappush(self._due, due._replace(order=next(self._order)))
 
     def hold_stream(self, until_s: float) -> None:
         """Send no status until then, so that none lies between the pieces of a record."""
@@ -334,12 +306,10 @@ class Hardware:
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A frame is skipped if the line is a whole frame behind, so that the queue stays bounded.
         if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
-            late_s = self._jitter_random.uniform(0.0, self.quirks.stream_jitter_ms) / 1000
-            self._jitter_until_s = max(self._jitter_until_s, at_s + late_s)
-            self._queue(_Due(self._jitter_until_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
+            self.queue(QueuedBurst(at_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
             self.stream_frames_sent += 1
 
-    def _transmit(self, due: _Due) -> SentBytes:
+    def _transmit(self, due: QueuedBurst) -> SentBytes:
         begins_s = max(due.at_s, self._line_free_s)
         self._line_free_s = begins_s + len(due.data) * BITS_PER_BYTE / due.baud_rate
         return SentBytes(begins_s, due.data, due.baud_rate, due.is_streamed)

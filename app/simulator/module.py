@@ -40,8 +40,13 @@ class SimulatedModule(Hardware):
         for request in self._requests(data, now_s):
             if self.is_on:
                 self.heard_s = now_s
-                answer(self, request, now_s)
+                self.obey(request, now_s)
         return sent + self.collect(now_s)
+
+    def obey(self, request: Request, now_s: float) -> None:
+        """Carry out a request and queue the reply, unless it ignores the command."""
+        if request.command.code not in self.quirks.mute_codes:
+            answer(self, request, now_s)
 
     def _requests(self, data: bytes, now_s: float) -> list[Request]:
         """The valid host frames that `data` completes; other bytes are skipped."""

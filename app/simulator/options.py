@@ -10,11 +10,10 @@ from enum import Enum
 from functools import partial
 from typing import Any
 
-from app.simulator.defect_texts import changes, codes, listed, marked_codes, marked_records, rules
 from app.simulator.quirks import Group, Quirks, option
 from app.simulator.wire import Faults
 from app.text.user_error import UserError
-from protocol.catalogue import BAUD_RATES
+from protocol.catalogue import BAUD_RATES, BY_CODE
 from protocol.translatable import marked
 
 
@@ -41,6 +40,8 @@ class Setup:
     boots: int = _module(37, marked("Boot count"), ("N", 0, 255))
     uptime: float = _module(60.0, marked("After power-on"), ("S", 0, 65535))
     """With 0 the two heartbeats after power-on are sent."""
+    pwm_after: float = _module(0.0, marked("PWM trigger after"), ("S", 0, 86_400))
+    """It fires then if it is active; 0 for never."""
     history: int = _module(0, marked("Trigger records"), ("N", 0, 9))
     seed: int = _module(1, marked("Random seed"), ("N", 0, 2**31))
     tilt: float = _physical(0.0, marked("Tilt"), ("DEG", -180, 180))
@@ -104,14 +105,20 @@ def _among(values: Mapping[str, object]) -> Callable[[str], object]:
     return parse
 
 
+def codes(text: str) -> frozenset[int]:
+    """Codes of commands, such as 14,33; raises `ValueError`."""
+    try:
+        found = frozenset(int(part, 16) for part in text.replace(",", " ").split())
+    except ValueError:
+        raise ValueError("CODE,…") from None
+    if not found <= BY_CODE.keys():
+        raise ValueError("|".join(f"{code:02X}" for code in sorted(BY_CODE)))
+    return found
+
+
 _TYPED: Mapping[str, Callable[[str], Any]] = {
     "baud": _among({str(rate): rate for rate in BAUD_RATES}),
-    "mute_codes": marked_codes,
-    "cross_talk": changes,
-    "read_changes": changes,
-    "drop_records": marked_records,
-    "double_codes": codes,
-    "foreign_replies": rules,
+    "mute_codes": codes,
 }
 
 
@@ -169,8 +176,8 @@ def as_text(value: object) -> str:
     """A value in the form in which it is typed."""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, frozenset | tuple):
-        return listed(value)
+    if isinstance(value, frozenset):
+        return ",".join(f"{code:02X}" for code in sorted(value))
     if isinstance(value, Enum):
         return str(value.value)
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -157,7 +157,7 @@ def preflight(studio: Studio) -> None:
     """A NO-GO for unreviewed records, then READY."""
     page = studio.page("preflight", PreflightPage)
     studio.module.set_lifelike(is_lifelike=False)
-    studio.module.set_noise(0.0)
+    studio.module.world.noise = 0.0
     studio.module.set_tilt(0)
     studio.run(1.0)
     page.buttons.enable.click()

@@ -12,13 +12,14 @@ from typing import Any, Final, NamedTuple
 from unittest import mock
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import as_text, parse_options, setup_from
+from app.simulator.options import as_text
 from tests.adversary.commands import BY_COMMAND
 from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.adversary.gestures import WINDOW
 from tests.adversary.judge import SETTLED_S, Breach, Case, Finding, judge_all
 from tests.adversary.program import Ran, Stage, home_variables
 from tests.adversary.window import SETTLED_IN_S, Session, WindowDesk
+from tests.support.line.lies import lying, lying_bench
 from tests.support.line.sim_line import FakeClock
 
 STEP_S: Final = 0.06
@@ -71,9 +72,8 @@ def run_one(plan: Plan, home: Path) -> Result:
     if plan.command in WINDOW:
         return _sit_at_window(plan, home)
     command, trouble = BY_COMMAND[plan.command], TROUBLES[plan.trouble]
-    setup = setup_from(parse_options(_options(plan, command.module)))
     clock = FakeClock()
-    bench = SimulatedBench(setup, clock=clock)
+    bench = lying_bench(_options(plan, command.module), clock)
     shutil.rmtree(home, ignore_errors=True)
     home.mkdir(parents=True)
     stage = Stage(bench, clock, home)
@@ -118,9 +118,8 @@ def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
 
 def _latency_s(bench: SimulatedBench) -> float:
     """Return the age of an answer that has just arrived."""
-    faults, quirks = bench.wire.faults, bench.module.quirks
-    added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms
-    added_ms += quirks.double_ms + quirks.stream_jitter_ms + quirks.active_late_ms
+    faults = bench.wire.faults
+    added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms + lying(bench).lies.latest_ms
     return STEP_S + added_ms / 1000
 
 

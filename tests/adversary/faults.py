@@ -1,6 +1,6 @@
 """Faults of the line or the module by name, as options of the simulated module or as events.
 
-The options are those of `dps-s simulate`.
+The options are those of `dps-s simulate` and the lies of `tests.support.line.lies`.
 """
 
 from collections.abc import Callable, Mapping

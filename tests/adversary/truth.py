@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.defects import CHANGEABLE_CODES, read_raw
 from app.simulator.memory import record_frame
 from protocol.catalogue import BY_CODE, RECORD_CODE, STATUS_CODE, Hazard, Request
 from protocol.fields import Value
 from protocol.frame import Direction, Frame, decode_request
 from protocol.stream import StreamParser
+from tests.support.line.lies import CHANGEABLE_CODES, read_raw
 
 SETTING_CODES: Final = (0x15, 0x20, 0x21, 0x22)
 """Codes that can be set and read."""

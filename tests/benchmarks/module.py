@@ -2,7 +2,8 @@
 
     python -m tests.benchmarks.module PATH OPTION=VALUE …
 
-Prints its port, then executes the control lines of `dps-s simulate` from standard input, one answer per line. "count"
+Prints its port, then does what the lines of standard input say, one answer per line: "unplug [SECONDS]", "plug",
+"restart", "fault NAME VALUE", "fault none". "count"
 returns the number of streamed frames, "locked" when LOCK last arrived (monotonic seconds). Ends with its input.
 """
 
@@ -15,11 +16,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import execute
 from app.simulator.options import parse_options, setup_from
 from app.simulator.servers.endpoint import Loop
 from app.simulator.servers.pty_server import PtyEndpoint
-from app.text.user_error import UserError
 from protocol.catalogue import LOCK
 from tests.support.processes import ENVIRONMENT, ROOT
 
@@ -96,10 +95,18 @@ def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
     if line == COUNT:
         with bench.changed:
             return str(bench.module.stream_frames_sent)
-    try:
-        return execute(bench, line).replace("\n", " ")
-    except UserError as error:
-        return f"refused: {error}"
+    match line.split():
+        case ["unplug", *for_s]:
+            bench.unplug(for_s=float(for_s[0]) if for_s else None)
+        case ["plug" | "restart" as act]:
+            getattr(bench, act)()
+        case ["fault", "none"]:
+            bench.end_faults()
+        case ["fault", name, value]:
+            bench.change(**parse_options({name: value}))
+        case _:
+            return "refused"
+    return "done"
 
 
 def main(words: list[str]) -> int:
@@ -114,7 +121,7 @@ def main(words: list[str]) -> int:
     is_ready.wait(10)
     print(link, flush=True)
     for line in sys.stdin:
-        print(_answer(bench, locks, line.strip()) or "done", flush=True)
+        print(_answer(bench, locks, line.strip()), flush=True)
         loop.wake()
     loop.stop()
     server.join(5)

@@ -16,11 +16,11 @@ from app.engine.transport import PortError, SerialLine
 from app.engine.worker import CLOSING_LIMIT_S
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
-from app.simulator.options import parse_options, setup_from
 from protocol.catalogue import CELL_VOLT, CENTISECOND, DEGREE, TENTH_G, TENTH_VOLT, Request
 from protocol.fields import Value
 from tests.faults.fault_kinds import End, FaultKind
 from tests.faults.faulty_port import FakePort, Phase
+from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import INSTANT_S, FakeClock
 
 LONGEST_S = 90.0
@@ -87,7 +87,7 @@ class Cell:
         self.wanted_end = End.PROCEDURE
         self.clock = FakeClock()
         options = {"history": "2", "drain": "0", **row.options}
-        self.bench = SimulatedBench(setup_from(parse_options(options)), clock=self.clock)
+        self.bench = lying_bench(options, self.clock)
         self.port = FakePort(self.bench, self.clock)
         self.line = SerialLine("/dev/ttyUSB0", self.port)  # type: ignore[arg-type]
         self.line._gather = lambda gather_s: None  # type: ignore[method-assign]

@@ -12,10 +12,10 @@ from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import Act
 from app.safety.journal import Entry
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import as_text, parse_options, setup_from
 from protocol.frame import decode_request
 from tests.scenarios.desk_ledger import Ledger
 from tests.support.journals import FakeJournal
+from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 
 CLOSING_S: Final = 0.4
@@ -77,8 +77,7 @@ class DeskPort:
     def replace_module(self, options: Mapping[str, Any]) -> None:
         """Replace the module; no port is open."""
         self.disconnect()
-        texts = {name: as_text(value) for name, value in options.items()}
-        self.bench = SimulatedBench(setup_from(parse_options(texts)), clock=self.clock)
+        self.bench = lying_bench(options, self.clock)
         self._rate = 115200
 
     @property

@@ -1,6 +1,6 @@
 """Base of the endpoints that serve a simulated module to other processes.
 
-One loop, no thread. It wakes up for bytes of the host, control lines, bytes that are due, and `stop`.
+One loop, no thread. It wakes up for bytes of the host, bytes that are due, and `stop`.
 """
 
 import math
@@ -12,7 +12,6 @@ from contextlib import suppress
 from typing import Protocol
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import ControlLines
 from app.text.visible_text import visible
 
 BATCH_S = 0.004
@@ -55,12 +54,10 @@ class Loop:
         bench: SimulatedBench,
         endpoint: Endpoint,
         *,
-        control: ControlLines | None = None,
         announce: Callable[[str], None] = lambda _address: None,
     ) -> None:
         self._bench = bench
         self._endpoint = endpoint
-        self._control = control
         self._announce = announce
         self._is_stopped = False
         self._wake_sender, self._wake_receiver = socket.socketpair()
@@ -90,8 +87,6 @@ class Loop:
                 if self._wake_receiver.fileno() in ready:
                     with suppress(OSError):
                         self._wake_receiver.recv(READ_CHUNK)
-                if self._control is not None:
-                    self._control.read(ready)
                 if plug is not None and plug == self._bench.plugged:
                     self._exchange(ready)
         finally:
@@ -111,8 +106,6 @@ class Loop:
 
     def _wait(self) -> list[int]:
         files = [self._wake_receiver.fileno(), *self._endpoint.files()]
-        if self._control is not None:
-            files += self._control.files()
         # select has time-outs in microseconds, epoll in milliseconds.
         ready, _, _ = select.select(files, [], [], self._timeout_s())
         return ready

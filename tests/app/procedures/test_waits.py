@@ -113,7 +113,7 @@ def test_a_disk_is_slow_that_takes_longer_than_a_tenth_of_a_second(took_s: float
         (Act.FORBID_DEPLOY, SILENT, Outcome.UNKNOWN, 4.56, 6),
         (Act.SHUTDOWN, SILENT, Outcome.UNKNOWN, 2.66, 3),
         (Act.DEPLOY, SILENT, Outcome.UNKNOWN, 7.32, 10),
-        (Act.ACTIVATE, {"activates": False}, Outcome.REFUSED, 1.53, 44),
+        (Act.ACTIVATE, {"keeps": False}, Outcome.REFUSED, 1.53, 44),
         (Act.SHUTDOWN, {"mute_codes": frozenset()}, Outcome.CONFIRMED, 1.65, 3),
         (Act.DEPLOY, {}, Outcome.CONFIRMED, 0.16, 3),
     ],

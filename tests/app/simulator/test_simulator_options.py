@@ -1,12 +1,8 @@
-"""The option table and the control lines: what one types."""
-
-import os
-from collections.abc import Iterator
+"""The option table, and what the module does by itself or is made to do."""
 
 import pytest
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import VERBS, ControlLines, execute, help_text
 from app.simulator.options import (
     OPTIONS,
     OptionTarget,
@@ -16,7 +12,7 @@ from app.simulator.options import (
     parse_value,
     setup_from,
 )
-from app.simulator.quirks import Delivery, Quirks
+from app.simulator.quirks import Acknowledge, Delivery, Quirks
 from app.simulator.wire import Faults
 from app.text.user_error import UserError
 from tests.support.line.sim_line import FakeClock
@@ -63,7 +59,7 @@ def test_options_as_typed() -> None:
         ("baud", "1234", "115200"),
         ("active", "maybe", "yes|no"),
         ("mute_codes", "99", "01|10"),
-        ("mute_codes", "xy", "CODE[/N]"),
+        ("mute_codes", "xy", "CODE,…"),
     ],
 )
 def test_a_wrong_value_is_refused_with_what_is_possible(name: str, text: str, said: str) -> None:
@@ -97,101 +93,70 @@ def test_a_module_that_is_just_switched_on_shows_its_heartbeats(clock: FakeClock
     assert len(bench.wire.read(clock() + 0.1)) == 12
 
 
-def test_control_lines_move_the_module(bench: SimulatedBench, clock: FakeClock) -> None:
-    for line in ("tilt 30", "bay open", "cell 3.6", "charger on", "active on", "noise 0", "lifelike off", ""):
-        execute(bench, line)
-    state = bench.state()
-    assert (state.tilt_deg, state.bay_is_open, state.cell_v, state.has_external_power) == (30, True, 3.6, True)
-    assert state.is_active
-    execute(bench, "drop 20")
-    clock.now_s += 1.0
-    assert bench.state().is_falling
-    clock.now_s += 1.0
-    assert bench.state().is_triggered
-    execute(bench, "restart")
-    assert not bench.state().is_triggered
-    assert bench.state().boot_count == 38
+def test_its_pwm_input_triggers_it_at_the_given_time_if_it_is_active(clock: FakeClock) -> None:
+    for is_active in (True, False):
+        bench = SimulatedBench(setup_from({"pwm_after": 20.0, "active": is_active}), clock=clock)
+        clock.now_s += 19.9
+        assert not bench.state().is_triggered
+        clock.now_s += 0.2
+        assert bench.state().is_triggered is is_active
+        bench.restart()
+        clock.now_s += 100
+        assert bench.state().record_count == is_active, "once"
 
 
-def test_control_lines_switch_power_faults_and_quirks(bench: SimulatedBench, clock: FakeClock) -> None:
-    execute(bench, "off")
+def test_a_silent_restart_each_time_that_it_has_run_so_long(clock: FakeClock) -> None:
+    bench = SimulatedBench(setup_from({"restart_at_s": 70.0, "active": True}), clock=clock)
+    clock.now_s += 9.99
+    assert bench.state().is_active
+    clock.now_s += 0.02
+    assert not bench.state().is_active
+    assert (bench.state().boot_count, bench.wire.read(clock())) == (38, b"")
+    clock.now_s += 71.0
+    assert bench.state().boot_count == 39
+    bench.change(restart_at_s=0.0)
+    clock.now_s += 500.0
+    bench.change(restart_at_s=100.0)
+    clock.now_s += 1.0
+    assert bench.state().boot_count == 40, "once for a time that has passed already"
+    assert bench.wire.next_due(clock()) is not None, "the line wakes for it"
+
+
+def test_a_restart_that_loses_the_settings(clock: FakeClock) -> None:
+    bench = SimulatedBench(setup_from({"forgets": True}), clock=clock)
+    bench.module.memory.attitude_threshold = 70
+    bench.restart()
+    assert bench.module.memory.attitude_threshold == 60
+
+
+def test_a_module_that_does_nothing_by_itself_is_never_due(clock: FakeClock) -> None:
+    assert SimulatedBench(clock=clock).module.next_due(clock()) is None
+
+
+def test_power_faults_and_the_plug(bench: SimulatedBench, clock: FakeClock) -> None:
+    bench.power_off()
     assert not bench.state().is_on
-    execute(bench, "press")
+    bench.press_switch()
     assert bench.state().is_on
-    execute(bench, "fault drop 0.2")
-    execute(bench, "set ack one")
-    execute(bench, "set rate 100")
-    assert bench.state().values["drop"] == 0.2
-    assert bench.state().values["ack"] == "one"
-    assert bench.state().rate_hz == 100
-    execute(bench, "fault none")
+    bench.change(drop=0.2, ack=Acknowledge.ONE, rate=100.0)
+    state = bench.state()
+    assert (state.values["drop"], state.values["ack"], state.rate_hz) == (0.2, "one", 100)
+    bench.end_faults()
     assert bench.state().values["drop"] == 0
-    execute(bench, "unplug 2")
+    bench.unplug(for_s=2)
     assert not bench.state().is_plugged_in
     clock.now_s += 2.1
     assert bench.state().is_plugged_in
-    execute(bench, "unplug")
+    bench.unplug()
     clock.now_s += 100
     assert not bench.state().is_plugged_in
-    execute(bench, "plug")
+    bench.plug()
     assert bench.state().is_plugged_in
 
 
-def test_pwm_fires_only_an_active_module(bench: SimulatedBench) -> None:
-    with pytest.raises(UserError, match="not triggered"):
-        execute(bench, "pwm")
-    execute(bench, "active on")
-    execute(bench, "pwm")
+def test_the_pwm_input_fires_only_an_active_module(bench: SimulatedBench) -> None:
+    assert not bench.pulse_pwm()
+    bench.module.activate(is_active=True)
+    assert bench.pulse_pwm()
     assert bench.state().is_triggered
     assert bench.state().record_count == 1
-
-
-@pytest.mark.parametrize(
-    "line", ["fly", "tilt", "tilt high", "tilt nan", "bay ajar", "drop -1", "fault speed 1", "set boots 3", "charger"]
-)
-def test_a_line_that_means_nothing_is_refused_and_changes_nothing(bench: SimulatedBench, line: str) -> None:
-    before = bench.state()
-    with pytest.raises(UserError):
-        execute(bench, line)
-    assert bench.state() == before
-
-
-def test_help_names_every_line(bench: SimulatedBench) -> None:
-    assert execute(bench, "help") == help_text()
-    assert all(verb.usage in help_text() for verb in VERBS.values())
-    assert "is_on=yes" in execute(bench, "state")
-
-
-@pytest.fixture
-def pipe() -> Iterator[tuple[int, int]]:
-    reading, writing = os.pipe()
-    yield reading, writing
-    for file in (reading, writing):
-        try:
-            os.close(file)
-        except OSError:
-            continue
-
-
-def test_lines_from_a_pipe_in_pieces_and_the_last_one_without_an_end(
-    bench: SimulatedBench, pipe: tuple[int, int]
-) -> None:
-    reading, writing = pipe
-    answers: list[str] = []
-    control = ControlLines(bench, reading, answer=answers.append)
-    os.write(writing, b"tilt 1")
-    control.read([reading])
-    assert answers == []
-    os.write(writing, b"2\nfly\ncell 3.5")
-    control.read([reading])
-    os.close(writing)
-    control.read([reading])
-    assert bench.state().tilt_deg == 12
-    assert bench.state().cell_v == 3.5
-    assert len(answers) == 3
-    assert control.files() == [], "the end of the input is not looked at again"
-
-
-def test_a_file_is_no_place_for_control_lines(bench: SimulatedBench, tmp_path: os.PathLike[str]) -> None:
-    with open(os.path.join(tmp_path, "empty"), "w+", encoding="utf-8") as file:  # noqa: PTH118, PTH123
-        assert ControlLines(bench, file, answer=print).files() == []

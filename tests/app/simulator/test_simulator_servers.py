@@ -21,7 +21,6 @@ from app.cli import simulate
 from app.cli.commands import BY_NAME
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
-from app.simulator.control_lines import execute
 from app.simulator.options import OPTIONS
 from app.simulator.servers.endpoint import Endpoint, Loop
 from app.simulator.servers.tcp_server import TcpEndpoint
@@ -166,7 +165,7 @@ def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
         bench.unplug()
         loop.wake()
         until(lambda: not link.is_symlink())
-        execute(bench, "plug")
+        bench.plug()
         loop.wake()
         addresses.get(timeout=5)
         assert exchange(str(link)) == ANSWER
@@ -261,22 +260,18 @@ def test_no_port_to_be_had_is_code_3() -> None:
 
 @posix_only
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_the_program_prints_the_port_obeys_lines_and_ends_cleanly(tmp_path: Path, number: signal.Signals) -> None:
+def test_the_program_prints_the_port_and_ends_cleanly(tmp_path: Path, number: signal.Signals) -> None:
     link = tmp_path / "module"
     with subprocess.Popen(
-        [sys.executable, "-m", "app", "simulate", "--link", str(link), "--boots", "9"],
-        cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-m", "app", "simulate", "--link", str(link), "--tilt", "7"],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
     ) as program:  # fmt: skip
         try:
-            assert program.stdin is not None
             assert program.stdout is not None
             assert program.stderr is not None
             assert Path(program.stdout.readline().strip()).exists()
             assert program.stderr.readline()
-            program.stdin.write("tilt 7\n")
-            program.stdin.close()
-            assert "tilt_deg=7" in program.stderr.readline()
             with serial.Serial(str(link), 115200, timeout=2) as port:
                 port.write(ASK)
                 assert port.read(8).hex(" ") == "41 75 32 07 0a 00 00 43"

@@ -10,10 +10,10 @@ from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import Setup, as_text, parse_options, setup_from
 from protocol.catalogue import Request
 from protocol.events import Counters
 from protocol.frame import decode_request
+from tests.support.line.lies import lying_bench
 
 Result = TypeVar("Result")
 FINEST_S = 1e-4
@@ -29,10 +29,6 @@ class FakeClock:
         return self.now_s
 
 
-def _setup(options: Mapping[str, Any]) -> Setup:
-    return setup_from(parse_options({name: as_text(value) for name, value in options.items()}))
-
-
 class SimulatedLine:
     """A `Line` on a simulated module; `sent` holds all bytes written, `arrived` all bytes read."""
 
@@ -46,7 +42,7 @@ class SimulatedLine:
     ) -> None:
         """`bench`: an existing module; by default a new one is made."""
         self.clock = clock
-        self.bench = bench or SimulatedBench(_setup(options or {}), clock=clock)
+        self.bench = bench or lying_bench(options or {}, clock)
         self.sent = bytearray()
         self.arrived = bytearray()
         self.is_closed = False

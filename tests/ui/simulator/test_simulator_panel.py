@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.quirks import Acknowledge, Quirks, Rule
+from app.simulator.quirks import Acknowledge, Quirks
 from app.simulator.wire import Faults
 from app.text import i18n
 from tests.support.line.sim_line import FakeClock
@@ -178,43 +178,43 @@ def test_every_fault_and_quirk_has_a_row(panel: SimulatorPanel) -> None:
 
 
 def test_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    assert not find(panel, QLineEdit, "simulator_option_cross_talk").isVisible()
+    assert not find(panel, QLineEdit, "simulator_option_mute_codes").isVisible()
     click(qtbot, panel.options.folds["defects"])
-    talk = find(panel, QLineEdit, "simulator_option_cross_talk")
-    assert isinstance(talk, QLineEdit)
-    type_line(qtbot, talk, "21:20=14@500")
-    assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20, 0x14, 0, 500.0),)
-    revert = find(panel, QDoubleSpinBox, "simulator_option_revert_ms")
-    assert isinstance(revert, QDoubleSpinBox)
-    type_into(qtbot, revert, "20")
-    assert bench.state().values["revert_ms"] == 20
-    click(qtbot, find(panel, QAbstractButton, "simulator_option_locks"))
-    assert bench.state().values["locks"] is False
-    bench.change(cross_talk=())
-    revert.setFocus()
+    mute = find(panel, QLineEdit, "simulator_option_mute_codes")
+    assert isinstance(mute, QLineEdit)
+    type_line(qtbot, mute, "14,33")
+    assert bench.state().values["mute_codes"] == {0x14, 0x33}
+    restart = find(panel, QDoubleSpinBox, "simulator_option_restart_at_s")
+    assert isinstance(restart, QDoubleSpinBox)
+    type_into(qtbot, restart, "20")
+    assert bench.state().values["restart_at_s"] == 20
+    click(qtbot, find(panel, QAbstractButton, "simulator_option_forgets"))
+    assert bench.state().values["forgets"] is True
+    bench.change(mute_codes=frozenset())
+    restart.setFocus()
     panel.refresh()
-    assert talk.text() == ""
+    assert mute.text() == ""
 
 
-def test_a_rule_that_means_nothing_is_refused_beside_it(
+def test_codes_that_mean_nothing_are_refused_beside_them(
     qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, texts: Texts
 ) -> None:
     click(qtbot, panel.options.folds["defects"])
-    talk = find(panel, QLineEdit, "simulator_option_cross_talk")
-    assert isinstance(talk, QLineEdit)
-    type_line(qtbot, talk, "21>20")
-    refusal = find(panel, QLabel, "simulator_option_cross_talk_refusal")
+    mute = find(panel, QLineEdit, "simulator_option_mute_codes")
+    assert isinstance(mute, QLineEdit)
+    type_line(qtbot, mute, "21>20")
+    refusal = find(panel, QLabel, "simulator_option_mute_codes_refusal")
     assert isinstance(refusal, QLabel)
-    assert "CODE:CODE" in refusal.text()
+    assert "CODE,…" in refusal.text()
     i18n.set_language(i18n.CHINESE)
     texts.retranslate()
-    assert refusal.text().startswith("cross_talk=21>20：应为 ")
-    assert bench.state().values["cross_talk"] == ()
+    assert refusal.text().startswith("mute_codes=21>20：应为 ")
+    assert bench.state().values["mute_codes"] == frozenset()
     panel.refresh()
-    assert talk.text() == "21>20", "what was typed stays, to be put right"
-    type_line(qtbot, talk, "21:20")
+    assert mute.text() == "21>20", "what was typed stays, to be put right"
+    type_line(qtbot, mute, "21")
     assert not refusal.isVisible()
-    assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20),)
+    assert bench.state().values["mute_codes"] == {0x21}
 
 
 def test_opening_the_folds_changes_nothing(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:

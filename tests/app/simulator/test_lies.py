@@ -1,0 +1,154 @@
+"""The lies of `tests.support.line.lies`: what each does beside or instead of the reply, and what it leaves alone."""
+
+import pytest
+
+from protocol.catalogue import BY_CODE, STATUS, TRIGGER_RECORDS, Request
+from protocol.frame import Frame, encode_reply
+from protocol.messages import decode_record
+from protocol.stream import StreamParser
+from tests.support.line.lies import CHANGEABLE_CODES, LyingModule, lies_of, lying, lying_bench, read_raw
+from tests.support.line.sim_line import FakeClock
+from tests.support.line.simulated import receive, say, tick
+
+SET_G_4 = "42 61 21 02 04 27"
+ASK = "42 61 20 01 00 21"
+SET_70 = "42 61 20 02 46 68"
+SET_30 = "42 61 20 02 1e 40"
+DISABLE_ATTITUDE = "42 61 16 02 01 19"
+ACTIVATE = "42 61 10 02 01 13"
+LOCK = "42 61 10 02 00 12"
+ZERO = "42 61 25 01 00 26"
+SHUT_DOWN = "42 61 12 02 01 15"
+ASK_BOOTS = "42 61 23 01 00 24"
+IS_60, IS_70, IS_30, IS_55 = "41 75 20 01 3c 5d", "41 75 20 01 46 67", "41 75 20 01 1e 3f", "41 75 20 01 37 58"
+
+
+def running(**options: str) -> LyingModule:
+    """A module that has been running for a minute at time 0."""
+    clock = FakeClock()
+    clock.now_s = 0.0
+    module = lying(lying_bench({"noise": "0", "drain": "0", "empty_slots": "none"} | options, clock))
+    module.collect(0.0)
+    return module
+
+
+@pytest.mark.parametrize("cause", ["15", "16", "17", "20", "21", "22", "10"])
+@pytest.mark.parametrize("effect", sorted(CHANGEABLE_CODES))
+def test_writing_one_setting_changes_any_other(cause: str, effect: int) -> None:
+    module = running(cross_talk=f"{cause}:{effect:02X}=01")
+    before = read_raw(module, effect)
+    answer = receive(module, Request(BY_CODE[int(cause, 16)], 0x02, 0x00).encode(), 0.0)
+    assert answer[-2] == 0x00, "the acknowledgement says nothing of it"
+    assert read_raw(module, effect) == 0x01 != before or before == 0x01
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"revert_ms": "20"}, [(SET_70, 0, IS_70), (ASK, 0.019, IS_70), (ASK, 0.021, IS_60)]),
+        ({"clamp_ms": "500"}, [(SET_30, 0, IS_30), (ASK, 0.49, IS_30), (ASK, 0.51, IS_55)]),
+        ({"cross_talk": "21:20"}, [("42 61 21 01 00 22", 0, "41 75 21 01 05 27"), (ASK, 0, IS_60),
+                                   (SET_G_4, 0, "41 75 21 01 04 26"), (ASK, 0, "41 75 20 01 04 25")]),
+        ({"cross_talk": "21:20=46/2@500"}, [(SET_G_4, 0, "41 75 21 01 04 26"), (ASK, 0.9, IS_60),
+                                            (SET_G_4, 1, "41 75 21 01 04 26"), (ASK, 1.499, IS_60),
+                                            (ASK, 1.501, IS_70)]),
+        ({"cross_talk": "25:20=1E"}, [(ZERO, 0, "41 75 25 01 01 27"), (ASK, 0, IS_30)]),
+        ({"read_changes": "20:20=1E/2@50"}, [(ASK, 0, IS_60), (ASK, 0, IS_60),
+                                             (ASK, 0.04, IS_60), (ASK, 0.06, IS_30)]),
+        ({"read_changes": "23:20=1E"}, [(ASK_BOOTS, 0, "41 75 23 01 25 49"), (ASK, 0, IS_30)]),
+        ({"mute_codes": "20/3,14"}, [(ASK, 0, IS_60), (SET_70, 0, IS_70), (ASK, 0, ""),
+                                     (SET_30, 0, ""), ("42 61 14 01 01 16", 0, "")]),
+        ({"double_codes": "12"}, [(SHUT_DOWN, 0, "41 75 12 01 01 14 41 75 12 01 01 14"), (ASK, 0, "")]),
+        ({"silent_restart_ms": "5", "double_codes": "20", "double_ms": "10"}, [(SET_70, 0, IS_70)]),
+        ({"shuts_down": "no"}, [(SHUT_DOWN, 0, "41 75 12 01 01 14"), (ASK, 0, IS_60)]),
+        ({"locks": "no"}, [(ACTIVATE, 0, "41 75 10 01 01 12"), (LOCK, 0, "41 75 10 01 00 11"),
+                           ("42 61 30 01 00 31", 0, "41 75 30 01 01 32")]),
+        ({"activates": "no"}, [(ACTIVATE, 0, "41 75 10 01 01 12"), ("42 61 30 01 00 31", 0, "41 75 30 01 00 31")]),
+        *(({"foreign_replies": rule}, [(ASK, 0, f"{foreign} {IS_60}")]) for rule, foreign in (
+            ("20:22", "41 75 22 01 a0 c3"), ("20:22=05", "41 75 22 01 05 28"), ("20:16", "41 75 16 01 00 17"),
+            ("20:12", "41 75 12 01 01 14"), ("20:01", "41 75 01 a5 5a 00"), ("20:32", "41 75 32 00 0a 00 00 3c"),
+        )),
+    ],
+)  # fmt: skip
+def test_what_is_said_to_what(options: dict[str, str], said: list[tuple[str, float, str]]) -> None:
+    module = running(**options)
+    assert [(asked, at_s, say(module, asked, at_s)) for asked, at_s, _ in said] == said
+    assert tick(module, 10.0) == b""
+
+
+def test_a_silent_restart_after_an_acknowledgement_and_none_after_a_query() -> None:
+    module = running(silent_restart_ms="30")
+    say(module, ASK_BOOTS)
+    say(module, DISABLE_ATTITUDE, 0.5)
+    boots = module.memory.boot_count
+    assert not module.state.attitude_is_enabled
+    assert tick(module, 1.0) == b"", "it says nothing of it"
+    assert module.memory.boot_count == boots + 1
+    assert module.state.attitude_is_enabled, "what does not survive is gone"
+
+
+def test_records_are_left_out_in_the_pass_that_was_named() -> None:
+    def boots(module: LyingModule) -> list[int]:
+        raw = receive(module, TRIGGER_RECORDS.query().encode(), 0.0)
+        return [decode_record(piece.raw).raw[4] for piece in StreamParser().feed(raw)]
+
+    first, _, third, fourth = boots(running(history="4"))
+    module = running(history="4", drop_records="1/2,2,4/1")
+    assert [boots(module) for _ in range(3)] == [[first, third], [third, fourth], [first, third, fourth]]
+
+
+@pytest.mark.parametrize(("after_ms", "second_s"), [("0", 0.0), ("50", 0.05)])
+def test_chosen_answers_come_twice(after_ms: str, second_s: float) -> None:
+    module = running(double_codes="01,20", double_ms=after_ms)
+    sent = module.receive(bytes.fromhex("42 61 01 a5 5a 00"), 0.0) + module.collect(1.0)
+    assert [burst.data.hex(" ") for burst in sent] == ["41 75 01 a5 5a 00"] * 2
+    assert sent[1].at_s == pytest.approx(second_s, abs=0.002)
+    assert len(receive(module, bytes.fromhex(ASK_BOOTS), 2.0) + tick(module, 3.0)) == 6
+
+
+def test_foreign_answers_come_later_and_records_whole() -> None:
+    module = running(foreign_replies="20:22@500")
+    assert say(module, ASK) == IS_60
+    assert (tick(module, 0.499), tick(module, 0.501).hex(" ")) == (b"", "41 75 22 01 a0 c3")
+    module = running(history="1", foreign_replies="20:35")
+    pieces = StreamParser().feed(receive(module, bytes.fromhex(ASK), 0.0))
+    assert [len(piece.raw) for piece in pieces if isinstance(piece, Frame)] == [16, 6]
+
+
+def test_the_stream_jitters_and_loses_nothing() -> None:
+    def frame_times(jitter_ms: str) -> list[float]:
+        module = running(stream_jitter_ms=jitter_ms)
+        say(module, "42 61 13 02 01 16")
+        return [sent.at_s for sent in module.collect(4.0)]
+
+    even, uneven = frame_times("0"), frame_times("15")
+    late = [after - before for before, after in zip(even, uneven, strict=False)]
+    assert abs(len(even) - len(uneven)) <= 1
+    assert all(-1e-9 <= late_s <= 0.0151 for late_s in late)
+    assert max(late) > 0.01
+    assert uneven == sorted(uneven) == frame_times("15")
+
+
+def test_an_activation_is_reported_late_and_so_is_locking() -> None:
+    module = running(active_late_ms="500")
+    say(module, ACTIVATE)
+    assert module.state.is_active
+    assert [module.reports_active(at_s) for at_s in (0.0, 0.49, 0.51)] == [False, False, True]
+    assert receive(module, STATUS.query().encode(), 0.4)[6] == 0x00
+    say(module, LOCK, 1.0)
+    assert not module.state.is_active
+    assert [module.reports_active(at_s) for at_s in (1.49, 1.51)] == [True, False]
+
+
+def test_zeroing_without_effect() -> None:
+    module = running(zeroes="no", tilt="7")
+    assert say(module, ZERO) == "41 75 25 01 01 27"
+    assert module.tilt_deg(0.0) == 7
+
+
+def test_lies_count_from_when_they_are_told() -> None:
+    module = running()
+    say(module, ASK_BOOTS)
+    module.lies = lies_of({"foreign_replies": "23:22/2"})
+    assert [len(receive(module, bytes.fromhex(ASK_BOOTS), 0.0)) for _ in range(3)] == [6, 12, 6]
+    assert say(module, ASK_BOOTS) == encode_reply(0x23, 37).hex(" ")

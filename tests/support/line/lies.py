@@ -1,0 +1,298 @@
+"""A simulated module that lies: side effects of a set or a query, and wrong, doubled, foreign and missing replies.
+
+    lying_bench({"cross_talk": "21:20=14/2@500", "ack": "one"}, clock)
+
+A rule such as `21:20=14/2@500`: a request to 21 changes or sends 20, with the value 14, the second time only, 500 ms
+later. A mark such as `35/2`: that code or record number, the second time.
+"""
+
+import heapq
+import itertools
+import math
+import random
+import re
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import partial
+from typing import Any, Final, NamedTuple
+
+from app.simulator.answers import ACCEPTED, answer, clamped, reply
+from app.simulator.bench import Clock, SimulatedBench
+from app.simulator.hardware import QueuedBurst
+from app.simulator.module import SimulatedModule
+from app.simulator.options import as_text, codes, parse_options, setup_from
+from protocol.catalogue import BY_CODE, FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
+from protocol.fields import Flag
+
+_RULE: Final = re.compile(r"(\w{2}):(\w{2})(?:=(\w{2}))?(?:/(\d+))?(?:@([\d.]+))?", re.ASCII)
+_IN_MEMORY: Final = {
+    0x15: "light_threshold", 0x20: "attitude_threshold", 0x21: "freefall_acceleration", 0x22: "freefall_time",
+}  # fmt: skip
+_IN_STATE: Final[Mapping[int, tuple[str, Flag]]] = {
+    0x13: ("serial_output_is_on", FLAG),
+    0x16: ("attitude_is_enabled", INVERTED), 0x17: ("freefall_is_enabled", INVERTED),
+}  # fmt: skip
+_ACTIVATION: Final = 0x10
+CHANGEABLE_CODES: Final = frozenset((_ACTIVATION, *_IN_MEMORY, *_IN_STATE))
+"""Codes of what a rule can change."""
+_REVERTING: Final = CHANGEABLE_CODES - {_ACTIVATION, 0x13}
+
+
+class Rule(NamedTuple):
+    cause: int
+    effect: int
+    value: int | None
+    """Byte of the effect; None for the one that was set, or for the true one."""
+    time: int
+    """The n-th time only; 0 for every time."""
+    after_s: float
+
+
+class Mark(NamedTuple):
+    what: int
+    time: int
+    """0 for every time."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lies:
+    mute_codes: tuple[Mark, ...] = ()
+    """Ignored from that time on."""
+    cross_talk: tuple[Rule, ...] = ()
+    """Effects of a set."""
+    read_changes: tuple[Rule, ...] = ()
+    """Effects of a query."""
+    foreign_replies: tuple[Rule, ...] = ()
+    drop_records: tuple[Mark, ...] = ()
+    double_codes: frozenset[int] = frozenset()
+    double_ms: float = 0.0
+    revert_ms: float = 0.0
+    clamp_ms: float = 0.0
+    silent_restart_ms: float = 0.0
+    stream_jitter_ms: float = 0.0
+    active_late_ms: float = 0.0
+    activates: bool = True
+    locks: bool = True
+    zeroes: bool = True
+    shuts_down: bool = True
+
+    @property
+    def latest_ms(self) -> float:
+        """By how much a reply may be older than the line makes it."""
+        return self.double_ms + self.stream_jitter_ms + self.active_late_ms
+
+
+def _rule(text: str) -> Rule:
+    match = _RULE.fullmatch(text)
+    assert match is not None, text
+    cause, effect, value, time, after_ms = match.groups()
+    return Rule(
+        int(cause, 16), int(effect, 16), None if value is None else int(value, 16), int(time or 0),
+        float(after_ms or 0) / 1000,
+    )  # fmt: skip
+
+
+def _rules(text: str) -> tuple[Rule, ...]:
+    return tuple(map(_rule, text.split(",")))
+
+
+def _marks(text: str, base: int) -> tuple[Mark, ...]:
+    parts = [part.partition("/") for part in text.split(",")]
+    return tuple(Mark(int(what, base), int(time or 0)) for what, _, time in parts)
+
+
+_PARSED: Final[Mapping[str, Callable[[str], Any]]] = {
+    "mute_codes": partial(_marks, base=16), "drop_records": partial(_marks, base=10), "double_codes": codes,
+    "cross_talk": _rules, "read_changes": _rules, "foreign_replies": _rules,
+}  # fmt: skip
+
+
+def lies_of(options: Mapping[str, Any]) -> Lies:
+    """Those of the options, as they are typed, that are lies."""
+    found: dict[str, Any] = {}
+    for field in fields(Lies):
+        if field.name in options:
+            parse = _PARSED.get(field.name, "yes".__eq__ if isinstance(field.default, bool) else float)
+            found[field.name] = parse(options[field.name])
+    return Lies(**found)
+
+
+def lying_bench(options: Mapping[str, Any], clock: Clock) -> SimulatedBench:
+    """A module with these options, as values or as they are typed, of which some may be lies."""
+    texts = {name.replace("-", "_"): as_text(value) for name, value in options.items()}
+    lies = {
+        name: text for name, text in texts.items()
+        if name in Lies.__slots__ and not (name == "mute_codes" and "/" not in text)
+    }  # fmt: skip
+    plain = {name: text for name, text in texts.items() if name not in lies}
+    bench = SimulatedBench(setup_from(parse_options(plain)), clock=clock, kind=LyingModule)
+    lying(bench).lies = lies_of(lies)
+    return bench
+
+
+def lying(bench: SimulatedBench) -> "LyingModule":
+    assert isinstance(bench.module, LyingModule)
+    return bench.module
+
+
+def read_raw(module: SimulatedModule, code: int) -> int:
+    """The present byte of a setting or a state."""
+    if code in _IN_MEMORY:
+        return int(getattr(module.memory, _IN_MEMORY[code]))
+    if code == _ACTIVATION:
+        return int(module.state.is_active)
+    name, field = _IN_STATE[code]
+    return field.encode(getattr(module.state, name))
+
+
+def write_raw(module: SimulatedModule, code: int, raw: int) -> None:
+    """Change it silently, between two requests."""
+    if code in _IN_MEMORY:
+        setattr(module.memory, _IN_MEMORY[code], raw)
+    elif code == _ACTIVATION:
+        module.activate(is_active=raw == FLAG.true)
+    else:
+        name, field = _IN_STATE[code]
+        setattr(module.state, name, raw == field.true)
+
+
+class LyingModule(SimulatedModule):
+    """Lies count from when they were last set."""
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        self._plans: list[tuple[float, int, Callable[[], object]]] = []
+        self._numbers = itertools.count()
+        self._is_obeying = False
+        self._queued: list[QueuedBurst] = []
+        self._reported = (False, -math.inf)
+        self._jitter = random.Random(1)
+        self._jitter_until_s = -math.inf
+        self.lies = Lies()
+        super().__init__(*args, **more)
+
+    @property
+    def lies(self) -> Lies:
+        return self._lies
+
+    @lies.setter
+    def lies(self, lies: Lies) -> None:
+        self._lies, self._asked = lies, Counter[tuple[int, bool]]()
+
+    # Events
+
+    def _clear(self) -> None:
+        super()._clear()
+        self._plans.clear()
+        self._reported, self._jitter_until_s = (False, -math.inf), -math.inf
+
+    def _plan(self, at_s: float, act: Callable[[], object]) -> None:
+        heapq.heappush(self._plans, (at_s, next(self._numbers), act))
+
+    def event_s(self) -> float:
+        return min(super().event_s(), self._plans[0][0] if self._plans and self.is_on else math.inf)
+
+    def do_event(self, at_s: float) -> None:
+        if self._plans and self._plans[0][0] <= at_s:
+            heapq.heappop(self._plans)[2]()
+        else:
+            super().do_event(at_s)
+
+    # Requests
+
+    def obey(self, request: Request, now_s: float) -> None:
+        lies, code = self.lies, request.command.code
+        self._asked[code, request.is_set] += 1
+        time = self._asked[code, request.is_set]
+        total = self._asked[code, True] + self._asked[code, False]
+        if any(mark.what == code and total >= mark.time for mark in lies.mute_codes) or code in self.quirks.mute_codes:
+            return
+        before = {code: read_raw(self, code) for code in _REVERTING} if lies.revert_ms else {}
+        foreign = _due_rules(lies.foreign_replies, code, time)
+        for rule in foreign:
+            if not rule.after_s:
+                self._insert(rule, now_s)
+        self._answer(request, time, now_s)
+        for rule in foreign:
+            if rule.after_s:
+                self._insert(rule, now_s + rule.after_s)
+        is_query = request.hazard is Hazard.NONE
+        for rule in _due_rules(lies.read_changes if is_query else lies.cross_talk, code, time):
+            self._change(rule, request.data, now_s)
+        if is_query:
+            return
+        if code in before:
+            self._plan(now_s + lies.revert_ms / 1000, partial(write_raw, self, code, before[code]))
+        if lies.clamp_ms and code in _IN_MEMORY:
+            at_s = now_s + lies.clamp_ms / 1000
+            self._plan(at_s, lambda: write_raw(self, code, clamped(BY_CODE[code], read_raw(self, code))))
+        if lies.silent_restart_ms:
+            at_s = now_s + lies.silent_restart_ms / 1000
+            self._plan(at_s, partial(self.restart, at_s, is_silent=True))
+
+    def _answer(self, request: Request, time: int, now_s: float) -> None:
+        """The reply of an honest module, as far as it is let."""
+        lies, code, memory = self.lies, request.command.code, self.memory
+        records, zero_tilt_deg = memory.records, memory.zero_tilt_deg
+        if request.command is TRIGGER_RECORDS:
+            dropped = {mark.what for mark in lies.drop_records if mark.time in (0, time)}
+            memory.records = deque(data for number, data in enumerate(records, start=1) if number not in dropped)
+        self._is_obeying, self._queued = True, []
+        answer(self, request, now_s)
+        self._is_obeying, queued = False, self._queued
+        if request.command is TRIGGER_RECORDS:
+            memory.records = records
+        if not lies.zeroes:
+            memory.zero_tilt_deg = zero_tilt_deg
+        for due in queued if code in lies.double_codes else ():
+            self.queue(due._replace(at_s=due.at_s + lies.double_ms / 1000))
+
+    def _insert(self, rule: Rule, at_s: float) -> None:
+        """Send an unrequested reply, with the true value unless the rule has another."""
+        code = rule.effect
+        if rule.value is not None:
+            reply(self, code, rule.value, at_s)
+        elif code in CHANGEABLE_CODES:
+            reply(self, code, read_raw(self, code), at_s)
+        elif BY_CODE[code].can_be_asked:
+            answer(self, BY_CODE[code].query(), at_s)
+        else:
+            reply(self, code, ACCEPTED, at_s)
+
+    def _change(self, rule: Rule, raw: int, now_s: float) -> None:
+        act = partial(write_raw, self, rule.effect, raw if rule.value is None else rule.value)
+        if rule.after_s:
+            self._plan(now_s + rule.after_s, act)
+        else:
+            act()
+
+    # What an honest module does
+
+    def queue(self, due: QueuedBurst) -> None:
+        if due.is_streamed and self.lies.stream_jitter_ms:
+            late_s = self._jitter.uniform(0.0, self.lies.stream_jitter_ms) / 1000
+            self._jitter_until_s = max(self._jitter_until_s, due.at_s + late_s)
+            due = due._replace(at_s=self._jitter_until_s)
+        super().queue(due)
+        if self._is_obeying:
+            self._queued.append(due)
+
+    def activate(self, *, is_active: bool) -> None:
+        if not self._is_obeying:
+            super().activate(is_active=is_active)
+        elif self.lies.activates if is_active else self.lies.locks:
+            now_s = self.heard_s
+            self._reported = (self.reports_active(now_s), now_s + self.lies.active_late_ms / 1000)
+            super().activate(is_active=is_active)
+
+    def reports_active(self, now_s: float) -> bool:
+        before, until_s = self._reported
+        return before if now_s < until_s else super().reports_active(now_s)
+
+    def shut_down(self, now_s: float) -> None:
+        if self.lies.shuts_down:
+            super().shut_down(now_s)
+
+
+def _due_rules(rules: tuple[Rule, ...], code: int, time: int) -> list[Rule]:
+    return [rule for rule in rules if rule.cause == code and rule.time in (0, time)]
