@@ -84,16 +84,14 @@ def no_reading_back(patch: pytest.MonkeyPatch) -> None:
 
 
 def defaults_for_flags(patch: pytest.MonkeyPatch) -> None:
-    from app.terminal import read_report as findings
-
-    honest = findings.json_of
+    from app.terminal.read_report import json_of
 
     def assumed(found_: Any) -> dict[str, object]:
-        answer: dict[str, Any] = honest(found_)
+        answer: dict[str, Any] = json_of(found_)
         answer["settings"]["attitude_trigger"] = True
         return answer
 
-    patch.setattr(findings, "json_of", assumed)
+    patch.setattr("app.cli.read.json_of", assumed)
 
 
 def always_ready(patch: pytest.MonkeyPatch) -> None:
@@ -115,19 +113,17 @@ def one_pass(patch: pytest.MonkeyPatch) -> None:
         records = tuple(one for one in messages if isinstance(one, TriggerRecord))
         return History(records, is_confirmed=True, is_answered=True)
 
-    patch.setattr("app.procedures.history.read_history", once)
+    patch.setattr("app.cli.history.read_history", once)
 
 
 def zero_first(patch: pytest.MonkeyPatch) -> None:
-    from app.procedures import read
-
-    honest = read.read_everything
+    from app.procedures.read import read_everything
 
     def zeroing() -> Procedure[Any]:
         yield Ask(BY_NAME["zero_sensor"].query(), is_deliberate=True)
-        return (yield from honest())
+        return (yield from read_everything())
 
-    patch.setattr(read, "read_everything", zeroing)
+    patch.setattr("app.cli.read.read_everything", zeroing)
 
 
 def never_ends(patch: pytest.MonkeyPatch) -> None:
@@ -135,7 +131,7 @@ def never_ends(patch: pytest.MonkeyPatch) -> None:
         while True:
             yield Pause(1.0)
 
-    patch.setattr("app.procedures.history.read_history", waiting)
+    patch.setattr("app.cli.history.read_history", waiting)
 
 
 def breaks(patch: pytest.MonkeyPatch) -> None:
@@ -143,7 +139,7 @@ def breaks(patch: pytest.MonkeyPatch) -> None:
         yield Inspect()
         raise KeyError("a bug")
 
-    patch.setattr("app.procedures.history.read_history", broken)
+    patch.setattr("app.cli.history.read_history", broken)
 
 
 def all_is_well(patch: pytest.MonkeyPatch) -> None:
