@@ -6,14 +6,14 @@ the curve moves below them. The axes are kept as pictures, which makes a redraw 
 
 import math
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QTransform
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QTransform
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QStyleOptionGraphicsItem, QWidget
 
 from app.samples.ring_buffers import Envelope
 from app.samples.step_function import StepFunction
@@ -65,30 +65,39 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
     return Points(x, y, connect, gaps)
 
 
-class Lines(pg.PlotCurveItem):  # type: ignore[misc]  # pyqtgraph has no types
-    """Lines somewhere in `bounds`, which is the view: pyqtgraph would go through all points to find where they are."""
+class Lines(QGraphicsItem):
+    """Lines somewhere in `bounds`, which is the view. An item of pyqtgraph with the same points takes twice as long."""
 
     line_px = 0
     """Lines of one pixel side by side, which are far cheaper than a wider pen."""
 
-    def __init__(self, connect: str = "all") -> None:
+    def __init__(self) -> None:
+        super().__init__()
         self.bounds = QRectF()
-        super().__init__(connect=connect, skipFiniteCheck=True, antialias=False)
+        self.pen = QPen()
+        self.points = Points(np.empty(0), np.empty(0), "all", [])
+        self._path = QPainterPath()
 
     def boundingRect(self) -> QRectF:
         return self.bounds
 
-    def paint(self, painter: QPainter, _option: Any, _widget: Any) -> None:
-        path, ratio = self.getPath(), painter.device().devicePixelRatioF()
-        painter.setPen(self.opts["pen"])
-        painter.drawPath(path)
+    def show_points(self, points: Points) -> None:
+        self.points = points
+        self._path = pg.arrayToQPath(points.x, points.y, connect=points.connect, finiteCheck=False)
+        self.update()
+
+    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
+        ratio = painter.device().devicePixelRatioF()
+        painter.setPen(self.pen)
+        painter.drawPath(self._path)
         for _ in range(min(_MAX_COPIES, round(self.line_px * ratio)) - 1):
             painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(1 / ratio, 1 / ratio))
-            painter.drawPath(path)
+            painter.drawPath(self._path)
 
 
 class _Segment(NamedTuple):
-    """A limit that stands; `word` names a value of the past at its end, `is_current` the one at the right edge."""
+    """A limit that stands, in seconds before the end of the span; `word` names a value of the past at its end,
+    `is_current` the one at the right edge."""
 
     start_s: float
     end_s: float
@@ -101,10 +110,9 @@ class LimitLine(Lines):
     """The line of a limit, or of what was last known of it."""
 
     def __init__(self, limit: Limit, steps: StepFunction, *, is_stale: bool) -> None:
-        super().__init__("pairs")
+        super().__init__()
         self.limit, self.steps, self.is_stale = limit, steps, is_stale
         self.segments: list[_Segment] = []
-        self.drawn: object = ()
 
     def ink(self, theme: Theme) -> str:
         return theme.muted if self.is_stale else theme.tint(self.limit.meaning).ink
@@ -114,7 +122,7 @@ class LimitLine(Lines):
         if self.is_stale or self.limit.is_draft:
             line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
         line.setCosmetic(True)
-        self.setPen(line)
+        self.pen = line
 
     def draw(self, span: Span, pixel_s: float) -> None:
         """Steps through the values of a time span."""
@@ -123,7 +131,7 @@ class LimitLine(Lines):
         is_lost_at_edge = len(changes) > 1 and changes[-1].value is None and changes[-1].time_s > span.end_s - pixel_s
         if is_lost_at_edge and not self.is_stale and not is_replaced:
             changes.pop()  # it is still named, as at the end of a recording
-        self.segments = []
+        segments = []
         for number, change in enumerate(changes):
             if change.value is None:
                 continue
@@ -132,13 +140,14 @@ class LimitLine(Lines):
             # An equal value that follows is named at its own end.
             word = value_text(change.value, limit.decimals) if later and change.value != following else ""
             word = tr("stale") if self.is_stale else word
-            end_s = later[0].time_s if later else span.end_s
-            self.segments.append(_Segment(max(change.time_s, span.start_s), end_s, change.value, word, not later))
-        lines = tuple((part.start_s - span.end_s, part.end_s - span.end_s, part.value) for part in self.segments)
-        if lines != self.drawn:
-            self.drawn = lines
-            x = np.array([(start, end) for start, end, _ in lines], np.float64).ravel()
-            self.setData(x, np.repeat(np.array([value for *_, value in lines], np.float64), 2))
+            start_s = max(change.time_s, span.start_s) - span.end_s
+            end_s = later[0].time_s - span.end_s if later else 0.0
+            segments.append(_Segment(start_s, end_s, change.value, word, not later))
+        if segments != self.segments:
+            self.segments = segments
+            x = np.array([(part.start_s, part.end_s) for part in segments], np.float64).ravel()
+            y = np.repeat(np.array([part.value for part in segments], np.float64), 2)
+            self.show_points(Points(x, y, "pairs", []))
 
 
 class LaneView:
@@ -159,7 +168,7 @@ class LaneView:
         self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
         self.values = pg.AxisItem("left")
         style_axis(self.values, self.view)
-        self.curve, self.grid = Lines(), Lines("pairs")  # the grid of an axis would be a picture as large as the lane
+        self.curve, self.grid = Lines(), Lines()  # the grid of an axis would be a picture as large as the lane
         self._time_ticks: Sequence[Tick] = ()
         self._value_ticks: list[Tick] = []
         self.limits = [LimitLine(limit, limit.steps, is_stale=False) for limit in lane.limits]
@@ -178,9 +187,9 @@ class LaneView:
         self.values.setTextPen(QColor(theme.muted))
         self.values.setPen(None)
         # Black hairlines would hide the curve.
-        self.grid.setPen(QColor(theme.divider if theme.border_px == 1 else "#9A9A9A"), width=ratio)
+        self.grid.pen = pg.mkPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
         self.ink = theme.curves[self.number % len(theme.curves)]
-        self.curve.setPen(QColor(self.ink))
+        self.curve.pen = pg.mkPen(self.ink)
         self.curve.line_px = theme.line_px + 1
         for line in self.limits:
             line.apply_theme(theme, ratio)
@@ -222,7 +231,7 @@ class LaneView:
         if newest is not None and newest.time_s < span.end_s - lane.gap_s:
             curve.gaps.append(Span(newest.time_s, span.end_s))
         self.gaps = curve.gaps
-        self.curve.setData(curve.x, curve.y, connect=curve.connect)
+        self.curve.show_points(curve)
         pixel_s = span.length_s / max(1.0, self.box.width())
         for line in self.limits:
             line.draw(span, pixel_s)
@@ -276,7 +285,7 @@ class LaneView:
         across = [place for value, _ in self._value_ticks for place in ((-self._span.length_s, value), (0.0, value))]
         down = [(time_s, end) for time_s, _ in self._time_ticks for end in self.scale[:2]]
         places = np.array(across + down, np.float64).reshape(-1, 2)
-        self.grid.setData(places[:, 0], places[:, 1])
+        self.grid.show_points(Points(places[:, 0], places[:, 1], "pairs", []))
 
     def x(self, time_s: float) -> float:
         """The place of a time in the scene."""
@@ -293,7 +302,8 @@ class LaneView:
     def words_key(self) -> object:
         """What the words depend on, beside the cursor; places are relative to the end of the span."""
         gaps = [(gap.start_s - self._span.end_s, gap.end_s - self._span.end_s) for gap in self.gaps]
-        return self.scale, gaps, [(line.drawn, line.segments and line.segments[-1].word) for line in self.limits]
+        parts = [part if part.word else part[2:] for line in self.limits for part in line.segments]
+        return self.scale, gaps, parts
 
     def name_limits(self, overlay: Overlay, theme: Theme) -> None:
         """Names the current limits beside the lane, apart from each other."""
@@ -314,8 +324,8 @@ class LaneView:
         for line in self.limits:
             for part in line.segments:
                 tag = Tag(part.word, line.ink(theme), is_bold=True)
-                size, right, y = overlay.size(tag), min(self.x(part.end_s), self.box.right()), self.y(part.value)
-                if part.word and right - self.x(part.start_s) > size.width() + 8:
+                size, right, y = overlay.size(tag), self.x(part.end_s + self._span.end_s), self.y(part.value)
+                if part.word and right - self.x(part.start_s + self._span.end_s) > size.width() + 8:
                     left = right - 4 - size.width()
                     overlay.put(tag, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
         word = Tag(tr("no data"), theme.text, ground=theme.surface)

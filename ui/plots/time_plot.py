@@ -7,7 +7,7 @@ after the window's first paint.
 import math
 import time
 from collections import deque
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Sequence
 from typing import Final
 
 from PySide6.QtCore import QBuffer, QByteArray, QPoint, Qt, Signal
@@ -134,10 +134,11 @@ class TimePlot(QWidget):
         """Seconds per device pixel."""
         return self.span.length_s / max(1.0, self._view.width_px * self._view.devicePixelRatio())
 
-    def add_marks(self, marks: Iterable[Mark]) -> None:
+    def add_marks(self, marks: Sequence[Mark]) -> None:
         """Adds marks, drawn with the next `draw`."""
-        self._marks.extend(marks)
-        self._drawn = None
+        if marks:
+            self._marks.extend(marks)
+            self._drawn = None
 
     def reset(self) -> None:
         """Removes all marks and goes back to live, for another module."""

@@ -52,7 +52,7 @@ def test_marks_are_where_their_time_is(bench: Bench) -> None:
 
 
 def test_hundreds_of_marks_are_lines_at_as_many_pixels(bench: Bench) -> None:
-    bench.plot.add_marks(Mark(NOW_S - n * 0.001, "offline", Icon.LINK_LOST) for n in range(900))
+    bench.plot.add_marks([Mark(NOW_S - n * 0.001, "offline", Icon.LINK_LOST) for n in range(900)])
     bench.plot.draw(NOW_S)
     assert len(bench.view.overlay.lines) <= 2 * 14
 
@@ -103,13 +103,13 @@ def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
     bench.plot.draw(NOW_S)
     firm = bench.lane.limits[0]
     assert [(part.value, part.is_current) for part in firm.segments] == [(60, False), (75, True)]
-    x, y = firm.getData()
+    x, y = firm.points[:2]
     assert x.tolist() == pytest.approx([-60, -30, -30, 0], abs=0.2)
     assert y.tolist() == [60, 60, 75, 75]
     assert {"60", "75° fires"} <= set(bench.words)
     bench.fire.put(NOW_S - 1, None)
     bench.plot.draw(NOW_S + 60)
-    assert firm.getData()[0].tolist() == []
+    assert firm.points.x.tolist() == []
     assert "75° fires" not in bench.words
 
 
@@ -131,9 +131,9 @@ def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> N
     label = next(tag for tag, _ in bench.view.overlay.shown if tag.text == "60° fires")
     assert label.ink == LIGHT.muted
     firm, stale = bench.lane.limits
-    assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
-    assert stale.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
-    assert stale.opts["pen"].color().name().upper() == LIGHT.muted.upper()
+    assert firm.points.x.tolist() == pytest.approx([-60, -30], abs=0.2)
+    assert stale.points.x.tolist() == pytest.approx([-30, 0], abs=0.2)
+    assert stale.pen.color().name().upper() == LIGHT.muted.upper()
 
 
 def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:

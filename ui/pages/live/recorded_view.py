@@ -33,7 +33,7 @@ class RecordedView:
         self.recording = recording
         bounds = Span(recording.start_s, recording.end_s)
         plot = self.plot = TimePlot(lanes, self._texts, wall_offset_s=recording.wall_offset_s, bounds=bounds)
-        plot.add_marks(mark_of(one) for one in recording.markers)
+        plot.add_marks([mark_of(marker) for marker in recording.markers])
         last = recording.tilt.last
         if last is not None:
             plot.point_at(last.time_s)
