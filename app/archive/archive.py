@@ -4,16 +4,15 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.archive.collection import collect
 from app.archive.exchange import Exchanged, OnProgress, exchange
 from app.archive.fact_file import FactFile
-from app.archive.facts import payload_of
 from app.archive.local_facts import LocalFacts, open_facts
 from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
 from app.archive.server_url import server_url
 from app.stations.known import Stations
 from app.stations.station import Station, encoded, own_station
 from app.store.database import Clock, utc_now
+from app.store.facts import FactKind
 from app.store.store import Store
 from app.text.messages import clean
 from app.text.user_error import UserError
@@ -52,7 +51,8 @@ class Archive:
         self.facts.close()
 
     def collect(self) -> int:
-        return collect(self.store, self.facts, self.station)
+        """Sign what this station recorded; returns the number of new facts."""
+        return self.facts.sign(self.station)
 
     def sync(self, url: str, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
         """Exchange with a server."""
@@ -92,7 +92,7 @@ class Archive:
             own=counts.get(self.public, 0),
             stations=counts,
             place=place,
-            not_shared=self.facts.count_after(last.last if last is not None else 0, self.public),
+            not_shared=self.facts.not_shared(place),
             last_at=last.at if last is not None else None,
             conflicts=len(self.names().conflicts),
         )
@@ -121,14 +121,11 @@ class Archive:
             pair=pair, is_same=is_same, name=clean(name.strip() or one.name) if is_same else "", who=clean(who.strip()),
             revision=1 if settled is None else settled.next_revision,
         )  # fmt: skip
-        self.store.database.write(
-            "INSERT INTO module_settlements (at, content) VALUES (?, ?)",
-            (self.store.database.now(), payload_of(settlement.content())),
-        )
+        self.store.facts.add(FactKind.SETTLEMENT, settlement.content())
         self.collect()
 
 
 def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
     """Open the archive beside the store; creates the station key if it is missing. Raises `UserError`."""
     folder = store.database.path.parent
-    return Archive(store, open_facts(folder, clock=clock), own_station(folder))
+    return Archive(store, open_facts(folder, store.facts, clock=clock), own_station(folder))

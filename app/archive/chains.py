@@ -1,20 +1,18 @@
-"""Chains of checks and audit logs of all stations, verifiable on every computer that has their facts.
+"""Chains of the facts and checks of all stations, verifiable on every computer that has their facts.
 
 An altered record fails its own signature. A chain also shows that a record is missing or duplicated.
 """
 
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from app.archive.content import FactKind
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.records.check_store import CheckStore
 from app.records.record import Record
 from app.records.verification import RecordState, chain_name, verify
-from app.store.audit_chain import chain_hash
+from app.store.facts import FactKind
+from app.store.former import link_hash
 from app.text.messages import UserMessage
 
 
@@ -40,7 +38,8 @@ class ArchivedRecords:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChainState:
-    """`missing`: number of links that are not here (yet). `faults`: what is wrong with it."""
+    """`is_audit`: of all facts of a station, else of the checks of one module. `missing`: number of links that are not
+    here (yet). `faults`: what is wrong with it."""
 
     station: str
     module: str | None
@@ -56,49 +55,49 @@ def record_of(fact: Fact) -> Record | None:
 
 
 def chains_in(facts: LocalFacts) -> list[ChainState]:
-    """For every station one chain of its audit log, and one of checks per module. Raises `UserError`."""
-    return [*_audit_chains(facts), *_check_chains(facts)]
-
-
-def _check_chains(facts: LocalFacts) -> list[ChainState]:
-    chains: dict[tuple[str, object, object], list[Record]] = {}
-    for fact in facts.of_kind(FactKind.CHECK):
-        record = record_of(fact)
+    """For every station the chain of its facts, and one of checks per module. Raises `UserError`."""
+    stations: dict[str, list[Fact]] = {}
+    checks: dict[tuple[str, object, object], list[Record]] = {}
+    for fact in facts.of_kind(None):
+        stations.setdefault(fact.station, []).append(fact)
+        record = record_of(fact) if fact.kind == FactKind.CHECK.value else None
         if record is not None:
-            chains.setdefault((fact.station, *chain_name(record)), []).append(record)
-    states = []
+            checks.setdefault((fact.station, *chain_name(record)), []).append(record)
     kept = ArchivedRecords(facts)
-    for (station, module, _adapter), records in sorted(chains.items(), key=lambda one: tuple(map(str, one[0]))):
-        verified = [verify(one, kept) for one in records]
-        bad = (RecordState.ALTERED, RecordState.CHAIN_BROKEN, RecordState.UNREADABLE)
-        faults = [one.sentences()[0] for one in verified if one.state in bad]
-        links = _missing((one.get("previous"), one.get("hash")) for one in records)
-        name = module if isinstance(module, str) else None
-        states.append(ChainState(station=station, module=name, is_audit=False, count=len(records), missing=links,
-                                 faults=tuple(faults)))  # fmt: skip
-    return states
-
-
-def _audit_chains(facts: LocalFacts) -> list[ChainState]:
-    chains: dict[str, list[Mapping[str, Any]]] = {}
-    for fact in facts.of_kind(FactKind.AUDIT):
-        chains.setdefault(fact.station, []).append(fact.content)
     return [
-        ChainState(station=station, module=None, is_audit=True, count=len(links),
-                   missing=_missing((one.get("previous"), one.get("hash")) for one in links if _is_link(one)))
-        for station, links in sorted(chains.items())
+        *(ChainState(station=station, module=None, is_audit=True, count=len(chain), missing=_missing(_links(chain)))
+          for station, chain in sorted(stations.items())),
+        *(_checks(station, module, records, kept)
+          for (station, module, _adapter), records in sorted(checks.items(), key=lambda chain: [*map(str, chain[0])])),
     ]  # fmt: skip
+
+
+def _checks(station: str, module: object, records: Sequence[Record], kept: ArchivedRecords) -> ChainState:
+    verified = [verify(record, kept) for record in records]
+    bad = (RecordState.ALTERED, RecordState.CHAIN_BROKEN, RecordState.UNREADABLE)
+    return ChainState(
+        station=station, module=module if isinstance(module, str) else None, is_audit=False, count=len(records),
+        missing=_missing((record.get("previous"), record.get("hash")) for record in records),
+        faults=tuple(one.sentences()[0] for one in verified if one.state in bad),
+    )  # fmt: skip
+
+
+def _links(facts: Iterable[Fact]) -> Iterator[tuple[object, object]]:
+    """The former audit log was a chain of its own within its facts."""
+    for fact in facts:
+        if fact.kind != FactKind.AUDIT.value:
+            yield fact.content.get("previous"), fact.hash
+            continue
+        yield None, fact.hash
+        if link_hash(fact.content["previous"], fact.content["entry"]) == fact.content["hash"]:
+            yield fact.content["previous"], fact.content["hash"]
 
 
 def _missing(links: Iterable[tuple[object, object]]) -> int:
     """Number of links that are referred to as predecessors and are missing. The first link has no predecessor."""
     pairs = list(links)
     there = {hash_ for _, hash_ in pairs}
-    return sum(1 for previous in Counter(previous for previous, _ in pairs) if previous and previous not in there)
-
-
-def _is_link(content: Mapping[str, Any]) -> bool:
-    return bool(chain_hash(content["previous"], *content["entry"]) == content["hash"])
+    return len({previous for previous, _ in pairs if previous} - there)
 
 
 def _is_double(one: Record, record: Mapping[str, object]) -> bool:

@@ -5,12 +5,10 @@ A fact of a kind that this version does not know is bounded too; its meaning is 
 
 import json
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
-from enum import Enum
 from typing import Final, NoReturn
 
 from app.stations.station import KEY_BYTES, decoded
-from app.store.audit_chain import AuditRow
+from app.store.facts import FORMER_ENTRY, FactKind, utc_time
 from app.text.messages import MAX_TEXT_LENGTH, clean
 
 MAX_LENGTH: Final = 1_000_000
@@ -23,23 +21,7 @@ MAX_RAW_LENGTH: Final = 200
 EARLIEST: Final = "1970-01-02"
 LATEST: Final = "3000"
 """Every computer can show the times between these two in its own zone."""
-
-
-class FactKind(Enum):
-    """The kinds that this version knows. Facts of other kinds, from newer versions, are stored and passed on."""
-
-    MODULE = "module"
-    """A station named a module."""
-    TRIGGER_RECORD = "trigger_record"
-    JUDGEMENT = "judgement"
-    """A person's judgement of a trigger record."""
-    SNAPSHOT = "settings_snapshot"
-    CHECK = "preflight_check"
-    GUIDED_TEST = "guided_test"
-    AUDIT = "audit_link"
-    """One link of a station's audit chain: the start of an act, or its outcome."""
-    SETTLEMENT = "settlement"
-    """A person's decision whether two modules are the same one."""
+DETAIL: Final = FORMER_ENTRY.index("detail")
 
 
 def content_of(kind: str, payload: str) -> Mapping[str, object]:
@@ -47,7 +29,7 @@ def content_of(kind: str, payload: str) -> Mapping[str, object]:
     if len(payload) > MAX_LENGTH or not payload.isascii():
         raise ValueError("payload")
     content = object_of(payload)
-    for name, is_valid in _SHAPES.get(kind, {}).items():
+    for name, is_valid in {"previous": _is_text_or_none, **_SHAPES.get(kind, {})}.items():
         if not is_valid(content.get(name)):
             raise ValueError(name)
     return content
@@ -63,12 +45,6 @@ def object_of(text: str) -> Mapping[str, object]:
         raise ValueError("object")
     _bound(value)
     return value
-
-
-def utc_time(text: str) -> str:
-    """A time in UTC with milliseconds, so that times sort as text. Raises `ValueError`."""
-    at = datetime.fromisoformat(text)
-    return at.replace(tzinfo=at.tzinfo or UTC).astimezone(UTC).isoformat(timespec="milliseconds")
 
 
 def is_time(text: str) -> bool:
@@ -146,11 +122,11 @@ def _is_record(value: object) -> bool:
 
 def _is_entry(value: object) -> bool:
     """A row of the audit log. Its detail is JSON within JSON."""
-    if not isinstance(value, list) or len(value) != len(AuditRow._fields):
+    if not isinstance(value, list) or len(value) != len(FORMER_ENTRY):
         return False
     if not all(part is None or (isinstance(part, str | int) and not isinstance(part, bool)) for part in value):
         return False
-    detail = AuditRow(*value).detail
+    detail = value[DETAIL]
     return isinstance(detail, str) and _is_name_or_none(object_of(detail).get("module"))
 
 
@@ -172,6 +148,8 @@ _SHAPES: Final[Mapping[str, Mapping[str, Callable[[object], bool]]]] = {
     FactKind.CHECK.value: {**_OF_MODULE, "record": _is_record},
     FactKind.GUIDED_TEST.value: {**_OF_MODULE, "test": _is_text, "verdict": _is_text},
     FactKind.AUDIT.value: {**_OF_MODULE, "entry": _is_entry, "previous": _is_text, "hash": _is_text},
+    FactKind.ACT.value: {**_OF_MODULE, "act": _is_text, "frame": _is_text},
+    FactKind.OUTCOME.value: {**_OF_MODULE, "of": _is_text, "outcome": _is_text},
     FactKind.SETTLEMENT.value: {
         "modules": _is_pair, "is_same": lambda value: isinstance(value, bool), "name": _is_name_or_none,
         "who": _is_name_or_none, "revision": lambda value: type(value) is int and value >= 1,

@@ -10,15 +10,14 @@ facts and facts forged in the name of another station.
 """
 
 import hashlib
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.archive.content import FactKind, content_of, is_time, object_of
+from app.archive.content import DETAIL, content_of, is_time, object_of
 from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, Station, decoded, encoded, is_signature
-from app.store.audit_chain import AuditRow
+from app.store.facts import FactKind, fact_hash
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 
@@ -49,15 +48,15 @@ class Fact:
 
     @property
     def module(self) -> str | None:
-        """Name of the module that it is about. Of an act on a module it is in the detail, which the chain covers."""
-        row = self.audit_row
-        name = (self.content if row is None else object_of(str(row.detail))).get("module")
+        """Name of the module that it is about. Of an act in the former audit log it is in the detail."""
+        is_former = self.kind == FactKind.AUDIT.value
+        name = (object_of(self.content["entry"][DETAIL]) if is_former else self.content).get("module")
         return name if isinstance(name, str) else None
 
     @property
-    def audit_row(self) -> AuditRow | None:
-        """None for facts of other kinds."""
-        return AuditRow(*self.content["entry"]) if self.kind == FactKind.AUDIT.value else None
+    def hash(self) -> str:
+        """In the chain of its station."""
+        return fact_hash(self.kind, self.made_at, self.payload)
 
     @property
     def row(self) -> tuple[str, ...]:
@@ -91,16 +90,11 @@ def fact_id(kind: str, station: str, made_at: str, payload: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def payload_of(content: Mapping[str, object]) -> str:
-    """Raises `ValueError` if it is not JSON."""
-    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-
-def make_fact(kind: FactKind, made_at: str, content: Mapping[str, object], station: Station) -> Fact:
+def make_fact(kind: str, made_at: str, payload: str, station: Station) -> Fact:
     """Signed by this station. Raises `ValueError` if it could not be read again."""
-    public, payload = encoded(station.public), payload_of(content)
-    id_ = fact_id(kind.value, public, made_at, payload)
-    return fact_of((id_, kind.value, public, made_at, payload, encoded(station.sign(_signed(id_)))))
+    public = encoded(station.public)
+    id_ = fact_id(kind, public, made_at, payload)
+    return fact_of((id_, kind, public, made_at, payload, encoded(station.sign(_signed(id_)))))
 
 
 def fact_of(row: FactRow) -> Fact:

@@ -7,7 +7,6 @@ from enum import Enum
 from typing import Final
 
 from app.archive.chains import record_of
-from app.archive.content import FactKind
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
@@ -15,6 +14,7 @@ from app.guided.results import RETIRED_KINDS, TITLES, GuidedVerdict
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.records.verification import RecordState, verify
+from app.store.facts import FactKind
 from app.system.wall_clock import age_days
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked

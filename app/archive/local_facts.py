@@ -1,20 +1,21 @@
-"""The facts known to this computer, its own and those of other stations, in a SQLite file beside the store.
+"""The facts known to this computer: its own in the store, those of other stations in a SQLite file beside it.
 
-A separate file, so that opening, copying and writing the store stay fast. Own facts can be recreated from the store,
-those of other stations from the server or their files.
+A separate file, so that opening, copying and writing the store stay fast. It may be lost: what is in it comes again
+from the server or from files.
 """
 
 import logging
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from app.archive.content import FactKind
 from app.archive.fact_set import BUCKET, Digests, StoredRow, digests_of_rows
-from app.archive.facts import FACT_COLUMNS, Fact, FactRow, fact_of, row_digest
-from app.store.audit_chain import AuditRow
+from app.archive.facts import FACT_COLUMNS, Fact, FactRow, fact_of, make_fact, row_digest
+from app.stations.station import Station
 from app.store.database import Clock, Database, open_database, utc_now
+from app.store.facts import FactKind, Facts
+from app.store.former import ARCHIVE
 from app.text.messages import UserMessage, clean
 from app.text.user_error import UserError
 
@@ -24,75 +25,40 @@ FACTS_FILE: Final = "archive.sqlite"
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _MAX_VALUES: Final = 500
 """Maximum number of values in one SQL statement."""
-
-_DETAIL: Final = f"json_extract(payload, '$.entry[{AuditRow._fields.index('detail')}]')"
-FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
-    (
-        """
-        CREATE TABLE facts (
-            number INTEGER PRIMARY KEY AUTOINCREMENT,
-            id TEXT NOT NULL UNIQUE,
-            kind TEXT NOT NULL,
-            station TEXT NOT NULL,
-            made_at TEXT NOT NULL,
-            payload TEXT NOT NULL,
-            signature TEXT NOT NULL,
-            digest TEXT NOT NULL,
-            module TEXT,
-            link TEXT
-        ) STRICT
-        """,
-        "CREATE INDEX facts_compared ON facts (id, digest)",
-        "CREATE INDEX facts_by_module ON facts (module, station, kind)",
-        "CREATE INDEX facts_by_link ON facts (link)",
-        "CREATE INDEX facts_by_kind ON facts (kind, number)",
-        "CREATE TABLE sources (name TEXT PRIMARY KEY, last INTEGER NOT NULL) STRICT",
-        """
-        CREATE TABLE exchanges (
-            place TEXT PRIMARY KEY,
-            at TEXT NOT NULL,
-            last INTEGER NOT NULL
-        ) STRICT
-        """,
-    ),
-    (
-        f"""
-        UPDATE facts SET module = CASE WHEN json_valid(payload) THEN
-            CASE WHEN json_valid({_DETAIL}) THEN json_extract({_DETAIL}, '$.module') END
-        END WHERE kind = '{FactKind.AUDIT.value}'
-        """,  # noqa: S608  fixed words
-    ),
+PAGE: Final = 200
+"""Facts that are signed between two commits."""
+_TO_SIGN: Final = (
+    "SELECT number, kind, made_at, payload, hash FROM facts WHERE id IS NULL AND number > ? ORDER BY number LIMIT ?"
 )
-"""The second step: acts on a module are found by its name."""
+_SIGN: Final = "UPDATE facts SET id = ?, station = ?, signature = ?, digest = ? WHERE number = ?"
 
 
 class LastExchange(NamedTuple):
-    """The last exchange with a server or a file. `last`: the number of the last local fact that is there, too."""
+    """The last exchange with a server. `last`: the number of this station's last fact that is there, too."""
 
-    place: str
     at: str
     last: int
 
 
 class LocalFacts:
-    """A `FactSet` with local queries. Thread-safe. Raises `UserError`."""
+    """A `FactSet`: this station's facts in its store, and those of others. Thread-safe. Raises `UserError`."""
 
-    def __init__(self, database: Database, notice: UserMessage | None = None) -> None:
-        self.database = database
+    def __init__(self, own: Facts | None, others: Database, notice: UserMessage | None = None) -> None:
+        """`own`: None where the store cannot be read."""
+        self.own = own
+        self.others = others
         self.notice = notice
         """Set if a damaged file was set aside."""
         self._unreadable: set[str] = set()
 
     def close(self) -> None:
-        self.database.close()
-
-    def transaction(self) -> AbstractContextManager[None]:
-        return self.database.transaction()
+        """The store stays open."""
+        self.others.close()
 
     # The set
 
     def digests(self) -> Digests:
-        return digests_of_rows(self._read("SELECT id, digest FROM facts"))
+        return digests_of_rows(dict(self._read("SELECT id, digest FROM facts WHERE id IS NOT NULL")).items())
 
     def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
         places = ", ".join("?" * len(buckets))
@@ -100,85 +66,105 @@ class LocalFacts:
         return {id_: StoredRow(digest, length) for id_, digest, length in self._read(query, buckets)}
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
-        return self._by_ids(_COLUMNS, ids)
+        return list({row[0]: row for row in self._by_ids(_COLUMNS, ids)}.values())
 
     def add(self, facts: Sequence[Fact]) -> int:
         if not facts:
             return 0
-        with self.database.transaction():
-            before = self.last_number()
-            self.database.write_all(
-                f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
-                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
-                [(*fact.row, row_digest(fact.row), *_lookup_key(fact)) for fact in facts],
+        known = self.has([fact.id for fact in facts])
+        new = {fact.id: fact for fact in facts if fact.id not in known}
+        with self.others.transaction():
+            self.others.write_all(
+                f"INSERT INTO facts ({_COLUMNS}, digest, module, link, hash) "  # noqa: S608
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                [(*fact.row, row_digest(fact.row), fact.module, _link(fact), fact.hash) for fact in new.values()],
             )
-            return self.count_after(before)
+        return len(new)
+
+    def sign(self, station: Station) -> int:
+        """Sign this station's facts that are not signed yet; returns their number. Those that were altered, or that
+        nobody could read, are left out."""
+        own, signed, last = self._own(), 0, 0
+        while rows := own.database.read(_TO_SIGN, (last, PAGE)):
+            last = rows[-1][0]
+            with own.database.transaction():
+                for number, kind, made_at, payload, hash_ in rows:
+                    try:
+                        fact = make_fact(kind, made_at, payload, station)
+                        if fact.hash != hash_:
+                            raise ValueError("it was altered")
+                    except ValueError as error:
+                        self._warn(str(number), error)
+                        continue
+                    values = (fact.id, fact.station, fact.signature, row_digest(fact.row), number)
+                    own.database.write(_SIGN, values)
+                    signed += 1
+        return signed
 
     # Queries
 
     def has(self, ids: Sequence[str]) -> set[str]:
         return {str(row[0]) for row in self._by_ids("id", ids)}
 
-    def of_kind(self, kind: FactKind, module: str | None = None) -> list[Fact]:
-        """In the order of import; `module`: only those of modules with this name."""
-        query = f"SELECT {_COLUMNS} FROM facts WHERE kind = ?"  # noqa: S608
-        values: tuple[str, ...] = (kind.value,)
+    def of_kind(self, kind: FactKind | None, module: str | None = None) -> list[Fact]:
+        """None: of all kinds. `module`: only those of modules with this name."""
+        query = f"SELECT {_COLUMNS} FROM facts WHERE id IS NOT NULL"  # noqa: S608
+        values = []
+        if kind is not None:
+            query, values = f"{query} AND kind = ?", [kind.value]
         if module is not None:
-            query, values = f"{query} AND module = ?", (*values, module)
+            query, values = f"{query} AND module = ?", [*values, module]
         return self._facts(f"{query} ORDER BY number", values)
 
-    def linked(self, link: str) -> list[Fact]:
-        """Facts with this hash of a check's record or of a link of the audit log."""
-        query = f"SELECT {_COLUMNS} FROM facts WHERE link = ?"  # noqa: S608
-        return self._facts(query, (link,))
+    def linked(self, hash_: str) -> list[Fact]:
+        """Checks whose record has this hash."""
+        query = f"SELECT {_COLUMNS} FROM facts WHERE id IS NOT NULL AND kind = ? AND link = ?"  # noqa: S608
+        return self._facts(query, (FactKind.CHECK.value, hash_))
 
     def counts(self) -> Mapping[str, int]:
         """Number of facts by station."""
-        return dict(self._read("SELECT station, count(*) FROM facts GROUP BY station"))
-
-    def last_number(self) -> int:
-        return int(self._read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
-
-    def count_after(self, number: int, station: str | None = None) -> int:
-        """Number of facts imported after `number`; `station`: only those of this station."""
-        query = "SELECT count(*) FROM facts WHERE number > ?1 AND (?2 IS NULL OR station = ?2)"
-        return int(self._read(query, (number, station))[0][0])
+        return Counter(dict(self._read("SELECT id, station FROM facts WHERE id IS NOT NULL")).values())
 
     # Progress of exchanges
 
-    def last_collected(self, source: str) -> int:
-        rows = self._read("SELECT last FROM sources WHERE name = ?", (source,))
-        return rows[0][0] if rows else 0
+    def last_number(self) -> int:
+        """Of this station's facts."""
+        return int(self._own().database.read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
 
-    def note_collected(self, source: str, last: int) -> None:
-        self._write(
-            "INSERT INTO sources (name, last) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET last = excluded.last",
-            (source, last),
-        )
+    def not_shared(self, place: str | None) -> int:
+        """Number of this station's facts that are not known to be on this server."""
+        done = self.last_exchange(place) if place is not None else None
+        query = "SELECT count(*) FROM facts WHERE number > ? AND id IS NOT NULL"
+        return int(self._own().database.read(query, (done.last if done is not None else 0,))[0][0])
 
     def last_exchange(self, place: str) -> LastExchange | None:
-        rows = self._read("SELECT place, at, last FROM exchanges WHERE place = ?", (place,))
-        return LastExchange(*rows[0]) if rows else None
+        state = self._own().state(f"exchange:{place}")
+        return LastExchange(str(state["at"]), int(state["last"])) if state is not None else None
 
     def note_exchange(self, place: str, last: int) -> None:
-        """A complete exchange: all facts up to the number `last` are there."""
-        self._write(
-            "INSERT INTO exchanges (place, at, last) VALUES (?, ?, ?) "
-            "ON CONFLICT (place) DO UPDATE SET at = excluded.at, last = excluded.last",
-            (place, self.database.now(), last),
-        )
+        """A complete exchange: this station's facts up to the number `last` are there."""
+        own = self._own()
+        own.set_state(f"exchange:{place}", {"at": own.database.now(), "last": last})
+
+    def _own(self) -> Facts:
+        if self.own is None:
+            raise RuntimeError("opened without a store")
+        return self.own
 
     def _facts(self, query: str, values: Sequence[object]) -> list[Fact]:
         """Without those that an older version imported and nobody can read; they are named once."""
-        facts = []
+        facts = {}
         for row in self._read(query, values):
             try:
-                facts.append(fact_of(row))
-            except ValueError:
-                if row[0] not in self._unreadable:
-                    _log.warning("The content of fact %s cannot be read", clean(str(row[0]), longest=64))
-                self._unreadable.add(row[0])
-        return facts
+                facts[row[0]] = fact_of(row)
+            except ValueError as error:
+                self._warn(str(row[0]), error)
+        return list(facts.values())
+
+    def _warn(self, id_: str, error: ValueError) -> None:
+        if id_ not in self._unreadable:
+            _log.warning("The content of fact %s cannot be read: %s", clean(id_, longest=64), error)
+        self._unreadable.add(id_)
 
     def _by_ids(self, columns: str, ids: Sequence[str]) -> list[FactRow]:
         found: list[FactRow] = []
@@ -188,31 +174,28 @@ class LocalFacts:
             found += self._read(f"SELECT {columns} FROM facts WHERE id IN ({places})", part)  # noqa: S608
         return found
 
-    def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple]:  # type: ignore[type-arg]
-        return self.database.read(query, values)
+    def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
+        """Of both files: after a store was restored from a copy, later facts of this station may come from others."""
+        databases = (self.others, *([self.own.database] if self.own is not None else []))
+        return [row for database in databases for row in database.read(query, values)]
 
-    def _write(self, statement: str, values: Sequence[object]) -> None:
-        self.database.write(statement, values)
 
-
-def open_facts(folder: Path, *, clock: Clock = utc_now) -> LocalFacts:
+def open_facts(folder: Path, own: Facts | None, *, clock: Clock = utc_now) -> LocalFacts:
     """Open or create the file; a damaged one is set aside. Raises `UserError`."""
-    opened = open_database(folder, clock=clock, migrations=FACT_TABLES, name=FACTS_FILE)
-    return LocalFacts(opened.database, opened.set_aside.message if opened.set_aside is not None else None)
+    opened = open_database(folder, ARCHIVE, clock=clock, name=FACTS_FILE)
+    return LocalFacts(own, opened.database, opened.set_aside.message if opened.set_aside is not None else None)
 
 
-def find_facts(folder: Path) -> LocalFacts | None:
+def find_facts(folder: Path, own: Facts | None) -> LocalFacts | None:
     """None if there is no archive or it cannot be read; never creates one."""
     try:
-        return open_facts(folder) if (folder / FACTS_FILE).exists() else None
+        return open_facts(folder, own) if (folder / FACTS_FILE).exists() else None
     except UserError as error:
         _log.warning("The archive cannot be read: %s", error)
         return None
 
 
-def _lookup_key(fact: Fact) -> tuple[str | None, str | None]:
-    """The name of the module and the hash of the chain's link."""
-    content = fact.content
-    record = content.get("record")
-    link = record.get("hash") if isinstance(record, dict) else content.get("hash")
-    return fact.module, link if isinstance(link, str) else None
+def _link(fact: Fact) -> str | None:
+    """The hash of a check's record."""
+    record = fact.content.get("record") if fact.kind == FactKind.CHECK.value else None
+    return str(record["hash"]) if record is not None else None

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.archive.chains import record_of
-from app.archive.content import FactKind
 from app.archive.facts import Fact
 from app.archive.fleet_state import SIMULATED, check_line
 from app.archive.local_facts import LocalFacts
@@ -17,7 +16,8 @@ from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.values import field_of, fitting
-from app.store.audit_chain import AuditRow
+from app.store.facts import FORMER_ENTRY, FactKind
+from app.store.store import AuditEntry, audit_entry, former_entry
 from app.text.messages import UserMessage, clean, joined, message
 from app.text.user_error import UserError
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
@@ -28,6 +28,8 @@ from protocol.translatable import marked
 
 MAX_SETTINGS: Final = 20
 """A module has eight."""
+_OF_ACTS: Final = (FactKind.ACT.value, FactKind.OUTCOME.value, FactKind.AUDIT.value)
+_EVENTS: Final = [kind for kind in FactKind if kind not in (FactKind.VISIT, FactKind.SAID_NEW)]
 _OUTCOMES: Final[Mapping[Outcome, str]] = {
     Outcome.CONFIRMED: marked("confirmed"),
     Outcome.REFUSED: marked("refused"),
@@ -67,14 +69,15 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
     members = set(module.members)
     found = [
         fact
-        for kind in FactKind
+        for kind in _EVENTS
         for name in sorted({one.name for one in members})
         for fact in facts.of_kind(kind, name)
         if module_of_fact(fact) in members
     ]
     decisions = facts.of_kind(FactKind.SETTLEMENT)
     found += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
-    found = _ended(found)
+    acts = _acts(found)
+    found = [fact for fact in found if fact.kind not in _OF_ACTS or fact in acts]
     found.sort(key=lambda one: (one.made_at, one.id))
     values: dict[str, list[ValuePoint]] = {}
     for fact in found:
@@ -82,18 +85,18 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
         for name, value in measured_in(record or {}).items():
             values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
     points = {name: tuple(some) for name, some in sorted(values.items())}
-    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact)) for fact in found), points)
+    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts)) for fact in found), points)
 
 
-def fact_text(fact: Fact) -> UserMessage:
+def fact_text(fact: Fact, acts: Mapping[Fact, AuditEntry | None]) -> UserMessage:
     """A fact as text; for an unknown kind only its kind."""
     try:
-        return _fact_text(FactKind(fact.kind), fact)
+        return _fact_text(FactKind(fact.kind), fact, acts.get(fact))
     except (UserError, ValueError, LookupError, TypeError, AttributeError):
         return UserMessage(fact.kind)
 
 
-def _fact_text(kind: FactKind, fact: Fact) -> UserMessage:
+def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessage:
     content = fact.content
     match kind:
         case FactKind.MODULE:
@@ -118,36 +121,50 @@ def _fact_text(kind: FactKind, fact: Fact) -> UserMessage:
                 verdict = message(SIMULATED, verdict=verdict)
             test = message(TEST_TITLES[GuidedKind(_text(fact, "test"))])
             return message(marked("Guided test {test}: {verdict}."), test=test, verdict=verdict)
-        case FactKind.AUDIT:
-            row = fact.audit_row
-            if row is None:
+        case FactKind.ACT | FactKind.AUDIT:
+            if act is None:
                 raise TypeError(content)
-            outcome = message(_OUTCOMES[Outcome(row.outcome) if row.outcome else Outcome.UNKNOWN])
-            return message(marked("{act}: {outcome}."), act=_act(row), outcome=outcome)
+            outcome = message(_OUTCOMES[act.outcome])
+            return message(marked("{act}: {outcome}."), act=_act(act), outcome=outcome)
         case FactKind.SETTLEMENT:
             settlement = settlement_of(fact)
             who, station = decided_by(settlement)
             text = marked("{decision} Decided by {who} at station {station}.")
             return message(text, decision=decision_text(settlement), who=who, station=station)
+        case _:
+            return UserMessage(fact.kind)
 
 
-def _ended(facts: Sequence[Fact]) -> list[Fact]:
-    """Of the two facts of an act only that of its outcome, where it has one."""
-    acts = {fact: (fact.station, str(row.id), str(row.at)) for fact in facts if (row := fact.audit_row) is not None}
-    ended = {act for fact, act in acts.items() if _is_ended(fact)}
-    return [fact for fact in facts if acts.get(fact) not in ended or _is_ended(fact)]
+def _acts(facts: Sequence[Fact]) -> dict[Fact, AuditEntry | None]:
+    """Each act once, with what came of it; None for one that this version cannot read."""
+    outcomes = {(fact.station, fact.content["of"]): fact for fact in facts if fact.kind == FactKind.OUTCOME.value}
+    acts: dict[object, tuple[Fact, AuditEntry | None]] = {}
+    for fact in facts:
+        if fact.kind == FactKind.ACT.value:
+            end = outcomes.get((fact.station, fact.hash))
+            acts[fact.id] = (fact, _read_act(fact, end))
+        elif fact.kind == FactKind.AUDIT.value:
+            entry = fact.content["entry"]
+            key = (fact.station, str(entry[0]), str(entry[FORMER_ENTRY.index("at")]))
+            if key not in acts or entry[FORMER_ENTRY.index("settled_at")] is not None:
+                acts[key] = (fact, _read_act(fact, None))
+    return dict(acts.values())
 
 
-def _is_ended(fact: Fact) -> bool:
-    row = fact.audit_row
-    return row is not None and row.settled_at is not None
+def _read_act(fact: Fact, end: Fact | None) -> AuditEntry | None:
+    try:
+        if fact.kind == FactKind.AUDIT.value:
+            return former_entry(fact.content["entry"])
+        return audit_entry(0, fact.made_at, fact.content, end.made_at if end else None, end.content if end else {})
+    except (UserError, ValueError, LookupError, TypeError, AttributeError):
+        return None
 
 
-def _act(row: AuditRow) -> UserMessage:
+def _act(act: AuditEntry) -> UserMessage:
     """A setting with its value."""
-    act, request = Act(row.act), decode_request(bytes.fromhex(str(row.frame)))
-    if act not in (Act.WRITE, Act.CHANGE_BAUD) or request.command.write is None:
-        return message(TITLES[act])
+    request = decode_request(act.frame)
+    if act.act not in (Act.WRITE, Act.CHANGE_BAUD) or request.command.write is None:
+        return message(TITLES[act.act])
     return _setting(request.command.key, request.command.write.decode(request.data))
 
 

@@ -12,10 +12,10 @@ from enum import Enum
 from itertools import combinations, count
 from typing import Final, NamedTuple
 
-from app.archive.content import FactKind
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+from app.store.facts import FactKind
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
 

@@ -12,7 +12,6 @@ from app.records.check_store import CheckStore
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import KnownStation, Stations, is_same_fingerprint
 from app.stations.station import fingerprint_of
-from app.store.audit_chain import check_audit_chain
 from app.store.database import FILE_NAME
 from app.store.store import Store, data_folder
 from app.terminal import console
@@ -44,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -> int:
-    facts = find_facts(data_folder())
+    facts = find_facts(data_folder(), store.facts if store is not None else None)
     kept = ArchivedRecords(facts, CheckStore(store.database) if store is not None else None)
     try:
         verification = verify_file(args.file, kept, stations.find)
@@ -99,8 +98,7 @@ def _line(station: KnownStation) -> str:
 def _log(store: Store | None) -> int:
     if store is None:
         raise console.Refused(tr("No audit log."))
-    faults = check_audit_chain(store.database.read)
-    count = store.database.read("SELECT count(*) FROM audit")[0][0]
+    faults, count = store.facts.faults(), len(store.audit())
     if not faults:
         console.write_lines([tr("The audit log is intact; entries: {count}.", count=count)])
         return console.SUCCESS

@@ -1,65 +1,47 @@
 """Results of guided tests in the store; they are only added, never changed. Every method raises `StoreTrouble`."""
 
-import json
 from collections.abc import Mapping
 
 from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.store.database import Database
+from app.store.facts import FactKind, Facts, Kept
 from app.text.messages import clean
 
 
 class GuidedStore:
-    """Uses the file of the store; the table is in `schema`."""
+    """`module`: its name. A result without a module is kept but counts for none."""
 
     def __init__(self, database: Database) -> None:
-        self._database = database
+        self._facts = Facts(database)
 
     def add(
-        self,
-        result: GuidedResult,
-        *,
-        module_id: int | None,
-        adapter: str,
-        who: str,
-        is_simulated: bool,
-        program: str,
+        self, result: GuidedResult, *, module: str | None, adapter: str, who: str, is_simulated: bool, program: str
     ) -> int:
-        """Durable on return. A result without a module is kept but counts for none."""
-        measured = json.dumps([one.plain() for one in result.measured], ensure_ascii=False, sort_keys=True)
-        return self._database.write(
-            "INSERT INTO guided_tests (module_id, adapter, at, who, kind, verdict, is_simulated, program, measured) "
-            "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            (
-                module_id, clean(adapter), self._database.now(), clean(who), result.kind.value, result.verdict.value,
-                is_simulated, program, measured,
-            ),
-        )  # fmt: skip
+        """Durable on return."""
+        content = {
+            "adapter": clean(adapter), "who": clean(who), "test": result.kind.value, "verdict": result.verdict.value,
+            "is_simulated": is_simulated, "program": program, "measured": [one.plain() for one in result.measured],
+        }  # fmt: skip
+        return self._facts.add(FactKind.GUIDED_TEST, content, module=module)
 
-    def last(self, module_id: int | None, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
+    def last(self, module: str | None, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
         """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
-        if module_id is None:
-            return {}
-        rows = self._database.read(
-            "SELECT kind, verdict, at, who, is_simulated, measured FROM guided_tests WHERE id IN "
-            "(SELECT max(id) FROM guided_tests WHERE module_id = ? AND is_simulated <= ? GROUP BY kind)",
-            (module_id, counts_simulated),
-        )
-        found = [kept for row in rows if (kept := _stored_test(*row)) is not None]
-        return {one.kind: one for one in found}
+        facts = self._facts.select(FactKind.GUIDED_TEST, "AND module = ? ORDER BY number", (module,))
+        newest = {str(fact.content.get("test")): fact for fact in facts
+                  if counts_simulated or not fact.content.get("is_simulated")}  # fmt: skip
+        tests = map(_stored_test, newest.values())
+        return {test.kind: test for test in tests if test is not None}
 
 
-def _stored_test(kind: str, verdict: str, at: str, who: str, is_simulated: int, measured: str) -> StoredTest | None:
-    """None for a row that this version cannot read."""
+def _stored_test(fact: Kept) -> StoredTest | None:
+    """None for a result that this version cannot read."""
+    content = fact.content
     try:
-        rows = json.loads(measured)
         return StoredTest(
-            kind=GuidedKind(kind),
-            verdict=GuidedVerdict(verdict),
-            at=at,
-            who=who,
-            is_simulated=bool(is_simulated),
-            measured=tuple(row for row in rows if isinstance(row, dict)) if isinstance(rows, list) else (),
-        )
-    except ValueError:
+            kind=GuidedKind(content["test"]), verdict=GuidedVerdict(content["verdict"]), at=fact.at,
+            who=content["who"], is_simulated=content["is_simulated"],
+            measured=tuple(row for row in content["measured"] if isinstance(row, dict)),
+        )  # fmt: skip
+    except (ValueError, KeyError, TypeError):
         return None

@@ -80,11 +80,10 @@ def file_check(
     if past is None:
         past = Past(module=name)
         try:
-            module = store.module_named(name) if store is not None and name is not None else None
-            if store is not None and module is not None:
+            if store is not None and name is not None:
                 with _damage_as_trouble(store):
-                    tests = _tests(store, module.id, evidence, at)
-                    past = replace(_past(store, module.id, name, evidence), tests=tests)
+                    tests = _tests(store, name, evidence, at)
+                    past = replace(_past(store, name, evidence), tests=tests)
         except StoreTrouble as error:
             trouble = error
     case = Case(
@@ -130,42 +129,43 @@ def _station(store: Store | None) -> tuple[Station | None, UserError | None]:
         return None, trouble
 
 
-def _past(store: Store, module_id: int, name: str | None, evidence: Evidence) -> Past:
+def _past(store: Store, name: str, evidence: Evidence) -> Past:
     history, checks = evidence.history, CheckStore(store.database)
     slots = None if history is None else [one.raw for one in history.records]
-    past = checks.past(module_id, name, slots, is_confirmed=history is not None and history.is_confirmed)
-    return replace(past, settings=store.evidence(module_id).settings)
+    past = checks.past(name, slots, is_confirmed=history is not None and history.is_confirmed)
+    return replace(past, settings=store.evidence(name).settings)
 
 
-def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
+def _tests(store: Store, name: str, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
     """The last guided tests; those of a simulated module never count for a real one."""
-    last = GuidedStore(store.database).last(module_id, counts_simulated=is_simulated(evidence.port))
+    last = GuidedStore(store.database).last(name, counts_simulated=is_simulated(evidence.port))
     return {kind: LastTested(kept, age_days(kept.at, at)) for kind, kept in last.items() if kind not in RETIRED_KINDS}
 
 
 def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances: RecordContext) -> Record:
     name, checks = circumstances.module, CheckStore(store.database)
-    module_id = store.register_module(name).id if name is not None else None
-    record = checks.append_check(make, module_id, adapter=circumstances.adapter)
+    if name is not None:
+        store.register_module(name)
+    record = checks.append_check(make, name, adapter=circumstances.adapter)
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
     if history is not None and assessment.result("boot_count") is not CheckResult.FAIL:
         checks.store_visit(
-            module_id,
+            name,
             [one.raw for one in history.records],
             port=evidence.port,
             boot_count=None if boots is None else int(boots),
             is_confirmed=history.is_confirmed,
         )
-        if module_id is not None:
-            _keep_word(checks, module_id, assessment.case)
+        if name is not None:
+            _keep_word(checks, name, assessment.case)
     return record
 
 
-def _keep_word(checks: CheckStore, module_id: int, case: Case) -> None:
+def _keep_word(checks: CheckStore, name: str, case: Case) -> None:
     """Keeps a person's word that the module is new, until it reports a trigger."""
     if any(status.triggered for status in case.evidence.statuses):
-        checks.say_new(module_id, is_new=False)
+        checks.say_new(name, is_new=False)
     elif case.are_records_reviewed and records_word(case) is RecordsWord.NEW_MODULE:
-        checks.say_new(module_id)
+        checks.say_new(name)

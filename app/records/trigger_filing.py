@@ -12,15 +12,15 @@ from app.store.store import Store
 
 def past_of(store: Store, name: str) -> Past:
     """What is known of the module of this name. Raises `StoreTrouble`."""
-    known = store.module_named(name)
-    return Past(module=name) if known is None else CheckStore(store.database).past(known.id, name)
+    return CheckStore(store.database).past(name)
 
 
 def say_new(store: Store, names: Iterable[str]) -> None:
     """Keeps a person's word that these modules are new and have no records. Raises `StoreTrouble`."""
     with store.database.transaction():
         for name in names:
-            CheckStore(store.database).say_new(store.register_module(name).id)
+            store.register_module(name)
+            CheckStore(store.database).say_new(name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,13 +47,13 @@ def file_triggers(
     with store.database.transaction():
         known = store.module_named(name)
         if known is not None and not is_same_module:
-            past = checks.past(known.id, name, slots, is_confirmed=history.is_confirmed)
+            past = checks.past(name, slots, is_confirmed=history.is_confirmed)
             before, now = IdentityEvidence(past.boot_count), IdentityEvidence(reading.boot_count)
             trust = same_module(before, now, do_records_follow=past.do_records_follow, is_said=True)
             if trust is not Trust.PROVEN:
                 is_lower = went_back(past.boot_count, reading.boot_count)
                 return PossiblyOther(past.boot_count if is_lower else None)
-        module = store.register_module(name, adapter)
+        store.register_module(name, adapter)
         return checks.store_visit(
-            module.id, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed
+            name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed
         )

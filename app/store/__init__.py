@@ -1,1 +1,1 @@
-"""The SQLite file: open, check, migrate; modules, snapshots and the audit log in it."""
+"""The SQLite file: facts, only ever added, in one chain; and the state, which may change."""

@@ -25,9 +25,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from app.store.audit_chain import CHAIN_HASH, chain_hash
 from app.store.copies import Copier, copied_at, restore
-from app.store.schema import APPLICATION_ID, MIGRATIONS
+from app.store.schema import APPLICATION_ID, StoreLayout, make_tables
 from app.system.files import draft_of
 from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
@@ -192,23 +191,21 @@ class Opened:
     set_aside: SetAside | None = None
 
 
-def open_database(
-    folder: Path, *, clock: Clock = utc_now, migrations: Sequence[Sequence[str]] = MIGRATIONS, name: str = FILE_NAME
-) -> Opened:
+def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, name: str = FILE_NAME) -> Opened:
     """Raises `StoreTrouble` if it cannot be used. Only the store itself, not the archive, is copied every hour."""
     path = folder / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
         try:
             if not _has_content(path) and (gone := _restored(path, None, was_damaged=False)) is not None:
-                return Opened(_open(path, clock, migrations), gone)
-            return Opened(_open(path, clock, migrations))
+                return Opened(_open(path, clock, layout), gone)
+            return Opened(_open(path, clock, layout))
         except (Foreign, sqlite3.DatabaseError) as error:
             if not _is_bad_file(error):
                 raise
             aside = _set_aside(path, clock, was_damaged=not isinstance(error, Foreign))
             aside = _restored(path, aside.path, was_damaged=aside.was_damaged) or aside
-            return Opened(_open(path, clock, migrations), aside)
+            return Opened(_open(path, clock, layout), aside)
     except sqlite3.Error as error:
         raise trouble_of(error, path) from error
     except OSError as error:
@@ -266,7 +263,7 @@ def _check_copy(connection: sqlite3.Connection) -> None:
         raise sqlite3.DatabaseError("empty")
 
 
-def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Database:
+def _open(path: Path, clock: Clock, layout: StoreLayout) -> Database:
     had_content = path.exists() and path.stat().st_size > 0
     if had_content:
         with path.open("rb") as file:
@@ -277,10 +274,7 @@ def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Data
         _check(connection)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
-        connection.execute("PRAGMA foreign_keys = ON")
-        connection.execute("PRAGMA trusted_schema = ON")  # our own triggers call `chain_hash`
-        connection.create_function(CHAIN_HASH, -1, chain_hash, deterministic=True)
-        _migrate(connection, path, migrations)
+        _migrate(connection, path, layout)
         reading = _connect(path)
     except BaseException:
         connection.close()
@@ -304,22 +298,21 @@ def _check(connection: sqlite3.Connection) -> None:
         raise sqlite3.DatabaseError("quick_check")
 
 
-def _migrate(connection: sqlite3.Connection, path: Path, migrations: Sequence[Sequence[str]]) -> None:
+def _migrate(connection: sqlite3.Connection, path: Path, layout: StoreLayout) -> None:
     version = _version(connection)
-    if version > len(migrations):
+    if version > layout.version:
         raise StoreTrouble(StoreFault.NEWER, path, f"version {version}")
-    if version == len(migrations):
+    if version == layout.version:
         return
     if version:
         _save_copy(connection, path, version)
     connection.execute("BEGIN IMMEDIATE")
     try:
-        # Another window may have migrated while this one waited for the lock.
-        for step in migrations[_version(connection) :]:
-            for statement in step:
-                connection.execute(statement)
+        version = _version(connection)  # another window may have migrated while this one waited for the lock
+        if version < layout.version:
+            (layout.convert if version else make_tables)(connection)
         connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-        connection.execute(f"PRAGMA user_version = {len(migrations)}")
+        connection.execute(f"PRAGMA user_version = {layout.version}")
         connection.execute("COMMIT")
     except BaseException:
         with suppress(sqlite3.Error):

@@ -1,11 +1,10 @@
 """Modules that the audit log leaves ACTIVE: activated or not confirmed as locked, and not reported LOCKED since."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.store.store import AuditEntry, Store
+from app.store.store import Store
 from app.store.store_journal import RUN, StoreJournal
 
 _SIMULATED = "sim:"
@@ -33,10 +32,10 @@ class LeftActive:
         return (self.module,) if self.module else ("", self.run, self.adapter or self.port)
 
 
-def left_active(entries: Iterable[AuditEntry]) -> tuple[LeftActive, ...]:
-    """The last first; `entries` in their order. A name follows a module, a port or an adapter does not."""
+def left_active(store: Store) -> tuple[LeftActive, ...]:
+    """The last first. A name follows a module, a port or an adapter does not."""
     left: dict[tuple[str, ...], LeftActive] = {}
-    for entry in entries:
+    for entry in reversed(store.audit(Act.ACTIVATE, Act.LOCK, Act.SHUTDOWN)):
         if entry.port.startswith(_SIMULATED):
             continue
         name, adapter, run = (str(entry.detail.get(key, "")) for key in ("module", "adapter", "run"))
@@ -52,7 +51,7 @@ def left_active(entries: Iterable[AuditEntry]) -> tuple[LeftActive, ...]:
 def note_report(store: Store, *, port: str, adapter: str, module: str, origin: str, is_active: bool) -> None:
     """Logs what a known module reports where it differs from what the log says; to be run in the store's thread."""
     here = LeftActive(module, port, adapter, RUN, "", is_lock_unconfirmed=False)
-    keys = {one.key for one in left_active(store.acts_of_activation())}
+    keys = {one.key for one in left_active(store)}
     is_left = here.key in keys or ("", RUN, adapter or port) in keys
     if is_left is not is_active:
         _log(StoreJournal(store, port=port, origin=origin, adapter=adapter, module=module), RUN, "module", is_active)

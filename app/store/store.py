@@ -1,17 +1,18 @@
 """Store of modules, snapshots, audit log and pending changes of baud rate."""
 
-import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from app.engine.identity import IdentityEvidence
 from app.engine.snapshots import Snapshot, restorable
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.database import Clock, Database, open_database, utc_now
+from app.store.facts import FORMER_ENTRY, FactKind, Facts, object_in
+from app.store.former import STORE
 from app.store.write_queue import WriteQueue
 from app.text.messages import UserMessage
 
@@ -31,7 +32,6 @@ def data_folder() -> Path:
 class Module:
     """A module has no serial number of its own: the technician names it. `adapter`: the USB identity it was last at."""
 
-    id: int
     name: str
     adapter: str
     first_seen_at: str
@@ -71,14 +71,12 @@ class PendingBaud:
     at: str
 
 
-_MODULES = "SELECT id, name, adapter, first_seen_at FROM modules"
-
-
 class Store:
     """Every method may be called from any thread and raises `StoreTrouble`."""
 
     def __init__(self, database: Database, notice: UserMessage | None = None) -> None:
         self.database = database
+        self.facts = Facts(database)
         self.notice = notice
         """A sentence if an old file was set aside when the store was opened."""
         self.queue = WriteQueue()
@@ -95,140 +93,138 @@ class Store:
 
     def register_module(self, name: str, adapter: str = "") -> Module:
         """The module of this name, made if it is new; it was seen now. An empty `adapter` keeps the last one."""
-        now = self.database.now()
-        self.database.write(
-            "INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES (?, ?, ?, ?) "
-            "ON CONFLICT (name) DO UPDATE SET adapter = coalesce(nullif(excluded.adapter, ''), adapter), "
-            "last_seen_at = excluded.last_seen_at",
-            (name, adapter, now, now),
-        )
-        (module,) = self.database.read(f"{_MODULES} WHERE name = ?", (name,))
-        return Module(*module)
+        with self.database.transaction():
+            now, known = self.database.now(), self.module_named(name)
+            module = Module(name, adapter or (known.adapter if known else ""), known.first_seen_at if known else now)
+            if module != known:
+                self.facts.add(FactKind.MODULE, {"adapter": module.adapter}, module=name)
+            self.facts.set_state(f"module:{name}", {"adapter": module.adapter, "first_seen_at": module.first_seen_at,
+                                                    "last_seen_at": now})  # fmt: skip
+        return module
 
     def modules(self) -> tuple[Module, ...]:
         """The last seen first."""
-        return tuple(Module(*row) for row in self.database.read(f"{_MODULES} ORDER BY last_seen_at DESC, id DESC"))
+        rows = self.database.read(
+            "SELECT substr(key, 8), value FROM state WHERE key LIKE 'module:%' "
+            "ORDER BY json_extract(value, '$.last_seen_at') DESC, rowid DESC"
+        )
+        return tuple(_module(name, object_in(value)) for name, value in rows)
 
     def module_named(self, name: str) -> Module | None:
         """None if there is no module of this name."""
-        rows = self.database.read(f"{_MODULES} WHERE name = ?", (name,))
-        return Module(*rows[0]) if rows else None
+        state = self.facts.state(f"module:{name}")
+        return None if state is None else _module(name, state)
 
-    def store_evidence(self, module_id: int, evidence: IdentityEvidence) -> None:
+    def store_evidence(self, module: str, evidence: IdentityEvidence) -> None:
         """Store what was last read of a module, to recognise it by."""
-        self.database.write(
-            "INSERT INTO module_states (module_id, at, boot_count, settings) VALUES (?, ?, ?, ?) "
-            "ON CONFLICT (module_id) DO UPDATE SET at = excluded.at, boot_count = excluded.boot_count, "
-            "settings = excluded.settings",
-            (module_id, self.database.now(), evidence.boot_count, json.dumps(dict(evidence.settings), sort_keys=True)),
-        )
+        state = {"boot_count": evidence.boot_count, "settings": dict(evidence.settings)}
+        self.facts.set_state(f"evidence:{module}", state)
 
-    def evidence(self, module_id: int) -> IdentityEvidence:
+    def evidence(self, module: str) -> IdentityEvidence:
         """What was last read of a module, else the boot count of its last visit, else empty."""
-        rows = self.database.read(
-            "SELECT boot_count, settings FROM module_states WHERE module_id = ? "
-            "UNION ALL SELECT * FROM (SELECT boot_count, '{}' FROM visits WHERE module_id = ? "
-            "AND boot_count IS NOT NULL ORDER BY id DESC LIMIT 1) LIMIT 1",
-            (module_id, module_id),
-        )
-        return IdentityEvidence(rows[0][0], restorable(_object(rows[0][1]))) if rows else IdentityEvidence()
+        state = self.facts.state(f"evidence:{module}")
+        if state is None:
+            visit = self.facts.last_visit(module, "boot_count")
+            return IdentityEvidence(visit.content["boot_count"]) if visit is not None else IdentityEvidence()
+        settings = state.get("settings")
+        return IdentityEvidence(state.get("boot_count"), restorable(settings if isinstance(settings, dict) else {}))
 
     # The serial output
 
     def note_stream_on(self, adapter: str, boot_count: int | None) -> None:
         """The program is about to switch the serial output on; it stands until `clear_stream_on`. `boot_count`: on
         which start of the module, where that is known."""
-        self.database.write(
-            "INSERT OR REPLACE INTO streams_left_on (adapter, at, boot_count) VALUES (?, ?, ?)",
-            (adapter, self.database.now(), boot_count),
-        )
+        self.facts.set_state(f"stream:{adapter}", {"at": self.database.now(), "boot_count": boot_count})
 
     def clear_stream_on(self, adapter: str) -> None:
-        self.database.write("DELETE FROM streams_left_on WHERE adapter = ?", (adapter,))
+        self.facts.set_state(f"stream:{adapter}", None)
 
     def stream_left_on(self, adapter: str) -> StreamLeftOn | None:
         """What `note_stream_on` stored; None once it is cleared."""
-        rows = self.database.read("SELECT boot_count FROM streams_left_on WHERE adapter = ?", (adapter,))
-        return StreamLeftOn(*rows[0]) if rows else None
+        state = self.facts.state(f"stream:{adapter}")
+        return None if state is None else StreamLeftOn(state.get("boot_count"))
 
     # Snapshots
 
     def store_snapshot(self, snapshot: Snapshot, *, port: str, module: str = "") -> int:
         """`module`: its name, where it has one; a new one is registered."""
-        module_id = self.register_module(module).id if module else None
-        return self.database.write(
-            "INSERT INTO settings_snapshots (module_id, port, taken_at, reason, boot_count, settings) "
-            "VALUES (?, ?, ?, ?, ?, ?)",
-            (module_id, port, self.database.now(), snapshot.reason, snapshot.boot_count,
-             json.dumps(dict(snapshot.settings), sort_keys=True)),
-        )  # fmt: skip
+        with self.database.transaction():
+            if module:
+                self.register_module(module)
+            content = {"port": port, "reason": snapshot.reason, "boot_count": snapshot.boot_count,
+                       "settings": dict(snapshot.settings)}  # fmt: skip
+            return self.facts.add(FactKind.SNAPSHOT, content, module=module or None)
 
     # Audit
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, origin: str) -> int:
-        return self.database.write(
-            "INSERT INTO audit (port, origin, at, act, frame, detail) VALUES (?, ?, ?, ?, ?, ?)",
-            (port, origin, self.database.now(), act.value, frame.hex(" ").upper(), json.dumps(dict(detail))),
-        )
+        content = {"act": act.value, "port": port, "origin": origin, "frame": frame.hex(" ").upper(),
+                   "detail": dict(detail)}  # fmt: skip
+        module = detail.get("module")
+        return self.facts.add(FactKind.ACT, content, module=module if isinstance(module, str) else None, link=act.value)
 
     def settle(self, entry: int, outcome: Outcome, result: Mapping[str, object]) -> None:
-        self.database.write(
-            "UPDATE audit SET settled_at = ?, outcome = ?, result = ? WHERE id = ? AND settled_at IS NULL",
-            (self.database.now(), outcome.value, json.dumps(dict(result)), entry),
-        )
+        self.facts.end(entry, {"outcome": outcome.value, "result": dict(result)})
 
-    def audit(self, *, limit: int = 200) -> tuple[AuditEntry, ...]:
-        """The newest first."""
-        return self._entries("ORDER BY id DESC LIMIT ?", (limit,))
-
-    def acts_of_activation(self) -> tuple[AuditEntry, ...]:
-        """What decides whether a module was left ACTIVE, the oldest first."""
-        acts = (Act.ACTIVATE.value, Act.LOCK.value, Act.SHUTDOWN.value)
-        return self._entries("WHERE act IN (?, ?, ?) ORDER BY id", acts)
-
-    def _entries(self, which: str, values: tuple[object, ...]) -> tuple[AuditEntry, ...]:
+    def audit(self, *acts: Act) -> tuple[AuditEntry, ...]:
+        """The newest first; of these acts, or of all."""
+        which = f"AND a.link IN ({', '.join('?' * len(acts))})" if acts else ""
         rows = self.database.read(
-            f"SELECT id, port, origin, at, act, frame, detail, settled_at, outcome, result FROM audit {which}",  # noqa: S608
-            values,
+            "SELECT a.number, a.kind, a.made_at, a.payload, o.made_at, o.payload FROM facts a "  # noqa: S608
+            f"LEFT JOIN facts o ON o.link = a.hash AND o.kind = ? WHERE a.kind IN (?, ?) {which} ORDER BY a.number",
+            (FactKind.OUTCOME.value, FactKind.ACT.value, FactKind.AUDIT.value, *(act.value for act in acts)),
         )
-        return tuple(
-            AuditEntry(id_, port, origin, at, Act(act), bytes.fromhex(frame), _object(detail), settled_at,
-                       Outcome(outcome) if outcome else Outcome.UNKNOWN, _object(result))
-            for id_, port, origin, at, act, frame, detail, settled_at, outcome, result in rows
-        )  # fmt: skip
+        entries: dict[object, AuditEntry] = {}
+        for number, kind, at, payload, settled_at, outcome in rows:
+            content = object_in(payload)
+            if kind == FactKind.AUDIT.value:
+                entry = former_entry(content["entry"])
+                entries["former", entry.id] = entry
+            else:
+                entries[number] = audit_entry(number, at, content, settled_at, object_in(outcome))
+        return tuple(reversed(entries.values()))
 
     # Changes of baud rate
 
     def begin_baud(self, old_rate: int, new_rate: int, *, port: str, adapter: str) -> int:
-        return self.database.write(
-            "INSERT INTO pending_baud (port, adapter, old_rate, new_rate, at) VALUES (?, ?, ?, ?, ?)",
-            (port, adapter, old_rate, new_rate, self.database.now()),
-        )
+        content = {"port": port, "adapter": adapter, "old_rate": old_rate, "new_rate": new_rate}
+        return self.facts.add(FactKind.BAUD, content)
 
     def settle_baud(self, entry: int, outcome: str) -> None:
-        self.database.write(
-            "UPDATE pending_baud SET settled_at = ?, outcome = ? WHERE id = ?", (self.database.now(), outcome, entry)
-        )
+        self.facts.end(entry, {"outcome": outcome})
 
     def pending_bauds(self) -> tuple[PendingBaud, ...]:
         """Changes without an outcome, the newest first; checked at the next start."""
-        rows = self.database.read(
-            "SELECT id, port, adapter, old_rate, new_rate, at FROM pending_baud WHERE settled_at IS NULL "
-            "ORDER BY id DESC"
+        intents = self.facts.select(FactKind.BAUD, "AND NOT EXISTS (SELECT 1 FROM facts o WHERE o.link = facts.hash "
+                                    "AND o.kind = ?) ORDER BY number DESC", (FactKind.OUTCOME.value,))  # fmt: skip
+        names = ("port", "adapter", "old_rate", "new_rate")
+        return tuple(
+            PendingBaud(id=one.number, at=one.at, **{name: one.content[name] for name in names}) for one in intents
         )
-        return tuple(PendingBaud(*row) for row in rows)
 
 
-def _object(text: str | None) -> dict[str, object]:
-    """The JSON object in `text`, empty if there is none."""
-    try:
-        value = json.loads(text or "{}")
-    except ValueError:
-        return {}
-    return value if isinstance(value, dict) else {}
+def _module(name: str, state: Mapping[str, Any]) -> Module:
+    return Module(name, str(state.get("adapter", "")), str(state.get("first_seen_at", "")))
+
+
+def audit_entry(
+    number: int, at: str, content: Mapping[str, Any], settled_at: str | None, outcome: Mapping[str, Any]
+) -> AuditEntry:
+    return AuditEntry(
+        number, content["port"], content["origin"], at, Act(content["act"]), bytes.fromhex(content["frame"]),
+        content["detail"], settled_at, Outcome(outcome.get("outcome", Outcome.UNKNOWN.value)),
+        outcome.get("result", {}),
+    )  # fmt: skip
+
+
+def former_entry(entry: Sequence[Any]) -> AuditEntry:
+    """An act as the former audit log had it."""
+    of = dict(zip(FORMER_ENTRY, entry, strict=True))
+    end = {"result": object_in(of["result"])} | ({"outcome": of["outcome"]} if of["outcome"] else {})
+    return audit_entry(of["id"], of["at"], {**of, "detail": object_in(of["detail"])}, of["settled_at"], end)
 
 
 def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
     """Raises `StoreTrouble`."""
-    opened = open_database(folder or data_folder(), clock=clock)
+    opened = open_database(folder or data_folder(), STORE, clock=clock)
     return Store(opened.database, opened.set_aside.message if opened.set_aside is not None else None)

@@ -28,8 +28,7 @@ def may_be_another(conversation: Conversation, store: Store | None, module: str)
     """Whether its readings refute that it is the module of this name, which is reported. Sends queries only."""
     name = clean(module.strip())
     try:
-        past = store.module_named(name) if store is not None else None
-        known = store.evidence(past.id) if store is not None and past is not None else None
+        known = store.evidence(name) if store is not None and store.module_named(name) is not None else None
     except StoreTrouble as error:
         notify(error.sentence)
         return True
@@ -59,18 +58,17 @@ def store_visit(
         with closing(store):
             checks, known = CheckStore(store.database), store.module_named(name)
             if known is not None and not is_same_module:
-                past = checks.past(known.id, name, slots, is_confirmed=history.is_confirmed)
-                follow = past.do_records_follow
-                against = _against(store.evidence(known.id), found, do_records_follow=follow)
+                follow = checks.past(name, slots, is_confirmed=history.is_confirmed).do_records_follow
+                against = _against(store.evidence(name), found, do_records_follow=follow)
                 if against:
                     _notify_other_module(name, join_names(against))
                     return False
-            module_id = store.register_module(name).id
+            store.register_module(name)
             visit = checks.store_visit(
-                module_id, slots, port=port, boot_count=found.boot_count, is_confirmed=history.is_confirmed
+                name, slots, port=port, boot_count=found.boot_count, is_confirmed=history.is_confirmed
             )
             if found.is_complete:
-                store.store_evidence(module_id, found)
+                store.store_evidence(name, found)
     except StoreTrouble as error:
         notify(join_sentences((error.sentence, tr("Not kept."))))
         return False

@@ -42,7 +42,7 @@ class LeftActiveWatch(QObject):
         """Once the store is open."""
         store = self._storage.store
         try:
-            self._left = list(left_active(store.acts_of_activation())) if isinstance(store, Store) else []
+            self._left = list(left_active(store)) if isinstance(store, Store) else []
         except StoreTrouble:
             self._left = []  # the notice about the store says it
         self.changed.emit()

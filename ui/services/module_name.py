@@ -72,11 +72,6 @@ class PortModule(QObject):
             _log.warning("The names of the modules cannot be read: %s", trouble)
             return ()
 
-    @property
-    def module_id(self) -> int | None:
-        """In the store; None for a name that is not in it yet."""
-        return next((one.id for one in self.known if one.name == self.name), None)
-
     def choose(self, name: str) -> None:
         name = clean(name.strip(), longest=MAX_NAME_LENGTH)
         connector = self._connector
@@ -159,7 +154,7 @@ class PortModule(QObject):
             return self._read[name]
         store, module = self._store, next((one for one in self.known if one.name == name), None)
         try:
-            return IdentityEvidence() if store is None or module is None else store.evidence(module.id)
+            return IdentityEvidence() if store is None or module is None else store.evidence(module.name)
         except StoreTrouble as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
             return IdentityEvidence()
@@ -246,10 +241,6 @@ class ModuleName(QObject):
         return self._shown.known
 
     @property
-    def module_id(self) -> int | None:
-        return self._shown.module_id
-
-    @property
     def adapter(self) -> str:
         return self._shown.adapter
 
@@ -296,16 +287,16 @@ def _at_once(act: Callable[[], object]) -> None:
 
 def _register(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:
     """Runs in the store's thread, as one piece of work: the window may be closed afterwards."""
-    module = store.register_module(name, adapter)
+    store.register_module(name, adapter)
     if evidence is not None:
-        store.store_evidence(module.id, evidence)
+        store.store_evidence(name, evidence)
 
 
 def _store_evidence(store: Store, name: str, evidence: IdentityEvidence) -> bool:
     """Runs in the store's thread, after the module was stored; False if it was not."""
     module = store.module_named(name)
     if module is not None:
-        store.store_evidence(module.id, evidence)
+        store.store_evidence(name, evidence)
     return module is not None
 
 

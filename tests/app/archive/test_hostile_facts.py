@@ -14,7 +14,6 @@ import pytest
 
 from app.archive.archive import Archive
 from app.archive.chains import chains_in
-from app.archive.content import FactKind
 from app.archive.exchange import Exchanged, exchange
 from app.archive.facts import DOMAIN, FACT_COLUMNS, Fact, FactRow, fact_id, make_fact
 from app.archive.fleet_state import fleet_state
@@ -23,6 +22,7 @@ from app.archive.module_names import ConflictKind, NamedModule, Settlement, pair
 from app.archive.postgres import TABLE, PostgresFacts, open_server
 from app.stations.known import Stations
 from app.stations.station import encoded
+from app.store.facts import FactKind, payload_of
 from app.text.user_error import UserError
 from tests.support.archive_server import ArchiveServer, archive_server
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
@@ -170,9 +170,9 @@ def test_what_an_older_version_took_over_is_not_read_either(stations: list[Archi
     one.collect()
     kept = len(one.ids())
     for row in (signed_row(*row) for name, row in UNREADABLE.items() if "surrogate" not in name):
-        one.facts.database.write(
-            "INSERT INTO facts (id, kind, station, made_at, payload, signature, digest, module, link) "
-            "VALUES (?, ?, ?, ?, ?, ?, 'x', 'M-07', 'h')", row)  # fmt: skip
+        one.facts.others.write(
+            "INSERT INTO facts (id, kind, station, made_at, payload, signature, digest, module, link, hash) "
+            "VALUES (?, ?, ?, ?, ?, ?, 'x', 'M-07', 'h', 'x')", row)  # fmt: skip
     _look_at_everything(one)
     assert sum(len(one.facts.of_kind(kind)) for kind in FactKind) == kept
     assert one.facts.linked("h") == []
@@ -244,7 +244,7 @@ def _decision(signer: ArchiveStation | str, *, is_same: bool, revision: int, who
 ) -> Fact:  # fmt: skip
     content = Settlement(pair=pair_of(*of), is_same=is_same, name="X" if is_same else "", who=who, revision=revision)
     who_signs = station(signer) if isinstance(signer, str) else signer.station
-    return make_fact(FactKind.SETTLEMENT, AT, content.content(), who_signs)
+    return make_fact(FactKind.SETTLEMENT.value, AT, payload_of(content.content()), who_signs)
 
 
 @pytest.fixture

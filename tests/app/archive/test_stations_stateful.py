@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -16,9 +16,8 @@ from pathlib import Path
 import pytest
 
 from app.archive.archive import Archive
-from app.archive.collection import collect
+from app.archive.chains import chains_in
 from app.archive.exchange import Exchanged
-from app.archive.local_facts import open_facts
 from app.guided.results import GuidedVerdict
 from app.stations.known import Stations
 from app.text.user_error import UserError
@@ -32,10 +31,10 @@ _KILLED = """
 import os, signal, sys
 from pathlib import Path
 from app.archive.archive import open_archive
-from app.archive.local_facts import LocalFacts
+from app.store.database import Database
 from app.store.store import open_store
 
-left, add = int(sys.argv[3]), LocalFacts.add
+left, write = int(sys.argv[3]), Database.write
 
 def count_down(*_):
     global left
@@ -43,13 +42,12 @@ def count_down(*_):
     if left <= 0:
         os.kill(os.getpid(), signal.SIGKILL)
 
-def added(self, facts):
-    new = add(self, facts)
-    if sys.argv[4] == "while collecting":
+def counted(self, *written):
+    write(self, *written)
+    if sys.argv[4] == "while signing":
         count_down()
-    return new
 
-LocalFacts.add = added
+Database.write = counted
 archive = open_archive(open_store(Path(sys.argv[1])))
 archive.sync(sys.argv[2], on_page=count_down)
 os.kill(os.getpid(), signal.SIGKILL)
@@ -138,7 +136,7 @@ class Desk:
     def sync_killed(self) -> None:
         """The program is killed in the middle, as by kill -9."""
         one = self.dice.choice(self.stations)
-        when = self.dice.choice(("while collecting", "while exchanging"))
+        when = self.dice.choice(("while signing", "while exchanging"))
         ran = subprocess.run(
             [sys.executable, "-c", _KILLED, one.folder, self.server.url(), str(self.dice.randint(1, 4)), when],
             cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False,
@@ -160,22 +158,15 @@ class Desk:
         assert all(one.content() == everything for one in self.stations), "not all know the same"
         rows = self.server.run("SELECT id, kind, station, made_at, payload, signature FROM dps_s_facts ORDER BY id")
         assert rows == everything, "the server knows something else"
-        recorded = {id_ for one in self.stations for id_ in self._recorded(one)}
-        assert {row[0] for row in everything} == recorded, "something was lost or invented"
+        recorded = sum(len(one.store.database.read("SELECT 1 FROM facts")) for one in self.stations)
+        assert len(everything) == recorded, "something was lost or invented"
+        for one in self.stations:
+            assert one.store.facts.faults() == []
+            assert [chain.missing for chain in chains_in(one.facts)] == [0] * len(chains_in(one.facts))
         names = [self.archive(one).names() for one in self.stations]
         assert names[0] == names[1] == names[2]
         for one in self.stations:
             assert self.archive(one).status(self.server.url()).not_shared == 0
-
-    def _recorded(self, one: ArchiveStation) -> set[str]:
-        """What its store holds, and earlier judgements that it held: collected from the beginning into another file."""
-        with tempfile.TemporaryDirectory() as folder, closing(open_facts(Path(folder))) as facts:
-            collect(one.store, facts, one.station)
-            ids = {row[0] for row in facts.database.read("SELECT id FROM facts")}
-        mine = one.facts.database.read(
-            "SELECT id FROM facts WHERE kind = 'judgement' AND station = ?", (self.archive(one).public,)
-        )
-        return ids | {row[0] for row in mine}
 
 
 OFTEN = (Desk.record, Desk.record, Desk.record_much, Desk.sync, Desk.sync, Desk.set_clock, Desk.settle,

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -12,8 +13,11 @@ import pytest
 import app.__main__ as program
 from app.preflight.checks import CHECKS
 from app.records.check_store import CheckStore
-from app.store.database import FILE_NAME, Database, open_database
-from app.store.store import data_folder
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.store.database import FILE_NAME
+from app.store.facts import FactKind
+from app.store.store import Store, data_folder, open_store
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
@@ -36,11 +40,10 @@ text = "Hatch free"
 
 
 @pytest.fixture
-def kept() -> Iterator[Database]:
+def kept() -> Iterator[Store]:
     """The store of this test, after the command."""
-    database = open_database(data_folder()).database
-    yield database
-    database.close()
+    with closing(open_store()) as store:
+        yield store
 
 
 def _assert_only_questions(wire: list[bytes], *, flags: int) -> None:
@@ -107,7 +110,7 @@ def test_lost_in_the_middle_is_no_go(port: str, capsys: pytest.CaptureFixture[st
 
 
 def test_the_report_is_written_kept_chained_and_verified(
-    port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, qapp: object, kept: Database
+    port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, qapp: object, kept: Store
 ) -> None:
     profile, report = tmp_path / "h6.toml", tmp_path / "r.pdf"
     profile.write_text(PROFILE, encoding="utf-8")
@@ -135,16 +138,15 @@ def test_the_report_is_written_kept_chained_and_verified(
     assert run_here(capsys, ["verify", str(altered)], 1).out.startswith(
         "ALTERED: the content is not what was recorded."
     )
-    number = kept.read("SELECT id FROM modules WHERE name = 'M-07'")[0][0]
-    store = CheckStore(kept)
-    assert [(one.number, one.verdict) for one in store.checks(number)] == [(2, "READY"), (1, "NO-GO")]
+    store = CheckStore(kept.database)
+    assert [(one.number, one.verdict) for one in store.checks("M-07")] == [(2, "READY"), (1, "NO-GO")]
     assert [one.number for one in store.checks(aircraft="B-1234")] == [2, 1]
-    assert [point.value for point in store.measured(number, "cell_voltage_v")] == [3.9, 3.9]
-    assert kept.read("SELECT count(*) FROM audit WHERE act = 'write' AND outcome = 'confirmed'")[0][0] == 4
+    assert [point.value for point in store.measured("M-07", "cell_voltage_v")] == [3.9, 3.9]
+    assert [one.outcome for one in kept.audit(Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 
 def test_a_new_trigger_and_another_module_are_noticed(
-    port: str, capsys: pytest.CaptureFixture[str], kept: Database
+    port: str, capsys: pytest.CaptureFixture[str], kept: Store
 ) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--enable-triggers", "--json", "--module", "M-07"]
 
@@ -164,11 +166,11 @@ def test_a_new_trigger_and_another_module_are_noticed(
     bench.set_bay(is_open=False)
     assert program.main(words) == 1
     assert result("trigger_records") == "fail"
-    assert len(CheckStore(kept).records(1)) == 3
+    assert len(CheckStore(kept.database).records("M-07")) == 3
     other = [*words[:2], f"{port}other?boots=12", *words[3:]]
     assert program.main(other) == 1
     assert result("boot_count") == "fail"
-    assert len(CheckStore(kept).records(1)) == 3
+    assert len(CheckStore(kept.database).records("M-07")) == 3
     assert program.main([*other, "--same-module"]) == 0
 
 
@@ -282,9 +284,7 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path) -> None:
     assert "未" not in done.stderr.decode()  # nothing was said not to be kept
 
 
-def test_history_keeps_what_it_reads_under_a_name(
-    port: str, capsys: pytest.CaptureFixture[str], kept: Database
-) -> None:
+def test_history_keeps_what_it_reads_under_a_name(port: str, capsys: pytest.CaptureFixture[str], kept: Store) -> None:
     words = ["history", "--port", f"{port}?history=9", "--json", "--module", " M-07 "]
     printed = run_here(capsys, words)
     assert len(json.loads(printed.out)["records"]) == 9
@@ -297,11 +297,11 @@ def test_history_keeps_what_it_reads_under_a_name(
     printed = run_here(capsys, other, 4)
     assert "Nothing was done: this may be another module than M-07 (boot count 12, was 37" in printed.err
     assert len(json.loads(printed.out)["records"]) == 2
-    records = CheckStore(kept).records(1)
+    records = CheckStore(kept.database).records("M-07")
     assert len(records) == 10
     assert records[-1].raw[7] == 0x04
     assert program.main([*other, "--same-module"]) == 0
-    assert len(CheckStore(kept).records(1)) == 12
+    assert len(CheckStore(kept.database).records("M-07")) == 12
 
 
 def test_history_that_could_not_be_kept_is_done_in_part(port: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -312,9 +312,7 @@ def test_history_that_could_not_be_kept_is_done_in_part(port: str, capsys: pytes
     assert printed.err.endswith("Not kept.\n")
 
 
-def test_a_module_by_the_name_of_another_is_not_set(
-    port: str, capsys: pytest.CaptureFixture[str], kept: Database
-) -> None:
+def test_a_module_by_the_name_of_another_is_not_set(port: str, capsys: pytest.CaptureFixture[str], kept: Store) -> None:
     assert program.main(["history", "--port", port, "--module", "M-07"]) == 0
     other = f"{port}other?boots=12"
     printed = run_here(capsys, ["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"], 1)
@@ -354,7 +352,7 @@ def test_the_list_of_several_says_who_is_not_go_and_why(port: str, capsys: pytes
 @pytest.mark.usefixtures("qapp")
 @pytest.mark.parametrize("count", [1, 3])
 def test_where_nobody_reads_all_are_kept_and_reported(
-    count: int, port: str, kept: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    count: int, port: str, kept: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As `dps-s preflight … --report FILE.pdf | head -0`."""
     ports = [word for number in range(count) for word in ("--port", f"{port}-{number}")]
@@ -364,7 +362,7 @@ def test_where_nobody_reads_all_are_kept_and_reported(
         monkeypatch.setattr(sys, "stdout", out)
         assert program.main(["preflight", *ports, "--report", str(tmp_path / "r.pdf")]) == 4
         monkeypatch.undo()
-    assert kept.read("SELECT count(*) FROM preflight_checks") == [(count,)]
+    assert len(kept.facts.select(FactKind.CHECK)) == count
     assert (tmp_path / "r.pdf").exists()
 
 

@@ -3,14 +3,16 @@
 import json
 import threading
 from collections.abc import Callable
+from contextlib import closing
 
 import pytest
 
 import app.__main__ as program
 from app.records.check_store import CheckStore
+from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
-from app.store.database import open_database
-from app.store.store import data_folder
+from app.store.store import data_folder, open_store
 from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, run_here
 
@@ -65,12 +67,11 @@ def test_activate_leads_in_one_connection_to_go(
     assert "ACTIVE" in printed.err
     assert _sets(wire) == ["attitude_trigger", "freefall_trigger", "activation"]
     assert bench_of(port).state().is_active
-    database = open_database(data_folder()).database
-    kept = [one.verdict for one in CheckStore(database).checks(1)]
-    acts = database.read("SELECT act, outcome FROM audit ORDER BY id DESC LIMIT 1")
-    database.close()
+    with closing(open_store()) as store:
+        kept = [one.verdict for one in CheckStore(store.database).checks("M-07")]
+        last = store.audit()[0]
     assert kept == ["GO", "READY"]
-    assert acts == [("activate", "confirmed")]
+    assert (last.act, last.outcome) == (Act.ACTIVATE, Outcome.CONFIRMED)
 
 
 def test_json_is_one_object_of_the_last_verdict(port: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,7 @@ from app.store.store import data_folder, open_store
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.catalogue import BY_NAME, SETTINGS
 from tests.support.cli_line import Printed, bench_of, run_here
-from tests.support.records.kept_settings import kept_settings
+from tests.support.records.kept_facts import kept_settings
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")

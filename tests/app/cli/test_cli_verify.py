@@ -9,9 +9,11 @@ from app import __main__ as program
 from app.records.record import Record, as_text
 from app.safety.acts import Act
 from app.stations.station import fingerprint_of
+from app.store.database import FILE_NAME
 from app.store.store import data_folder, open_store
 from tests.app.records.test_filing import FRAME, file_one
 from tests.app.records.test_record import checked_record
+from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
 
 
@@ -85,8 +87,7 @@ def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
             store.begin(Act.LOCK, FRAME, {}, port="p", origin="window")
     assert program.main(["verify", "--log"]) == 0
     assert "intact; entries: 3" in capsys.readouterr().out
-    with closing(open_store()) as store:
-        store.database.write("DELETE FROM audit WHERE id = 2")
+    tamper(data_folder() / FILE_NAME, "DELETE FROM facts WHERE number = 2")
     assert program.main(["verify", "--log"]) == 1
     assert capsys.readouterr().out == "Entry 2 was removed.\n"
 

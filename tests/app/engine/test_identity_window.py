@@ -64,7 +64,7 @@ class Desk:
         self.naming.remember_adapter()
         store = self.assembly.storage.store
         assert isinstance(store, Store)
-        self.wait(lambda: any(store.evidence(module.id).is_complete for module in store.modules()))
+        self.wait(lambda: any(store.evidence(module.name).is_complete for module in store.modules()))
 
     def answer(self, key: str) -> None:
         button = self.assembly.window.notice_bar.button(key)

@@ -11,7 +11,7 @@ import pytest
 
 from app.guided.guided_store import GuidedStore
 from app.guided.kept_test import StoredTest
-from app.guided.results import RETIRED_KINDS, TITLES, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.limits.expectations import Expectations, LastTested, Past, expectations_of, settings_code
 from app.preflight.evidence import FrameLog
 from app.preflight.findings import Case, CheckResult
@@ -22,7 +22,7 @@ from app.records.report_html import body
 from app.records.verification import RecordState, verify
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
 from app.store.database import StoreTrouble
-from app.store.schema import MIGRATIONS
+from app.store.facts import FactKind
 from app.store.store import Store, open_store
 from app.system.wall_clock import age_days
 from app.text.messages import message
@@ -46,15 +46,13 @@ def store(tmp_path: Path) -> Iterator[Store]:
 def add(
     store: Store, kind: GuidedKind, verdict: GuidedVerdict = PASSED, *, module: str = "M-07", sim: bool = False
 ) -> None:
-    module_id = store.register_module(module).id if module else None
     GuidedStore(store.database).add(
-        result(kind, verdict), module_id=module_id, adapter="usb", who="Li", is_simulated=sim, program="1"
+        result(kind, verdict), module=module or None, adapter="usb", who="Li", is_simulated=sim, program="1"
     )
 
 
 def last(store: Store, *, sim: bool = False) -> dict[GuidedKind, GuidedVerdict]:
-    module_id = store.register_module("M-07").id
-    found = GuidedStore(store.database).last(module_id, counts_simulated=sim)
+    found = GuidedStore(store.database).last("M-07", counts_simulated=sim)
     return {kind: one.verdict for kind, one in found.items()}
 
 
@@ -75,23 +73,7 @@ def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:
     assert last(store, sim=True) == {GuidedKind.TILT: PASSED}
 
 
-@pytest.mark.parametrize("kind", sorted(RETIRED_KINDS, key=str))
-def test_a_result_of_a_retired_test_stays_readable_and_counts_for_nothing(store: Store, kind: GuidedKind) -> None:
-    """It can never be repeated: a failed one would warn for ever."""
-    add(store, kind, FAILED)
-    assert last(store) == {kind: FAILED}
-    filed = file_check(
-        check().assessment.case.evidence, Expectations(), Person(who="Li", module="M-07"), FrameLog(), store=store,
-        program_version="1", at=NOW,
-    )  # fmt: skip
-    assert filed.record["tests"] == []
-    assert filed.assessment.result("guided_tests") is CheckResult.PASS
-    module_id = store.register_module("M-07").id
-    stored = GuidedStore(store.database).last(module_id, counts_simulated=False)[kind]
-    assert TITLES[kind] in body({"tests": [stored.plain()], "checks": []})
-
-
-@pytest.mark.parametrize("statement", ["DELETE FROM guided_tests", "UPDATE guided_tests SET verdict = 'passed'"])
+@pytest.mark.parametrize("statement", ["DELETE FROM facts", "UPDATE facts SET payload = '{}'"])
 def test_results_are_only_ever_added(store: Store, statement: str) -> None:
     add(store, GuidedKind.TILT, FAILED)
     with pytest.raises(StoreTrouble):
@@ -99,22 +81,11 @@ def test_results_are_only_ever_added(store: Store, statement: str) -> None:
     assert last(store) == {GuidedKind.TILT: FAILED}
 
 
-def test_a_store_from_before_is_migrated(tmp_path: Path) -> None:
-    from app.store.database import open_database
-
-    with closing(open_database(tmp_path, migrations=MIGRATIONS[:-1]).database) as old:
-        old.write("INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES ('M-07', '', 't', 't')")
-    with closing(open_store(tmp_path)) as new:
-        add(new, GuidedKind.TILT)
-        assert last(new) == {GuidedKind.TILT: PASSED}
-
-
 def test_what_a_newer_version_wrote_is_left_out(store: Store) -> None:
     add(store, GuidedKind.TILT)
-    store.database.write(
-        "INSERT INTO guided_tests (module_id, adapter, at, who, kind, verdict, is_simulated, program, measured) "
-        "VALUES (1, '', 't', '', 'spin', 'passed', 0, '9', '[]'), (1, '', 't', '', 'bay', 'passed', 0, '9', '{')"
-    )
+    for test, measured in (("spin", []), ("bay", None)):
+        content = {"test": test, "verdict": "passed", "who": "", "is_simulated": False, "measured": measured}
+        store.facts.add(FactKind.GUIDED_TEST, content, module="M-07")
     assert last(store) == {GuidedKind.TILT: PASSED}
 
 

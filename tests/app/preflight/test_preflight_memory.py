@@ -3,7 +3,6 @@
 import json
 import shutil
 import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -23,6 +22,7 @@ from app.store.store import data_folder
 from tests.app.preflight.test_preflight_slept import NIGHT_S, NightRig
 from tests.support.check_pace import hurry_check
 from tests.support.cli_line import Printed, bench_of
+from tests.support.records.kept_facts import tamper
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 WORDS = ("--enable-triggers", "--module", "M-07", "--who", "Li Wei", "--aircraft", "B-1234")
@@ -64,20 +64,25 @@ def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, capsys: pytes
     assert "no earlier visit" in why
 
 
+def _damaged(kind: str, key: str, value: str) -> str:
+    return f"UPDATE facts SET payload = json_set(payload, '$.{key}', {value}) WHERE kind = '{kind}'"
+
+
 @pytest.mark.parametrize("damage", [
-    "UPDATE visits SET slots = 'no list'", "UPDATE visits SET slots = '[1, 2]'", "UPDATE visits SET slots = '[\"zz\"]'",
-    "UPDATE preflight_checks SET record = '{\"trigger_records\": [\"zz\"]}'",
-    "UPDATE preflight_checks SET record = '{\"trigger_records\": [3]}'",
-    "DROP TABLE visits", "DROP TABLE preflight_checks",
-    "UPDATE visits SET boot_count = 10000000",
+    _damaged("visit", "slots", "'no list'"), _damaged("visit", "slots", "json('[1, 2]')"),
+    _damaged("visit", "slots", "json('[\"zz\"]')"), _damaged("visit", "boot_count", "10000000"),
+    _damaged("preflight_check", "record", "3"),
+    _damaged("preflight_check", "record.trigger_records", "json('[\"zz\"]')"),
+    _damaged("preflight_check", "record.trigger_records", "json('[3]')"),
+    "UPDATE facts SET payload = '{'", "UPDATE facts SET payload = '[]'", "UPDATE state SET value = '{'",
+    "DROP TABLE facts", "DROP TABLE state",
 ])  # fmt: skip
 def test_damage_in_the_store_never_costs_the_verdict(
     port: str, capsys: pytest.CaptureFixture[str], damage: str
 ) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--json", "--records-reviewed", *WORDS]
     assert program.main(words) == 0
-    with closing(sqlite3.connect(data_folder() / FILE_NAME)) as database, database:
-        database.execute(damage)
+    tamper(data_folder() / FILE_NAME, damage)
     capsys.readouterr()
     program.main([*words, "--same-module"])
     printed = Printed(capsys)

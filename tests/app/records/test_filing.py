@@ -15,11 +15,11 @@ from app.records.record import Record
 from app.records.verification import Chain, RecordState, verify
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.store.audit_chain import AUDIT_CHAIN_TABLES, AuditFault, ChainFault, check_audit_chain
-from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
-from app.store.schema import MIGRATIONS
+from app.store.database import FILE_NAME, StoreFault, StoreTrouble
+from app.store.facts import FactKind, fact_hash
 from app.store.store import Store, open_store
 from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.records.kept_facts import forge, tamper
 from tests.support.records.preflight_rig import check
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
@@ -50,9 +50,7 @@ def file_one(store: Store, module: str | None = None, *, adapter: str = "") -> F
 
 def _chain(store: Store) -> list[Record]:
     """All stored records, oldest first."""
-    rows = store.database.read("SELECT hash FROM preflight_checks ORDER BY id")
-    records = [CheckStore(store.database).record(hash_) for (hash_,) in rows]
-    return [record for record in records if record is not None]
+    return [fact.content["record"] for fact in store.facts.select(FactKind.CHECK)]
 
 
 def _filer(folder: Path, count: int) -> "subprocess.Popen[str]":
@@ -90,7 +88,7 @@ def test_two_programs_that_file_at_once_make_one_chain(tmp_path: Path) -> None:
         assert [record["number"] for record in records] == list(range(1, len(records) + 1))
         assert [record["previous"] for record in records] == [None, *(one["hash"] for one in records[:-1])]
         assert len(records) >= 10
-        assert check_audit_chain(store.database.read) == ()
+        assert store.facts.faults() == []
 
 
 def test_modules_without_a_name_have_a_chain_for_each_adapter(tmp_path: Path) -> None:
@@ -113,7 +111,7 @@ def test_a_record_that_could_not_be_kept_has_no_number(tmp_path: Path, monkeypat
         def full(*_: object) -> int:
             raise StoreTrouble(StoreFault.FULL, tmp_path)
 
-        monkeypatch.setattr(CheckStore, "_store_check", full)
+        monkeypatch.setattr(store.facts.database, "write", full)
         filed = file_one(store, "M-07")
         assert filed.trouble is not None
         assert (filed.record["number"], filed.record["previous"]) == (0, None)
@@ -134,68 +132,40 @@ def _logged(folder: Path) -> None:
 def test_the_log_is_chained(tmp_path: Path) -> None:
     _logged(tmp_path)
     with closing(open_store(tmp_path)) as store:
-        assert check_audit_chain(store.database.read) == ()
-        assert store.database.read("SELECT count(*) FROM audit_chain") == [(5,)]
+        assert store.facts.faults() == []
+        assert len(store.audit()) == 3
+
+
+_COPY = "INSERT INTO facts (kind, made_at, payload, hash)"
 
 
 @pytest.mark.parametrize(
     ("tampering", "expected"),
     [
-        ("UPDATE audit SET act = 'lock' WHERE id = 1", AuditFault(1, ChainFault.ALTERED)),
-        ("UPDATE audit SET at = 'x' WHERE id = 3", AuditFault(3, ChainFault.ALTERED)),
-        ("UPDATE audit SET outcome = 'unknown' WHERE id = 2", AuditFault(2, ChainFault.ALTERED)),
-        ("DELETE FROM audit WHERE id = 2", AuditFault(2, ChainFault.MISSING)),
-        ("DELETE FROM audit WHERE id = 3", AuditFault(3, ChainFault.MISSING)),
-        ("DELETE FROM audit_chain WHERE id = 2", AuditFault(1, ChainFault.ALTERED)),
-        (
-            "INSERT INTO audit (port, origin, at, act, frame, detail) VALUES ('p', 'o', 't', 'lock', '', '{}')",
-            AuditFault(4, ChainFault.FOREIGN),
-        ),
+        ("UPDATE facts SET payload = replace(payload, 'zero', 'lock') WHERE number = 1", [(1, "ALTERED")]),
+        ("UPDATE facts SET made_at = 'x' WHERE number = 5", [(5, "ALTERED")]),
+        ("UPDATE facts SET kind = 'x' WHERE number = 4", [(4, "ALTERED")]),
+        ("DELETE FROM facts WHERE number = 2", [(2, "MISSING")]),
+        ("DELETE FROM facts WHERE number = 5", [(5, "MISSING")]),
+        ("UPDATE facts SET number = 6 WHERE number = 2", [(2, "MISSING"), (6, "BROKEN")]),
+        ("UPDATE facts SET payload = '{}', hash = '7' WHERE number = 5", [(5, "ALTERED")]),
+        (f"{_COPY} SELECT kind, made_at, payload, hash FROM facts WHERE number = 2", [(6, "BROKEN")]),
+        (f"{_COPY} VALUES ('act', 't', '{{}}', '{fact_hash('act', 't', '{}')}')", [(6, "FOREIGN")]),
     ],
 )
-def test_every_alteration_of_the_log_is_found(tmp_path: Path, tampering: str, expected: AuditFault) -> None:
+def test_every_alteration_of_the_log_is_found(tmp_path: Path, tampering: str, expected: list[tuple[int, str]]) -> None:
     _logged(tmp_path)
+    tamper(tmp_path / FILE_NAME, tampering)
     with closing(open_store(tmp_path)) as store:
-        database = store.database
-        for name in ("audit_began", "audit_changed"):
-            database.write(f"DROP TRIGGER {name}")
-        database.write(tampering)
-        assert expected in check_audit_chain(database.read)
+        assert [(fault.entry, fault.fault.name) for fault in store.facts.faults()] == expected
 
 
 def test_a_replaced_entry_breaks_the_chain(tmp_path: Path) -> None:
+    """Also where whoever replaced it made its hash anew."""
     _logged(tmp_path)
+    forge(tmp_path / FILE_NAME, 3, lambda payload: payload.replace("lock", "zero"))
     with closing(open_store(tmp_path)) as store:
-        database = store.database
-        for name in ("audit_began", "audit_changed"):
-            database.write(f"DROP TRIGGER {name}")
-        database.write("UPDATE audit SET detail = '{}' WHERE id = 2")
-        database.write(
-            "UPDATE audit_chain SET hash = chain_hash(previous, 2, NULL, 'p', 'window', 'x', 'lock', '', '{}', NULL, "
-            "NULL, NULL) WHERE id = 3"
-        )
-        assert check_audit_chain(database.read)
-
-
-def test_an_older_log_is_chained_by_the_migration(tmp_path: Path) -> None:
-    with closing(
-        open_database(tmp_path, migrations=MIGRATIONS[: MIGRATIONS.index(AUDIT_CHAIN_TABLES)]).database
-    ) as database:
-        for number, settled in ((1, "t"), (2, None)):
-            database.write(
-                "INSERT INTO audit (id, port, origin, at, act, frame, detail, settled_at, outcome, result) "
-                "VALUES (?, 'p', 'window', 't', 'lock', '', '{}', ?, NULL, NULL)",
-                (number, settled),
-            )
-    with closing(open_store(tmp_path)) as store:
-        assert check_audit_chain(store.database.read) == ()
-        store.settle(2, Outcome.CONFIRMED, {})
-        assert check_audit_chain(store.database.read) == ()
-        for name in ("audit_began", "audit_changed"):
-            store.database.write(f"DROP TRIGGER {name}")
-        store.database.write("UPDATE audit SET origin = 'other' WHERE id = 1")
-        assert check_audit_chain(store.database.read) == (AuditFault(1, ChainFault.ALTERED),)
-    assert (tmp_path / FILE_NAME).exists()
+        assert [fault.entry for fault in store.facts.faults()] == [4]
 
 
 def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None:
@@ -218,13 +188,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from app.records.record import RecordContext, make_record
 from app.records.check_store import CheckStore
-from app.store.database import open_database
+from app.store.store import open_store
 from tests.support.records.preflight_rig import check
 from tests.app.trigger_records.test_trigger_history import raw
 
-database = open_database(Path(sys.argv[1])).database
-store = CheckStore(database)
-module = database.write("INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES ('M', '', '', '')")
+store = CheckStore(open_store(Path(sys.argv[1])).database)
 checked, number, life = check(), 0, []
 
 def make(number, previous):
@@ -234,8 +202,8 @@ def make(number, previous):
 while True:
     number += 1
     life.append(raw(number, 7))
-    store.store_visit(module, life[-9:], port="p", boot_count=number % 256, is_confirmed=True)
-    print(number, store.append_check(make, module)["hash"], flush=True)
+    store.store_visit("M", life[-9:], port="p", boot_count=number % 256, is_confirmed=True)
+    print(number, store.append_check(make, "M")["hash"], flush=True)
 """
 
 
@@ -250,18 +218,16 @@ def test_kill_loses_nothing_that_was_acknowledged(tmp_path: Path, after: int) ->
         said += process.stdout.readlines()
     acknowledged = [line.split() for line in said if line.endswith("\n")]
     assert len(acknowledged) >= after
-    opened = open_database(tmp_path)
-    assert opened.set_aside is None
-    store = CheckStore(opened.database)
-    for number, hash_ in acknowledged:
-        record = store.record(hash_)
-        assert record is not None
-        verification = verify(record, store)
-        assert verification.state is RecordState.NOT_SIGNED
-        assert verification.chain is (Chain.FIRST if number == "1" else Chain.LINKED)
-    # An interrupted visit may be half written; the next one repairs it.
-    life = [one.raw for one in store.records(1)]
-    assert len(life) >= len(acknowledged)
-    store.store_visit(1, life[-9:], port="p", boot_count=len(life) % 256, is_confirmed=True)
-    assert [one.raw for one in store.records(1)] == life
-    opened.database.close()
+    with closing(open_store(tmp_path)) as opened:
+        assert opened.notice is None
+        store = CheckStore(opened.database)
+        for number, hash_ in acknowledged:
+            record = store.record(hash_)
+            assert record is not None
+            verification = verify(record, store)
+            assert verification.state is RecordState.NOT_SIGNED
+            assert verification.chain is (Chain.FIRST if number == "1" else Chain.LINKED)
+        life = [one.raw for one in store.records("M")]
+        assert len(life) >= len(acknowledged)
+        store.store_visit("M", life[-9:], port="p", boot_count=len(life) % 256, is_confirmed=True)
+        assert [one.raw for one in store.records("M")] == life

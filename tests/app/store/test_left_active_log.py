@@ -25,7 +25,7 @@ def store(tmp_path: Path) -> Iterator[Store]:
 
 
 def left(store: Store) -> list[tuple[str, str]]:
-    found = left_active(store.acts_of_activation())
+    found = left_active(store)
     return [(one.module or one.port, LOCK_IN_DOUBT if one.is_lock_unconfirmed else ACTIVE) for one in found]
 
 
@@ -97,7 +97,7 @@ def test_another_module_ends_nothing_and_a_person_does(store: Store) -> None:
         note(store, module, is_active=False)
         wait(store)
     assert sorted(left(store)) == [(USB, ACTIVE), ("M-07", ACTIVE)]
-    for one in left_active(store.acts_of_activation()):
+    for one in left_active(store):
         note_locked(store, one, "window")
     wait(store)
     assert left(store) == []

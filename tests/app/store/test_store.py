@@ -12,12 +12,12 @@ import pytest
 from app.engine.snapshots import Snapshot, restorable
 from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
-from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
-from app.store.schema import MIGRATIONS
-from app.store.store import Store, data_folder, open_store
+from app.store.database import FILE_NAME, StoreFault, StoreTrouble
+from app.store.facts import FactKind
+from app.store.store import data_folder, open_store
 from app.store.store_journal import StoreJournal, journal_for
 from app.text.user_error import UserError
-from tests.support.records.kept_settings import kept_settings
+from tests.support.records.kept_facts import kept_settings
 
 LIMIT_S = 10.0
 ROOT = Path(__file__).parents[3]
@@ -57,14 +57,15 @@ def test_an_outcome_is_written_once(folder: Path) -> None:
 def test_modules_and_snapshots(folder: Path) -> None:
     with closing(open_store(folder)) as store:
         module = store.register_module("M-07", "usb 1")
-        assert store.register_module("M-07", "usb 2").id == module.id
+        assert store.register_module("M-07", "usb 2").first_seen_at == module.first_seen_at
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         store.register_module("M-07")  # who does not know the adapter takes away nothing
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
         store.store_snapshot(found, port="sim://", module=module.name)
         assert kept_settings(store) == [found.settings]
-        assert store.database.read("SELECT module_id, boot_count FROM settings_snapshots") == [(module.id, 37)]
+        (kept,) = store.facts.select(FactKind.SNAPSHOT)
+        assert (kept.content["module"], kept.content["boot_count"]) == ("M-07", 37)
 
 
 def test_settings_that_were_tampered_with_give_only_what_fits() -> None:
@@ -144,33 +145,7 @@ def test_a_newer_versions_file_is_left_alone(folder: Path) -> None:
     assert trouble.value.fault is StoreFault.NEWER
     assert trouble.value.sentence.endswith("needs a newer version of this program.")
     with closing(sqlite3.connect(folder / FILE_NAME)) as file:
-        assert file.execute("SELECT count(*) FROM audit").fetchone() == (1,)
-
-
-NEXT = (*MIGRATIONS, ("CREATE TABLE later (id INTEGER PRIMARY KEY) STRICT", "INSERT INTO later VALUES (7)"))
-
-
-def test_a_migration_keeps_a_copy_of_the_file_before(folder: Path) -> None:
-    with closing(open_store(folder)) as store:
-        store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
-    opened = open_database(folder, migrations=NEXT)
-    with closing(opened.database) as database:
-        assert database.read("SELECT id FROM later") == [(7,)]
-        assert len(Store(database).audit()) == 1
-    before = len(MIGRATIONS)
-    with closing(sqlite3.connect(folder / f"dps-s.version-{before}.sqlite")) as copy:
-        assert copy.execute("SELECT act FROM audit").fetchall() == [("zero",)]
-        assert copy.execute("PRAGMA user_version").fetchone() == (before,)
-    assert not list(folder.glob("*.part"))
-
-
-def test_a_migration_that_fails_changes_nothing(folder: Path) -> None:
-    open_store(folder).close()
-    broken = (*MIGRATIONS, ("CREATE TABLE later (id INTEGER) STRICT", "INSERT INTO nowhere VALUES (1)"))
-    with pytest.raises(StoreTrouble):
-        open_database(folder, migrations=broken)
-    with closing(open_database(folder, migrations=NEXT).database) as database:
-        assert database.read("SELECT count(*) FROM later") == [(1,)]
+        assert file.execute("SELECT count(*) FROM facts").fetchone() == (1,)
 
 
 # No room, no permission
@@ -227,7 +202,7 @@ def test_what_is_written_together_is_there_whole_or_not_at_all(folder: Path) -> 
     with closing(open_store(folder)) as store, closing(sqlite3.connect(folder / FILE_NAME)) as other:
 
         def names() -> list[str]:
-            return [name for (name,) in other.execute("SELECT name FROM modules ORDER BY name")]
+            return [name for (name,) in other.execute("SELECT module FROM facts ORDER BY module")]
 
         with store.database.transaction():
             store.register_module("M-07")
@@ -285,7 +260,7 @@ def test_what_was_acknowledged_survives_kill_9(folder: Path) -> None:
             writer.kill()
             acknowledged += [int(line) for line in writer.stdout.read().split("\n")[:-1]]
         with closing(open_store(folder)) as store:
-            kept = {entry.id for entry in store.audit(limit=100_000)}
+            kept = {entry.id for entry in store.audit()}
             assert store.notice is None
             assert set(acknowledged) <= kept
             assert all(entry.outcome is Outcome.UNKNOWN for entry in store.audit())

@@ -93,10 +93,10 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
             assert texts(bench, 0)[Column.JUDGED] == "bench test"
             page.refresh()
             assert texts(bench, 0)[Column.JUDGED] == "bench test"
-            assert CheckStore(store.database).records(module.id)[0].judgement is None
+            assert CheckStore(store.database).records(module.name)[0].judgement is None
             release()
         qtbot.waitUntil(lambda: not page.work._judging, timeout=WAIT_MS)
-        assert CheckStore(store.database).records(module.id)[0].judgement is Judgement.BENCH_TEST
+        assert CheckStore(store.database).records(module.name)[0].judgement is Judgement.BENCH_TEST
 
 
 def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
@@ -121,7 +121,7 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
         bench.click(again)
         qtbot.waitUntil(lambda: not page.work._judging, timeout=WAIT_MS)
         (module,) = store.modules()
-        (record,) = CheckStore(store.database).records(module.id)
+        (record,) = CheckStore(store.database).records(module.name)
         assert (record.judgement, record.note) == (Judgement.BENCH_TEST, "tipped on the table")
         assert said(bench) == ""
 
@@ -141,8 +141,8 @@ def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
         qtbot.waitUntil(lambda: bool(store.modules()), timeout=WAIT_MS)
         (module,) = store.modules()
         assert (module.name, module.adapter) == ("M-07", naming.adapter)
-        qtbot.waitUntil(lambda: store.evidence(module.id) != IdentityEvidence(), timeout=WAIT_MS)
-        assert store.evidence(module.id) == naming._read["M-07"]
+        qtbot.waitUntil(lambda: store.evidence(module.name) != IdentityEvidence(), timeout=WAIT_MS)
+        assert store.evidence(module.name) == naming._read["M-07"]
 
 
 def test_the_window_goes_on_while_a_broken_off_baud_change_is_forgotten(

@@ -160,7 +160,7 @@ def test_a_store_that_is_written_all_the_time_is_copied_as_it_was_at_the_beginni
         assert copy is not None
         assert lots > 2
         with closing(sqlite3.connect(copy)) as copied:
-            assert copied.execute("SELECT name FROM modules").fetchall() == [("M-0",)]
+            assert copied.execute("SELECT module FROM facts").fetchall() == [("M-0",)]
         assert len(names(store)) == 1 + lots
 
 

@@ -14,7 +14,8 @@ from app.limits.expectations import Past
 from app.records.check_store import CheckStore
 from app.records.trigger_archive import HEAD, write_archive
 from app.store.database import Database, open_database
-from app.store.schema import MIGRATIONS
+from app.store.facts import FactKind, Facts
+from app.store.former import STORE
 from app.trigger_records.history import Judgement, in_order, merge, record_of, sentence
 from protocol.frame import encode_long
 
@@ -28,15 +29,9 @@ def raw(boot: int, uptime: int, source: int = 2, *, charge: int = 1, serial: int
 
 @pytest.fixture
 def database(tmp_path: Path) -> Iterator[Database]:
-    opened = open_database(tmp_path).database
+    opened = open_database(tmp_path, STORE).database
     yield opened
     opened.close()
-
-
-def module(database: Database, name: str = "M-07") -> int:
-    return database.write(
-        "INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES (?, '', '', '')", (name,)
-    )
 
 
 # Sentences
@@ -135,7 +130,7 @@ def test_another_module_is_detected_but_not_by_a_lossy_reading() -> None:
 
 
 def test_the_tenth_trigger_removes_no_stored_record(database: Database) -> None:
-    store, number = CheckStore(database), module(database)
+    store, number = CheckStore(database), "M-07"
     life = [raw(boot, 100 + boot) for boot in range(9)]
     first = store.store_visit(number, life, port="p", boot_count=9, is_confirmed=True)
     assert first.new is None
@@ -154,19 +149,16 @@ def test_the_tenth_trigger_removes_no_stored_record(database: Database) -> None:
 
 
 def test_an_interrupted_visit_is_not_counted_twice(database: Database) -> None:
-    store, number = CheckStore(database), module(database)
+    store, number = CheckStore(database), "M-07"
     store.store_visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
-    database.write(
-        "INSERT INTO trigger_records (module_id, place, raw, first_seen_at) VALUES (?, 1, ?, '')",
-        (number, raw(2, 2).hex()),
-    )
+    Facts(database).add(FactKind.TRIGGER_RECORD, {"place": 1, "raw": raw(2, 2).hex()}, module=number)
     visit = store.store_visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     assert [one.raw for one in visit.records] == [raw(1, 1), raw(2, 2)]
     assert len(visit.new or ()) == 1
 
 
 def test_a_lossy_reading_removes_no_record(database: Database) -> None:
-    store, number = CheckStore(database), module(database)
+    store, number = CheckStore(database), "M-07"
     life = [raw(boot, 5) for boot in range(4)]
     store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
     store.store_visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
@@ -174,26 +166,15 @@ def test_a_lossy_reading_removes_no_record(database: Database) -> None:
     assert [one.raw for one in visit.records] == life
 
 
-def test_an_older_store_gets_the_tables_and_keeps_its_data(tmp_path: Path) -> None:
-    old = open_database(tmp_path, migrations=MIGRATIONS[:1]).database
-    number = module(old)
-    old.close()
-    new = open_database(tmp_path).database
-    CheckStore(new).store_visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
-    assert [one.raw for one in CheckStore(new).records(number)] == [raw(1, 1)]
-    new.close()
-    assert (tmp_path / "dps-s.version-1.sqlite").exists()
-
-
 def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> None:
-    store, one, other = CheckStore(database), module(database), module(database, "M-08")
+    store, one, other = CheckStore(database), "M-07", "M-08"
     store.store_visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     store.store_visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     store.store_visit(None, [raw(3, 3)], port="p", boot_count=3, is_confirmed=True)
     assert [record.raw for record in store.records(one)] == [raw(1, 1)]
     assert [record.raw for record in store.records(other)] == [raw(2, 2)]
-    assert store.past(None, None) == Past()
-    past = store.past(one, "M-07", [raw(9, 9)])
+    assert store.past(None) == Past()
+    past = store.past(one, [raw(9, 9)])
     assert past.boot_count == 1
     assert not past.do_records_follow
 
@@ -202,7 +183,7 @@ def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> N
 
 
 def test_the_csv_contains_no_formulas(database: Database, tmp_path: Path) -> None:
-    store, number = CheckStore(database), module(database)
+    store, number = CheckStore(database), "M-07"
     visit = store.store_visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
         store.judge(visit.records[0].id, Judgement.REAL, formula)

@@ -8,7 +8,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from app import version
-from app.archive.collection import collect
 from app.archive.local_facts import LocalFacts, open_facts
 from app.engine.snapshots import Snapshot
 from app.guided.guided_store import GuidedStore
@@ -42,20 +41,19 @@ class ArchiveStation:
     station: Station
 
     def collect(self) -> int:
-        return collect(self.store, self.facts, self.station)
+        return self.facts.sign(self.station)
 
     def ids(self) -> set[str]:
-        return {row[0] for row in self.facts.database.read("SELECT id FROM facts")}
+        return {row[0] for row in self.content()}
 
     def content(self) -> list[tuple[str, ...]]:
         """Return all facts, ordered by id."""
-        query = "SELECT id, kind, station, made_at, payload, signature FROM facts ORDER BY id"
-        return self.facts.database.read(query)
+        return sorted(fact.row for fact in self.facts.of_kind(None))
 
     # Events at a station
 
-    def meet(self, module: str, adapter: str = "usb 1") -> int:
-        return self.store.register_module(module, adapter).id
+    def meet(self, module: str, adapter: str = "usb 1") -> str:
+        return self.store.register_module(module, adapter).name
 
     def visit(self, module: str, *numbers: int) -> None:
         checks = CheckStore(self.store.database)
@@ -76,7 +74,7 @@ class ArchiveStation:
         text = UserMessage("x")
         result = GuidedResult(GuidedKind.TILT, (MeasuredValue(text, text, text, verdict, 61.0),))
         GuidedStore(self.store.database).add(
-            result, module_id=self.meet(module), adapter="usb 1", who="Li", is_simulated=False, program=version()
+            result, module=self.meet(module), adapter="usb 1", who="Li", is_simulated=False, program=version()
         )
 
     def act(self, module: str = "", *, is_settled: bool = True) -> None:
@@ -117,7 +115,7 @@ def _base_record() -> str:
 @contextmanager
 def archive_station(folder: Path, *, clock: Callable[[], datetime] = lambda: NOON) -> Iterator[ArchiveStation]:
     store = open_store(folder, clock=clock)
-    facts = open_facts(folder, clock=clock)
+    facts = open_facts(folder, store.facts, clock=clock)
     try:
         yield ArchiveStation(folder, store, facts, own_station(folder))
     finally:

@@ -87,7 +87,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         dialog.ask_save = choosing(stick)
         dialog.export.click()
         _wait(qtbot, dialog)
-        assert "Sent: 4." in dialog.state.text()
+        assert "Sent: 5." in dialog.state.text()
         stick.write_text(stick.read_text(encoding="utf-8").replace("NO-GO", "GO"), encoding="utf-8")
         dialog.import_.click()
         _wait(qtbot, dialog)

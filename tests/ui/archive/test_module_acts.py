@@ -5,7 +5,6 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.archive.collection import collect
 from app.archive.local_facts import open_facts
 from app.archive.module_history import module_history
 from app.archive.module_names import names_of
@@ -50,9 +49,9 @@ def _lock(one: Desk) -> None:
 def _told(store: object, folder: Path) -> dict[str, list[str]]:
     """The history of every module in English, as the archive of this computer has it."""
     assert isinstance(store, Store)
-    facts = open_facts(folder / "archive")
+    facts = open_facts(folder / "archive", store.facts)
     try:
-        collect(store, facts, own_station(folder))
+        facts.sign(own_station(folder))
         return {
             module.name: [event.text.in_english() for event in module_history(facts, module).events]
             for module in names_of(facts, ()).modules

@@ -51,7 +51,7 @@ def test_it_stands_first_at_the_next_start(
         assembly.left_active._end(assembly.left_active._left[0])
         qtbot.waitUntil(lambda: bar.notice is None or "ACTIVE" not in bar.notice.text, timeout=WAIT_MS)
     store = open_store()
-    assert left_active(store.acts_of_activation()) == ()
+    assert left_active(store) == ()
     store.close()
 
 
@@ -72,7 +72,7 @@ class Bench:
     def left(self) -> list[str]:
         self.store.queue.submit(lambda: None).result(5)
         self.store.queue.submit(lambda: None).result(5)
-        return [one.module for one in left_active(self.store.acts_of_activation())]
+        return [one.module for one in left_active(self.store)]
 
 
 @pytest.fixture

@@ -117,7 +117,8 @@ class CheckHistory(QWidget):
 
     def open(self) -> None:
         """Reload everything and select the named module."""
-        self._reload(("module", self._services.naming.module_id))
+        naming = self._services.naming
+        self._reload(("module", next((one.name for one in naming.known if one.name == naming.name), None)))
 
     def retranslate(self) -> None:
         self._reload(self.filter.currentData())
@@ -127,7 +128,7 @@ class CheckHistory(QWidget):
         self.stations.refresh()
         self.filter.clear()
         for one in self._services.naming.known:
-            self.filter.addItem(tr("Module: {name}", name=one.name), ("module", one.id))
+            self.filter.addItem(tr("Module: {name}", name=one.name), ("module", one.name))
         store = self._services.storage.store
         if isinstance(store, Store):
             try:

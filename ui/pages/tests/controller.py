@@ -311,14 +311,12 @@ def _why(error: BaseException) -> str:
 
 
 def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
-    module = store.module_named(name)
-    return GuidedStore(store.database).last(
-        module.id if module is not None else None, counts_simulated=counts_simulated
-    )
+    return GuidedStore(store.database).last(name or None, counts_simulated=counts_simulated)
 
 
 def _store(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
-    module_id = store.register_module(name).id if name else None
+    if name:
+        store.register_module(name)
     return GuidedStore(store.database).add(
-        result, module_id=module_id, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
+        result, module=name or None, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
     )

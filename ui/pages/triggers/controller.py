@@ -287,11 +287,11 @@ class TriggersController(QObject):
         """Makes the rows: the stored records of this name, else the reading."""
         slots = Counter(one.raw for one in self.reading.history.all) if self.reading is not None else Counter()
         kept: tuple[SeenRecord, ...] = ()
-        store, module_id = self._store, self._naming.module_id
+        store, name = self._store, self._naming.name
         is_of_this_name = self._is_stored or self.reading is None
-        if store is not None and module_id is not None and is_of_this_name:
+        if store is not None and name and is_of_this_name:
             try:
-                kept = CheckStore(store.database).records(module_id)
+                kept = CheckStore(store.database).records(name)
             except StoreTrouble as trouble:
                 self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
         if not kept and self.reading is not None:

@@ -13,11 +13,13 @@ import pytest
 
 import app.__main__ as program
 from app.guided.results import GuidedVerdict
+from app.store.facts import FactKind
 from app.store.store import data_folder
 from app.trigger_records.history import Judgement
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.cli_line import Printed, is_one_sentence
 from tests.support.records.archive_stations import ArchiveStation, archive_station
+from tests.support.records.kept_facts import forge
 
 pytestmark = pytest.mark.usefixtures("user_files")
 
@@ -178,9 +180,10 @@ def test_a_record_that_was_altered_in_its_own_store_is_named(
     """Its station signed what its store held: the seal of the check itself says that it is not what was recorded."""
     other.check("M-07", "NO-GO")
     other.check("M-07", "NO-GO")
-    was, is_now = '"verdict":"NO-GO"', '"verdict":"GO"'
-    update = "UPDATE preflight_checks SET record = replace(record, ?, ?) WHERE number = 2"
-    other.store.database.write(update, (was, is_now))
+    (*_, last) = other.store.facts.select(FactKind.CHECK)
+    forge(
+        other.store.database.path, last.number, lambda payload: payload.replace('"verdict":"NO-GO"', '"verdict":"GO"')
+    )
     _carry(capsys, other, tmp_path / "stick")
     (module,) = told(capsys, "report", "report")["modules"]
     assert (module["last_check"]["verdict"], module["last_check"]["altered"]) == ("GO", True)

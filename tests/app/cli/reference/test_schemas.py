@@ -11,6 +11,7 @@ import app.__main__ as program
 from app.cli.commands import SCHEMAS
 from app.engine.device import STATUS_KEYS
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS
+from app.store.facts import FactKind
 from app.store.store import open_store
 from protocol.catalogue import BAUD_RATES, BY_NAME
 from tests.support.cli_line import Printed, run_here
@@ -102,9 +103,8 @@ def test_the_record_of_a_check_is_as_its_schema_says(port: str, capsys: pytest.C
     for _ in range(2):
         assert program.main(words) == 1
     store = open_store()
-    rows = store.database.read("SELECT record FROM preflight_checks ORDER BY id")
+    records = [fact.content["record"] for fact in store.facts.select(FactKind.CHECK)]
     store.close()
-    records = [json.loads(row[0]) for row in rows]
     assert len(records) == 2
     assert [fault for record in records for fault in faults("record", record)] == []
     Printed(capsys)

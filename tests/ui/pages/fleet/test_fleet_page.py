@@ -257,7 +257,7 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
     desk.wait(lambda: desk.page.checks.is_running)
     store = desk.services.storage.store
     assert isinstance(store, Store)
-    known = {module.name: CheckStore(store.database).is_said_new(module.id) for module in store.modules()}
+    known = {module.name: CheckStore(store.database).is_said_new(module.name) for module in store.modules()}
     assert known == {"M-1": True, "M-2": True}
 
 

@@ -16,7 +16,7 @@ from app.simulator.options import parse_options
 from app.store.store import Store
 from app.text.i18n import CHINESE
 from protocol.link_states import Presence
-from tests.support.records.kept_settings import kept_settings
+from tests.support.records.kept_facts import kept_settings
 from tests.support.window import walk
 from tests.support.window.settings_bench import Desk, choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import let_lay_out, notice_text

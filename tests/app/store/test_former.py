@@ -1,0 +1,220 @@
+"""A store and an archive of a former layout are taken over whole, and kept as they were."""
+
+import sqlite3
+import zipfile
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.archive.archive import Archive, open_archive
+from app.archive.chains import chains_in
+from app.guided.guided_store import GuidedStore
+from app.guided.results import GuidedKind, GuidedVerdict
+from app.records.check_store import CheckStore
+from app.records.record import hash_of
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.store.database import FILE_NAME, StoreTrouble
+from app.store.facts import FactKind
+from app.store.left_active import left_active
+from app.store.store import Store, open_store
+from app.trigger_records.history import Judgement
+from tests.support.records.kept_facts import tamper
+
+LAYOUT_8 = Path(__file__).parents[2] / "support" / "records" / "layout-8.zip"
+"""Made by version 4a8b7c4c on the simulated module: checks, records, judgements, a guided test, acts; all exchanged."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    with zipfile.ZipFile(LAYOUT_8) as packed:
+        packed.extractall(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def store(folder: Path) -> Iterator[Store]:
+    with closing(open_store(folder)) as opened:
+        yield opened
+
+
+@pytest.fixture
+def former(folder: Path) -> Iterator[sqlite3.Connection]:
+    """The store as it was."""
+    with closing(sqlite3.connect(folder / "former.sqlite")) as connection:
+        with closing(sqlite3.connect(folder / FILE_NAME)) as source:
+            source.backup(connection)
+        yield connection
+
+
+def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path) -> None:
+    def rows(query: str) -> list[Any]:
+        return former.execute(query).fetchall()
+
+    checks, guided = CheckStore(store.database), GuidedStore(store.database)
+    modules = rows("SELECT name, adapter, first_seen_at FROM modules ORDER BY last_seen_at DESC")
+    assert [(module.name, module.adapter, module.first_seen_at) for module in store.modules()] == modules
+    for name, *_ in modules:
+        of_module = f"WHERE module_id = (SELECT id FROM modules WHERE name = '{name}')"
+        kept = [(record.place, record.raw.hex(), record.first_seen_at, record.judgement, record.note)
+                for record in checks.records(name)]  # fmt: skip
+        assert kept == [
+            (*row, None if judgement is None else Judgement(judgement), note)
+            for *row, judgement, note in rows(
+                f"SELECT place, raw, first_seen_at, judgement, note FROM trigger_records {of_module} ORDER BY place"
+            )
+        ]
+        assert [(check.number, check.hash, check.verdict, check.at) for check in checks.checks(name)] == rows(
+            f"SELECT number, hash, verdict, at FROM preflight_checks {of_module} ORDER BY id DESC"
+        )
+        for value in ("light_v", "cell_voltage_v"):
+            assert [point.value for point in checks.measured(name, value)] == [
+                row[0] for row in rows(f"SELECT value FROM measured_values JOIN preflight_checks c ON c.id = check_id "
+                                       f"{of_module} AND name = '{value}' ORDER BY c.id")
+            ]  # fmt: skip
+    for (hash_,) in rows("SELECT hash FROM preflight_checks"):
+        record = checks.record(hash_)
+        assert record is not None
+        assert hash_of(record) == hash_
+    assert len(store.facts.select(FactKind.VISIT)) == rows("SELECT count(*) FROM visits")[0][0]
+    assert [fact.content["settings"] for fact in store.facts.select(FactKind.SNAPSHOT)][-1] == {"freefall_time_s": 1.6}
+    assert store.evidence("M-07").boot_count == 37
+    tests = guided.last("M-07", counts_simulated=True)
+    assert {kind: test.verdict for kind, test in tests.items()} == {
+        GuidedKind.TILT: GuidedVerdict.PASSED, GuidedKind.BAY: GuidedVerdict.FAILED,
+    }  # fmt: skip
+    acts = rows("SELECT id, at, act, coalesce(outcome, 'unknown'), settled_at FROM audit ORDER BY id DESC")
+    assert [(one.id, one.at, one.act.value, one.outcome.value, one.settled_at) for one in store.audit()] == acts
+    assert [one.at for one in left_active(store)] == [acts[1][1]]
+    assert [(one.old_rate, one.new_rate) for one in store.pending_bauds()] == [(9600, 19200)]
+    assert len(store.facts.select(FactKind.BAUD)) == 2
+    stream = store.stream_left_on("usb 9")
+    assert stream is not None
+    assert (stream.boot_count, store.stream_left_on("other")) == (4, None)
+    assert store.facts.faults() == []
+    with closing(sqlite3.connect(folder / "dps-s.version-8.sqlite")) as kept_file:
+        assert kept_file.execute("SELECT * FROM audit").fetchall() == rows("SELECT * FROM audit")
+
+
+def test_it_goes_on_where_it_ended(store: Store) -> None:
+    checks = CheckStore(store.database)
+    held = [record.raw for record in checks.records("M-07")]
+    visit = checks.store_visit("M-07", held, port="p", boot_count=38, is_confirmed=True)
+    assert (visit.new, visit.is_continuation) == (frozenset(), True)
+    assert checks.past("M-07", held).boot_count == 38
+    store.settle(store.begin(Act.LOCK, b"B", {"module": "M-07", "adapter": "usb 1"}, port="/dev/ttyUSB0",
+                             origin="window"), Outcome.CONFIRMED, {})  # fmt: skip
+    assert left_active(store) == ()
+    (pending,) = store.pending_bauds()
+    store.settle_baud(pending.id, "changed")
+    assert store.pending_bauds() == ()
+    assert store.facts.faults() == []
+
+
+@pytest.fixture
+def archive(store: Store) -> Iterator[Archive]:
+    with closing(open_archive(store)) as opened:
+        yield opened
+
+
+def test_what_was_exchanged_is_not_there_twice(folder: Path, archive: Archive) -> None:
+    """Each fact has the id that it had; only what was never exchanged is new."""
+    with closing(sqlite3.connect(folder / "archive.version-2.sqlite")) as former_file:
+        former_ids = {id_ for (id_,) in former_file.execute("SELECT id FROM facts")}
+    archive.collect()
+    facts = archive.facts.of_kind(None)
+    new = [fact.kind for fact in facts if fact.id not in former_ids]
+    assert {fact.id for fact in facts} >= former_ids
+    assert set(new) == {"visit", "baud_change", "outcome", "module", "migrated"}
+    assert [chain.missing for chain in chains_in(archive.facts)] == [0, 0, 0]
+    assert archive.export(folder / "stick").sent == len(facts)
+
+
+@pytest.mark.parametrize("version", [1, 3, 7, 9])
+def test_each_former_layout_is_taken_over(folder: Path, version: int) -> None:
+    """Earlier ones have fewer tables and columns."""
+    later = {
+        2: ["DROP TABLE measured_values", "DROP TABLE preflight_checks", "DROP TABLE trigger_records",
+            "DROP TABLE visits"],
+        4: ["DROP TABLE audit_chain"],
+        5: ["DROP TABLE module_states", "DROP TABLE streams_left_on"],
+        7: ["DROP TABLE guided_tests"],
+        8: ["DROP TABLE module_settlements"],
+    }  # fmt: skip
+    gone = [statement for layout, statements in later.items() if layout > version for statement in statements]
+    if version == 9:
+        gone = ["ALTER TABLE modules ADD COLUMN said_new_at TEXT", "UPDATE modules SET said_new_at = last_seen_at"]
+    tamper(folder / FILE_NAME, *gone, f"PRAGMA user_version = {version}")
+    with closing(open_store(folder)) as store:
+        assert len(store.modules()) == 3
+        assert len(store.audit()) == 11
+        assert store.facts.faults() == []
+        assert CheckStore(store.database).is_said_new("M-08") is (version == 9)
+    assert (folder / f"dps-s.version-{version}.sqlite").exists()
+
+
+@pytest.mark.parametrize(
+    ("alteration", "expected"),
+    [
+        ("UPDATE audit SET act = 'lock' WHERE id = 1", [(1, "ALTERED")]),
+        ("UPDATE audit SET outcome = 'unknown' WHERE id = 2", [(2, "ALTERED")]),
+        ("DELETE FROM audit WHERE id = 2", [(2, "MISSING")]),
+        ("INSERT INTO audit SELECT 99, NULL, 'p', 'o', at, act, '', '{}', NULL, NULL, NULL FROM audit WHERE id = 1",
+         [(99, "FOREIGN")]),
+        ("DELETE FROM audit_chain WHERE id = 4", [(2, "ALTERED"), (3, "BROKEN")]),
+    ],
+)  # fmt: skip
+def test_what_was_altered_in_the_former_log_is_still_said(
+    folder: Path, alteration: str, expected: list[tuple[int, str]]
+) -> None:
+    tamper(folder / FILE_NAME, alteration)
+    with closing(open_store(folder)) as store:
+        assert [(fault.entry, fault.fault.name) for fault in store.facts.faults()] == expected
+
+
+def test_what_is_altered_after_it_was_taken_over_is_found(folder: Path) -> None:
+    open_store(folder).close()
+    tamper(folder / FILE_NAME, "UPDATE facts SET payload = replace(payload, 'tipped', 'kicked') WHERE number > 1")
+    with closing(open_store(folder)) as store:
+        assert "ALTERED" in [fault.fault.name for fault in store.facts.faults()]
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [
+        "UPDATE visits SET slots = 'no list'",
+        "UPDATE visits SET at = 'soon'",
+        "UPDATE guided_tests SET measured = '[NaN, 1e999]'",
+        "UPDATE trigger_records SET raw = 'zz'",
+        "UPDATE preflight_checks SET record = '{'",
+        "UPDATE audit SET detail = '[]', frame = 'zz'",
+        "UPDATE modules SET adapter = CAST(x'ff' AS TEXT)",
+        "UPDATE module_states SET settings = '['",
+    ],
+)
+def test_a_row_that_nobody_can_read_keeps_none_from_being_taken_over(folder: Path, odd: str) -> None:
+    tamper(folder / FILE_NAME, odd)
+    with closing(open_store(folder)) as store:
+        assert store.notice is None
+        assert len(store.modules()) == 3
+        with closing(open_archive(store)) as archive:
+            archive.collect()
+
+
+def test_a_takeover_that_fails_changes_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise sqlite3.OperationalError("disk I/O error")
+
+    with monkeypatch.context() as broken:
+        broken.setattr("app.store.former.add_migrated", full)
+        with pytest.raises(StoreTrouble):
+            open_store(folder)
+    with closing(sqlite3.connect(folder / FILE_NAME)) as file:
+        assert file.execute("SELECT count(*) FROM audit").fetchone() == (11,)
+        assert file.execute("PRAGMA user_version").fetchone() == (8,)
+    with closing(open_store(folder)) as store:
+        assert len(store.audit()) == 11
+    assert not list(folder.glob("*.part"))
