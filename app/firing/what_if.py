@@ -72,6 +72,10 @@ class NearFall(NamedTuple):
     """Upper bound of its duration: from the report before it to the one after; infinity without either."""
 
     @property
+    def ended_s(self) -> float:
+        return self.since_s + self.lasted_s
+
+    @property
     def may_have_fired(self) -> bool:
         """Whether it may have lasted as long as the free-fall time."""
         return self.longest_s >= self.lasted_s + self.margin_s

@@ -1,6 +1,6 @@
 """Draft thresholds for the what-if analysis; they are never written to the module."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.firing.judge import TriggerLimits
@@ -93,33 +93,29 @@ class WhatIfDrafts:
         return None if standing is None else standing.value
 
     def question(self) -> Question:
-        thresholds = {one: self.value(one) for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME)}
-        missing = tuple(one for one, value in thresholds.items() if value is None)
-        invalid = tuple(one for one in missing if one.key in self._drafts)
+        missing = tuple(one for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME)
+                        if self.value(one) is None)  # fmt: skip
         usual = TriggerLimits()
 
         def named(command: Command, usually: float) -> float:
-            value = thresholds[command]
+            value = self.value(command)
             return usually if value is None else float(value)
+
+        def is_on(trigger: Command, *needed: Command) -> bool:
+            return self.value(trigger) is not False and not set(needed) & set(missing)
 
         limits = TriggerLimits(
             attitude_threshold_deg=named(ATTITUDE_THRESHOLD, usual.attitude_threshold_deg),
             freefall_acceleration_g=named(FREEFALL_ACCELERATION, usual.freefall_acceleration_g),
             freefall_time_s=named(FREEFALL_TIME, usual.freefall_time_s),
-            attitude_is_enabled=self._is_on(ATTITUDE_TRIGGER, missing, needs=(ATTITUDE_THRESHOLD,)),
-            freefall_is_enabled=self._is_on(FREEFALL_TRIGGER, missing, needs=(FREEFALL_ACCELERATION, FREEFALL_TIME)),
+            attitude_is_enabled=is_on(ATTITUDE_TRIGGER, ATTITUDE_THRESHOLD),
+            freefall_is_enabled=is_on(FREEFALL_TRIGGER, FREEFALL_ACCELERATION, FREEFALL_TIME),
         )
+        held = {one: self.standing[one.key] for one in TRIED if one.key in self.standing}
         return Question(
             limits,
-            unknown=tuple(one for one in missing if one not in invalid),
-            invalid=invalid,
+            unknown=tuple(one for one in missing if one.key not in self._drafts),
+            invalid=tuple(one for one in missing if one.key in self._drafts),
             assumed=tuple(one for one in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER) if self.value(one) is None),
-            stale=tuple(one for one in TRIED if one.key not in self._drafts and self._is_stale(one)),
+            stale=tuple(one for one, source in held.items() if source.is_stale and one.key not in self._drafts),
         )
-
-    def _is_on(self, trigger: Command, missing: Iterable[Command], *, needs: tuple[Command, ...]) -> bool:
-        return self.value(trigger) is not False and not set(needs) & set(missing)
-
-    def _is_stale(self, command: Command) -> bool:
-        standing = self.standing.get(command.key)
-        return standing is not None and standing.is_stale

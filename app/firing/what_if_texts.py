@@ -16,6 +16,8 @@ from protocol.translatable import marked
 Clock = Callable[[float], str]
 """Formats a monotonic time as time of day."""
 
+_CLOSE: Final = marked("{time} too close to tell: {what}")
+_NEAR: Final = marked("{time} near miss: {what}")
 _SHORT_FALLS: Final = 0.5
 """Falls shorter than this fraction of the free-fall time are no near miss."""
 ABOUT: Final = (
@@ -94,10 +96,21 @@ def rows(finding: WhatIfFinding | None, *, clock: Clock) -> tuple[WhatIfRow, ...
     """Firings and near misses, oldest first."""
     if finding is None:
         return ()
-    found = [_firing_row(one, clock) for one in finding.firings]
-    found += [_tilt_row(one, clock) for one in finding.near_tilts]
-    after_s = finding.limits.freefall_time_s
-    found += [_fall_row(one, clock) for one in finding.near_falls if one.lasted_s >= _SHORT_FALLS * after_s]
+    found = [
+        WhatIfRow(
+            firing.sample.at_s, WhatIfKind.FIRES,
+            tr("{time} would fire: {why}", time=clock(firing.sample.at_s), why=firing_text(firing)),
+        )
+        for firing in finding.firings
+    ]  # fmt: skip
+    least_s = _SHORT_FALLS * finding.limits.freefall_time_s
+    near: list[tuple[float, str, NearTilt | NearFall]] = [
+        *((miss.at_s, _tilt_text(miss), miss) for miss in finding.near_tilts),
+        *((fall.ended_s, _fall_text(fall), fall) for fall in finding.near_falls if fall.lasted_s >= least_s),
+    ]
+    for at_s, what, miss in near:
+        kind, text = (WhatIfKind.UNCERTAIN, _CLOSE) if miss.may_have_fired else (WhatIfKind.NEAR, _NEAR)
+        found.append(WhatIfRow(at_s, kind, tr(text, time=clock(at_s), what=what)))
     return tuple(sorted(found, key=lambda row: (row.at_s, row.text)))
 
 
@@ -112,29 +125,6 @@ def firing_text(firing: Firing) -> str:
     return " + ".join(said)
 
 
-def _firing_row(firing: Firing, clock: Clock) -> WhatIfRow:
-    at_s = firing.sample.at_s
-    text = tr("{time} would fire: {why}", time=clock(at_s), why=firing_text(firing))
-    return WhatIfRow(at_s, WhatIfKind.FIRES, text)
-
-
-def _tilt_row(near: NearTilt, clock: Clock) -> WhatIfRow:
-    return _near_row(near.at_s, _tilt_text(near), clock, may_have_fired=near.may_have_fired)
-
-
-def _fall_row(near: NearFall, clock: Clock) -> WhatIfRow:
-    at_s = near.since_s + near.lasted_s
-    return _near_row(at_s, _fall_text(near), clock, may_have_fired=near.may_have_fired)
-
-
-def _near_row(at_s: float, what: str, clock: Clock, *, may_have_fired: bool) -> WhatIfRow:
-    if may_have_fired:
-        return WhatIfRow(
-            at_s, WhatIfKind.UNCERTAIN, tr("{time} too close to tell: {what}", time=clock(at_s), what=what)
-        )
-    return WhatIfRow(at_s, WhatIfKind.NEAR, tr("{time} near miss: {what}", time=clock(at_s), what=what))
-
-
 def _tilt_text(near: NearTilt) -> str:
     return tr("{value}, {margin} below", value=f"{near.tilt_deg:.0f}°", margin=f"{near.margin_deg:.0f}°")
 
@@ -144,8 +134,9 @@ def _fall_text(near: NearFall) -> str:
 
 
 def _is_close(finding: WhatIfFinding) -> bool:
-    near_tilts = any(one.may_have_fired for one in finding.near_tilts)
-    return near_tilts or any(one.may_have_fired for one in finding.near_falls)
+    return any(tilt.may_have_fired for tilt in finding.near_tilts) or any(
+        fall.may_have_fired for fall in finding.near_falls
+    )
 
 
 def _attitude_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
@@ -164,8 +155,7 @@ def _freefall_line(finding: WhatIfFinding, question: Question, clock: Clock) -> 
         is_open = any(one is not ATTITUDE_THRESHOLD for one in (*question.unknown, *question.invalid))
         return _off(FREEFALL_TRIGGER, is_open=is_open)
     if fall is not None:
-        return tr("Free fall: nearest {what} at {time}.", what=_fall_text(fall),
-                  time=clock(fall.since_s + fall.lasted_s))  # fmt: skip
+        return tr("Free fall: nearest {what} at {time}.", what=_fall_text(fall), time=clock(fall.ended_s))
     if lowest is None or lowest.acceleration_g < limits.freefall_acceleration_g:
         return ""
     return tr("Free fall: none; lowest {weight:.1f} g at {time}.", weight=lowest.acceleration_g,
