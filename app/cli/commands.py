@@ -26,6 +26,7 @@ from app.terminal.arguments import (
     option,
     rate_of,
     seconds,
+    whole_days,
 )
 from app.terminal.export_file import ENDINGS, export_path
 from app.text.i18n import LANGUAGES, PSEUDO, tr
@@ -33,6 +34,7 @@ from protocol.translatable import marked
 
 WINDOW: Final = "gui"
 SCHEMAS: Final = Path(__file__).parent / "reference" / "schemas"
+SERVER: Final = "postgresql://USER@HOST/DATABASE"
 THRESHOLDS: Final = (
     "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
 )  # fmt: skip
@@ -110,6 +112,14 @@ def _effect(parser: Parser) -> None:
     parser.description = tr(EFFECTS[Act(parser.prog.split()[-1])])
 
 
+def _due(parser: Parser) -> None:
+    from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS
+
+    for name, days in (("--check-days", CHECK_DAYS), ("--test-days", TEST_DAYS)):
+        parser.add_argument(name, type=whole_days, default=days, metavar="N",
+                            help=tr("due after N days [{days}]", days=days))  # fmt: skip
+
+
 def _own(module: str) -> Describe:
     """What the command's module adds."""
     return lambda parser: import_module(module).add_arguments(parser)
@@ -119,6 +129,7 @@ def _schemas(parser: Parser) -> None:
     parser.add_argument("name", choices=sorted(path.stem for path in SCHEMAS.glob("*.json")))
 
 
+_FILE = option("file", type=Path, metavar="FILE")
 _FORCE = flag("--force", marked("replace the file"))
 _RECORDING = option("name", metavar="NAME", text=marked("beginning of the name, or latest"))
 _EXPORT = option("file", type=export_path, metavar="FILE", text=", ".join(ENDINGS))
@@ -191,7 +202,25 @@ GROUPS: Final = {
             flag("--stations", marked("list trusted stations")), flag("--log", marked("verify the audit log")),
         )),
         SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations"), "archive status",
-                   (_own("app.cli.archive.commands"),)),
+                   acts=(
+            SubAct("sync", marked("exchange with a server"), (
+                option("url", nargs="?", metavar="URL", text=SERVER),
+                flag("--remember", marked("remember this server, without its password")),
+                flag("--forget", marked("forget the server")), JSON,
+            )),
+            SubAct("export", marked("add to an archive file"), (_FILE, JSON)),
+            SubAct("import", marked("import an archive file"), (_FILE, JSON)),
+            SubAct("status", marked("Status"), (JSON,)),
+            SubAct("conflicts", marked("list possible duplicates"), (JSON,)),
+            SubAct("settle", marked("settle whether two modules are one"), (
+                option("one", metavar="STATION/NAME"), option("other", metavar="STATION/NAME"),
+                OneOf((flag("--same"), flag("--different")), is_required=True),
+                option("--name", default="", metavar="NAME", text=marked("Name")),
+                option("--who", required=True, metavar="WHO", text=marked("name of the person who decides")),
+            )),
+            SubAct("report", marked("print all modules, or one"),
+                   (module_of(marked("Module")), _due, OneOf((JSON, flag("--csv", "CSV"))))),
+        )),
     ),
     marked("Recordings and flights"): (
         SubCommand("record", "app.cli.record", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap", (

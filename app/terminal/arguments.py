@@ -41,9 +41,10 @@ class OneOf:
     """At most one of these may be given."""
 
     arguments: Sequence[Argument]
+    is_required: bool = False
 
     def __call__(self, parser: argparse.ArgumentParser) -> None:
-        group = parser.add_mutually_exclusive_group()
+        group = parser.add_mutually_exclusive_group(required=self.is_required)
         for argument in self.arguments:
             argument(group)
 
@@ -56,7 +57,7 @@ def option(*names: str, text: str = "", **options: object) -> Argument:
     return Argument(names, text, options)
 
 
-def flag(name: str, text: str) -> Argument:
+def flag(name: str, text: str = "") -> Argument:
     return option(name, text=text, action="store_true")
 
 
@@ -170,6 +171,12 @@ def seconds(text: str) -> float:
         if 0 < (value := float(text)) < math.inf:
             return value
     raise expected("S > 0")
+
+
+def whole_days(text: str) -> int:
+    if text.isdecimal() and 0 < int(text[:9]) <= 100_000:
+        return int(text)
+    raise expected("N > 0")
 
 
 # What several commands take

@@ -7,71 +7,35 @@ cannot be read and is left out, or the file cannot be written.
 
 import argparse
 from collections.abc import Callable
-from pathlib import Path
-from typing import TYPE_CHECKING
 
+from app.archive.archive import Archive
+from app.archive.chains import ChainState, chains_in
+from app.archive.exchange import Exchanged
+from app.archive.facts import RefusedFact
+from app.archive.module_names import Settlement
+from app.archive.server_setting import store_server, stored_server
+from app.archive.server_url import server_url
+from app.cli.archive import report
 from app.cli.archive.opened import member_json, opened_archive, shown_member, shown_station
-from app.cli.archive.report import add_report_parser
+from app.cli.commands import SERVER
+from app.stations.station import fingerprint_of
+from app.store.store import data_folder
 from app.terminal import console
-from app.terminal.arguments import JSON, VERBOSITY, Parser
 from app.text.i18n import tr
 from app.text.user_error import UserError
 
-if TYPE_CHECKING:
-    from app.archive.archive import Archive
-    from app.archive.chains import ChainState
-    from app.archive.exchange import Exchanged
-    from app.archive.facts import RefusedFact
-    from app.archive.module_names import Settlement
-
-EXAMPLE = "postgresql://USER@HOST/DATABASE"
 SHOWN_REFUSALS = 20
 
 
 def run(args: argparse.Namespace) -> int:
-    code: int = args.run(args)
-    return code
-
-
-def add_arguments(parser: Parser) -> None:
-    acts = parser.add_subparsers(metavar="COMMAND", required=True)
-
-    def add(name: str, summary: str, run: Callable[[argparse.Namespace], int]) -> Parser:
-        act = acts.add_parser(name, help=summary)
-        act.set_defaults(run=run)
-        return act
-
-    sync = add("sync", tr("exchange with a server"), run_sync)
-    sync.add_argument("url", nargs="?", metavar="URL", help=EXAMPLE)
-    sync.add_argument("--remember", action="store_true", help=tr("remember this server, without its password"))
-    sync.add_argument("--forget", action="store_true", help=tr("forget the server"))
-    export = add("export", tr("add to an archive file"), run_export)
-    importing = add("import", tr("import an archive file"), run_import)
-    for one in (export, importing):
-        one.add_argument("file", type=Path, metavar="FILE")
-    status = add("status", tr("Status"), run_status)
-    for one in (status, sync, export, importing, add("conflicts", tr("list possible duplicates"), run_conflicts)):
-        JSON(one)
-    settle = add("settle", tr("settle whether two modules are one"), run_settle)
-    settle.add_argument("one", metavar="STATION/NAME")
-    settle.add_argument("other", metavar="STATION/NAME")
-    answer = settle.add_mutually_exclusive_group(required=True)
-    answer.add_argument("--same", action="store_true")
-    answer.add_argument("--different", action="store_true")
-    settle.add_argument("--name", default="", metavar="NAME", help=tr("Name"))
-    settle.add_argument("--who", required=True, metavar="WHO", help=tr("name of the person who decides"))
-    add_report_parser(acts)
-    for act in acts.choices.values():
-        for describe in VERBOSITY:
-            describe(act)
+    acts = {
+        "sync": run_sync, "export": run_export, "import": run_import, "status": run_status,
+        "conflicts": run_conflicts, "settle": run_settle, "report": report.run,
+    }  # fmt: skip
+    return acts[args.act](args)
 
 
 def run_status(args: argparse.Namespace) -> int:
-    from app.archive.chains import chains_in
-    from app.archive.server_setting import stored_server
-    from app.stations.station import fingerprint_of
-    from app.store.store import data_folder
-
     with opened_archive() as archive:
         status = archive.status(stored_server(data_folder()))
         fingerprint = fingerprint_of(archive.station.public)
@@ -101,17 +65,13 @@ def run_status(args: argparse.Namespace) -> int:
 
 
 def run_sync(args: argparse.Namespace) -> int:
-    from app.archive.server_setting import store_server, stored_server
-    from app.archive.server_url import server_url
-    from app.store.store import data_folder
-
     folder = data_folder()
     if args.forget:
         store_server(folder, "")
         return console.SUCCESS
     url = args.url or stored_server(folder)
     if url is None:
-        raise console.Refused(tr("No server is set: give {example}.", example=EXAMPLE))
+        raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
     shown = server_url(url).shown
     if args.remember:
         store_server(folder, url)
@@ -125,14 +85,14 @@ def run_export(args: argparse.Namespace) -> int:
 
 
 def run_import(args: argparse.Namespace) -> int:
-    def import_file(archive: "Archive") -> "Exchanged":
+    def import_file(archive: Archive) -> Exchanged:
         return archive.import_file(args.file, on_page=_progress)
 
     return _exchange(args, "file", str(args.file), import_file, console.USAGE_ERROR)
 
 
 def _exchange(
-    args: argparse.Namespace, key: str, place: str, act: "Callable[[Archive], Exchanged]", failed: int
+    args: argparse.Namespace, key: str, place: str, act: Callable[[Archive], Exchanged], failed: int
 ) -> int:  # fmt: skip
     with opened_archive() as archive:
         try:
@@ -192,26 +152,26 @@ def run_settle(args: argparse.Namespace) -> int:
     return console.SUCCESS
 
 
-def _progress(done: "Exchanged") -> None:
+def _progress(done: Exchanged) -> None:
     console.show_progress(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
 
 
-def _chain_json(one: "ChainState") -> dict[str, object]:
+def _chain_json(one: ChainState) -> dict[str, object]:
     return {
         "station": shown_station(one.station), "module": one.module, "audit": one.is_audit, "count": one.count,
         "missing": one.missing, "faults": [fault.in_english() for fault in one.faults],
     }  # fmt: skip
 
 
-def _proposal_json(proposal: "Settlement") -> dict[str, object]:
+def _proposal_json(proposal: Settlement) -> dict[str, object]:
     return {"station": shown_station(proposal.station), "who": proposal.who, "is_same": proposal.is_same,
             "name": proposal.name}  # fmt: skip
 
 
-def _refused_json(one: "RefusedFact") -> dict[str, object]:
+def _refused_json(one: RefusedFact) -> dict[str, object]:
     return {"id": one.id, "kind": one.kind, "made_at": one.made_at, "why": one.why.in_english()}
 
 
-def _notify_refused(refused: "list[RefusedFact]") -> None:
+def _notify_refused(refused: list[RefusedFact]) -> None:
     for one in refused[:SHOWN_REFUSALS]:
         console.notify(f"  {one.sentence().translated()}")

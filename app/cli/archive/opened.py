@@ -2,21 +2,17 @@
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from typing import TYPE_CHECKING
 
+from app.archive.archive import Archive, open_archive
+from app.archive.module_names import NamedModule
+from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+from app.store.store import open_store
 from app.terminal import console
-
-if TYPE_CHECKING:
-    from app.archive.archive import Archive
-    from app.archive.module_names import NamedModule
 
 
 @contextmanager
-def opened_archive() -> "Iterator[Archive]":
+def opened_archive() -> Iterator[Archive]:
     """Raises `UserError` if the records of this computer cannot be read."""
-    from app.archive.archive import open_archive
-    from app.store.store import open_store
-
     with closing(open_store()) as store, closing(open_archive(store)) as archive:
         for notice in (store.notice, archive.facts.notice):
             if notice is not None:
@@ -26,14 +22,12 @@ def opened_archive() -> "Iterator[Archive]":
 
 def shown_station(public: str) -> str:
     """A station's fingerprint."""
-    from app.stations.station import KEY_BYTES, decoded, fingerprint_of
-
     return fingerprint_of(decoded(public, KEY_BYTES) or b"")
 
 
-def shown_member(module: "NamedModule") -> str:
+def shown_member(module: NamedModule) -> str:
     return f"{shown_station(module.station)}/{module.name}"
 
 
-def member_json(module: "NamedModule") -> dict[str, object]:
+def member_json(module: NamedModule) -> dict[str, object]:
     return {"station": shown_station(module.station), "name": module.name}

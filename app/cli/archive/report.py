@@ -1,22 +1,16 @@
 """`dps-s archive report`: the present state of all modules, or the history of one, from all stations."""
 
 import argparse
+from collections.abc import Iterable
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
+from app.archive.fleet_state import CheckLine, ModuleToday, fleet_state
+from app.archive.module_history import ModuleHistory, module_history
 from app.cli.archive.opened import member_json, opened_archive, shown_station
 from app.terminal import console
-from app.terminal.arguments import JSON, Parser, expected, module_of
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
-from protocol.translatable import marked
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from app.archive.fleet_state import CheckLine, ModuleToday
-    from app.archive.module_history import ModuleHistory
 
 FLEET_HEAD = (
     "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
@@ -25,31 +19,7 @@ FLEET_HEAD = (
 LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
 
 
-def add_report_parser(acts: "argparse._SubParsersAction[Parser]") -> None:
-    from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS
-
-    report = acts.add_parser("report", help=tr("print all modules, or one"))
-    module_of(marked("Module"))(report)
-    for name, days in (("--check-days", CHECK_DAYS), ("--test-days", TEST_DAYS)):
-        report.add_argument(
-            name, type=_days, default=days, metavar="N", help=tr("due after N days [{days}]", days=days)
-        )
-    form = report.add_mutually_exclusive_group()
-    JSON(form)
-    form.add_argument("--csv", action="store_true", help="CSV")
-    report.set_defaults(run=run)
-
-
-def _days(text: str) -> int:
-    if text.isdecimal() and 0 < int(text[:9]) <= 100_000:
-        return int(text)
-    raise expected("N > 0")
-
-
 def run(args: argparse.Namespace) -> int:
-    from app.archive.fleet_state import fleet_state
-    from app.archive.module_history import module_history
-
     with opened_archive() as archive:
         archive.collect()
         names = archive.names()
@@ -64,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     return _print_fleet(args, states, now)
 
 
-def _print_fleet(args: argparse.Namespace, states: "list[ModuleToday]", now: datetime) -> int:
+def _print_fleet(args: argparse.Namespace, states: list[ModuleToday], now: datetime) -> int:
     if args.json:
         console.write_json({"at": now.isoformat(timespec="seconds"), "modules": [state_json(one) for one in states]})
     elif args.csv:
@@ -75,17 +45,17 @@ def _print_fleet(args: argparse.Namespace, states: "list[ModuleToday]", now: dat
     return console.SUCCESS
 
 
-def _fleet_row(state: "ModuleToday") -> tuple[str, ...]:
+def _fleet_row(state: ModuleToday) -> tuple[str, ...]:
     check = state.last_check
     at, verdict = (check.at[:16].replace("T", " "), check.words.translated()) if check else ("", tr("none"))
     return (state.module.name, at, verdict, f"{state.trigger_records}", _due(state))
 
 
-def _due(state: "ModuleToday") -> str:
+def _due(state: ModuleToday) -> str:
     return join_sentences(one.text.translated() for one in state.due)
 
 
-def _print_histories(args: argparse.Namespace, lives: "list[ModuleHistory]") -> int:
+def _print_histories(args: argparse.Namespace, lives: list[ModuleHistory]) -> int:
     if args.json:
         console.write_json({"lives": [life_json(one) for one in lives]})
         return console.SUCCESS
@@ -102,7 +72,7 @@ def _print_histories(args: argparse.Namespace, lives: "list[ModuleHistory]") -> 
     return console.SUCCESS
 
 
-def state_json(state: "ModuleToday") -> dict[str, object]:
+def state_json(state: ModuleToday) -> dict[str, object]:
     check = state.last_check
     return {
         "module": state.module.name,
@@ -117,7 +87,7 @@ def state_json(state: "ModuleToday") -> dict[str, object]:
     }
 
 
-def _check_json(check: "CheckLine") -> dict[str, object]:
+def _check_json(check: CheckLine) -> dict[str, object]:
     return {
         "at": check.at, "station": shown_station(check.station), "number": check.number, "verdict": check.verdict,
         "void": check.is_void, "simulated": check.is_simulated,
@@ -126,7 +96,7 @@ def _check_json(check: "CheckLine") -> dict[str, object]:
     }  # fmt: skip
 
 
-def life_json(life: "ModuleHistory") -> dict[str, object]:
+def life_json(life: ModuleHistory) -> dict[str, object]:
     return {
         "module": life.module.name,
         "members": [member_json(one) for one in life.module.members],
@@ -142,7 +112,7 @@ def life_json(life: "ModuleHistory") -> dict[str, object]:
     }  # fmt: skip
 
 
-def _fleet_cells(state: "ModuleToday") -> tuple[object, ...]:
+def _fleet_cells(state: ModuleToday) -> tuple[object, ...]:
     check = state.last_check
     of_check = (
         (None,) * 8
@@ -155,7 +125,7 @@ def _fleet_cells(state: "ModuleToday") -> tuple[object, ...]:
     return (state.module.name, stations, utc_cell(state.last_at), *of_check, *counts, _due(state))
 
 
-def _life_rows(life: "ModuleHistory") -> "Iterable[tuple[object, ...]]":
+def _life_rows(life: ModuleHistory) -> Iterable[tuple[object, ...]]:
     for one in life.events:
         yield (
             utc_cell(one.fact.made_at),
