@@ -18,9 +18,10 @@ the connection changed meanwhile, and opens the address that `poll` returns, or 
 """
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import Final
 
 from app.engine.identity import Expected, Identity, IdentityEvidence
 from app.engine.ports import PortInfo
@@ -95,6 +96,31 @@ def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
     return Address(device)
 
 
+class Stage(Enum):
+    """Where the reconnection stands."""
+
+    IDLE = "idle"
+    """Nothing was lost: the port is not wanted, not open yet, or was closed on purpose."""
+    UNKNOWN = "unknown"
+    """Open; the adapter is not identified yet."""
+    KNOWN = "known"
+    """Open, on the adapter that was expected."""
+    MISTAKEN = "mistaken"
+    """Open, on another adapter than expected: to be closed."""
+    LOST = "lost"
+    """Lost; opened again when the same adapter returns."""
+
+
+FOLLOWS: Final[Mapping[Stage, tuple[Stage, Stage]]] = {
+    Stage.IDLE: (Stage.UNKNOWN, Stage.IDLE),
+    Stage.UNKNOWN: (Stage.UNKNOWN, Stage.IDLE),
+    Stage.KNOWN: (Stage.KNOWN, Stage.IDLE),
+    Stage.MISTAKEN: (Stage.MISTAKEN, Stage.LOST),
+    Stage.LOST: (Stage.UNKNOWN, Stage.LOST),
+}
+"""What follows when the port is open (a URL is `KNOWN` at once), and when it is closed without one of `LOSSES`."""
+
+
 class Reconnection:
     """See the module's docstring. One object for the program's lifetime, used by one thread."""
 
@@ -105,34 +131,35 @@ class Reconnection:
         self._node_of = node
         self._node: Node | None = None
         """The device file of the port that was open last."""
-        self._address: Address | None = None
+        self.address: Address | None = None
+        """The address to keep open, if any."""
         self._lasts = False
         """The address cannot belong to another adapter."""
-        self._lost_at: float | None = None
-        self._next_at = 0.0
-        self._is_open = False
-        self._is_recognised = False
-        """The adapter of the open port was identified."""
-        self._is_return = False
-        """The open port was lost before."""
-        self.is_mistaken = False
-        """The open port belongs to another adapter than expected and has to be closed."""
         self._is_ambiguous = False
         """Another port had the same identity."""
+        self._stage = Stage.IDLE
+        self._lost_at: float | None = None
+        """Until its adapter is identified again."""
+        self._next_at = 0.0
         self._absence = Absence.AWAY
         self._last_handled: Connection | None = None
         self.returns = 0
         """The number of lost ports that were opened again."""
 
     @property
+    def is_mistaken(self) -> bool:
+        """Whether the open port belongs to another adapter than expected and has to be closed."""
+        return self._stage is Stage.MISTAKEN
+
+    @property
     def is_waiting(self) -> bool:
-        """Whether the port was lost and will be opened again."""
-        return self._lost_at is not None
+        """Whether a port was lost and the same adapter is awaited."""
+        return self._stage in (Stage.LOST, Stage.MISTAKEN)
 
     @property
     def needs_ports(self) -> bool:
         """Whether `poll` needs the list of ports: not for a URL without an identity."""
-        return self._address is not None and (bool(self._address.identity) or not self._address.is_url)
+        return self.address is not None and (bool(self.address.identity) or not self.address.is_url)
 
     @property
     def absence(self) -> Absence | None:
@@ -140,14 +167,9 @@ class Reconnection:
         return self._absence if self.is_waiting else None
 
     @property
-    def address(self) -> Address | None:
-        """The address to keep open, if any."""
-        return self._address
-
-    @property
     def is_adapter_same(self) -> bool:
         """Whether the address certainly belongs to the adapter that was lost."""
-        address = self._address
+        address = self.address
         if address is None or address.identity or address.is_url:
             return address is not None
         return self._node is not None and self._node_of(address.device) == self._node
@@ -164,51 +186,44 @@ class Reconnection:
     def request(self, address: Address) -> None:
         """The user connects. To be called before the port is opened, while a symbolic link exists."""
         self.give_up()
-        self._address = address
+        self.address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
         self._is_ambiguous = False
         self._last_handled = None
 
     def give_up(self) -> None:
         """The user disconnects."""
-        self._address = None
-        self._lost_at = None
-        self._is_open = self.is_mistaken = False
+        self.address = None
+        self._enter(Stage.IDLE)
 
     def feed(self, connection: Connection, now: float) -> None:
         """Take in the state of the connection; the same state again changes nothing."""
-        if self._address is None or connection == self._last_handled:
+        if self.address is None or connection == self._last_handled:
             return
         self._last_handled = connection
         if connection.state is PortState.OPEN:
-            self._is_return = self.is_waiting
-            self._node = None if self._address.is_url else self._node_of(self._address.device)
-            self._lost_at = None
-            self._is_recognised = (self._is_open and self._is_recognised) or self._address.is_url
-            self._is_open = True
-            if self._is_recognised:
-                self._count()
+            self._node = None if self.address.is_url else self._node_of(self.address.device)
+            self._enter(Stage.KNOWN if self.address.is_url else FOLLOWS[self._stage][0])
         elif connection.state is PortState.CLOSED:
-            self.is_mistaken = False
             if connection.trouble is not None:
-                self._on_trouble(connection.trouble.trouble, now)
+                self._note(connection.trouble.trouble, now)
+            self._enter(FOLLOWS[self._stage][1])
 
     def is_due(self, now: float) -> bool:
         """Whether to list the ports now and pass them to `poll`."""
-        if self._is_open:
-            return not self._is_recognised
-        return self.is_waiting and self._absence.is_waiting and now >= self._next_at
+        if self._stage is Stage.LOST:
+            return self._absence.is_waiting and now >= self._next_at
+        return self._stage is Stage.UNKNOWN
 
     def poll(self, ports: Iterable[PortInfo], now: float) -> Address | None:
         """Return the address to open now, or None; `absence` says why."""
-        address, lost_at = self._address, self._lost_at
-        if self._is_open and address is not None:
-            self._recognise(address, tuple(ports), now)
+        address, listed = self.address, tuple(ports)
+        if self._stage is Stage.UNKNOWN and address is not None:
+            self._recognise(address, listed, now)
+        if self._stage is not Stage.LOST or address is None or not self._absence.is_waiting:
             return None
-        if address is None or lost_at is None or not self._absence.is_waiting:
-            return None
-        self._next_at = now + (EAGER_S if now - lost_at < EAGER_FOR_S else PATIENT_S)
-        listed = tuple(ports)
+        is_eager = self._lost_at is not None and now - self._lost_at < EAGER_FOR_S
+        self._next_at = now + (EAGER_S if is_eager else PATIENT_S)
         if not address.identity:
             return self._at_same_address(address, listed)
         same = [port for port in listed if port.identity == address.identity]
@@ -223,35 +238,40 @@ class Reconnection:
 
     def opening(self, address: Address) -> None:
         """`address`, from `poll`, is being opened."""
-        self._address = address
+        self.address = address
+
+    def _enter(self, stage: Stage) -> None:
+        self._stage = stage
+        self.returns += stage is Stage.KNOWN and self._lost_at is not None
+        if stage in (Stage.KNOWN, Stage.IDLE):
+            self._lost_at = None
 
     def _recognise(self, address: Address, listed: tuple[PortInfo, ...], now: float) -> None:
         found = address_of(address.device, listed)
         if address.identity and found.identity != address.identity:
-            self.is_mistaken, self._is_open = True, False
-            self._lost_at, self._next_at = now, now + EAGER_S
-            self._absence = self._absence_of(address, listed)
+            self._lose(now, self._absence_of(address, listed))
+            self._next_at = now + EAGER_S
+            self._enter(Stage.MISTAKEN)
             return
-        self._is_recognised = True
-        self._count()
+        self._enter(Stage.KNOWN)
         if found.identity:
-            self._address = found
+            self.address = found
             self._is_ambiguous = sum(port.identity == found.identity for port in listed) > 1
 
-    def _count(self) -> None:
-        self.returns += self._is_return
-        self._is_return = False
+    def _lose(self, now: float, absence: Absence) -> None:
+        self._lost_at = self._next_at = now
+        self._absence = absence
 
-    def _on_trouble(self, trouble: PortTrouble, now: float) -> None:
+    def _note(self, trouble: PortTrouble, now: float) -> None:
+        """The trouble with which the port was closed, or could not be opened."""
         if self.is_waiting:
-            gone_again = trouble in LOSSES or trouble is PortTrouble.MISSING
+            is_gone = trouble in LOSSES or trouble is PortTrouble.MISSING
             if self._absence.is_waiting:
-                self._absence = Absence.AWAY if gone_again else Absence.FAILED
+                self._absence = Absence.AWAY if is_gone else Absence.FAILED
         elif trouble in LOSSES:
-            self._lost_at = self._next_at = now
-            is_known = self._lasts or (self._address is not None and bool(self._address.identity))
-            self._absence = Absence.AWAY if is_known else Absence.NAME_ONLY
-        self._is_open = False
+            is_known = self._lasts or (self.address is not None and bool(self.address.identity))
+            self._lose(now, Absence.AWAY if is_known else Absence.NAME_ONLY)
+            self._enter(Stage.LOST)
 
     def _at_same_address(self, address: Address, ports: tuple[PortInfo, ...]) -> Address | None:
         behind = _behind(address.device) if not address.is_url else ""

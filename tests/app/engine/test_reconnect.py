@@ -11,7 +11,7 @@ from typing import NamedTuple
 import pytest
 
 from app.engine.ports import PortInfo, list_ports, scan, to_json
-from app.engine.reconnect import EAGER_S, Absence, Address, Reconnection, address_of
+from app.engine.reconnect import EAGER_S, LOSSES, Absence, Address, Reconnection, Stage, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
 from app.text.user_error import UserError
@@ -39,6 +39,69 @@ def lost(port: PortInfo = MINE, *, is_link: bool = False, now: float = 100.0) ->
     return made
 
 
+def staged(stage: Stage) -> Reconnection:
+    """A connection to `MINE` at this stage, at 100 s."""
+    made = Reconnection(is_link=lambda _device: False)
+    made.request(address_of(MINE.device, [MINE]))
+    if stage is not Stage.IDLE:
+        made.feed(opened(), 100.0)
+    if stage is Stage.MISTAKEN:
+        made.poll([replace(OTHER, device=MINE.device)], 100.0)
+    elif stage in (Stage.KNOWN, Stage.LOST):
+        made.poll([MINE], 100.0)
+    if stage is Stage.LOST:
+        made.feed(closed(), 100.0)
+    return made
+
+
+SLOWER = Connection(PortState.OPEN, MINE.device, 9600)
+NEVER_OPEN = [trouble for trouble in PortTrouble if trouble not in LOSSES]
+NOT_YET = [PortTrouble.NOT_ALLOWED, PortTrouble.BUSY, PortTrouble.UNUSABLE]
+
+
+@pytest.mark.parametrize(
+    ("stage", "event", "follows", "absence"),
+    [
+        (Stage.IDLE, SLOWER, Stage.UNKNOWN, None),
+        (Stage.UNKNOWN, SLOWER, Stage.UNKNOWN, None),
+        (Stage.KNOWN, SLOWER, Stage.KNOWN, None),
+        (Stage.MISTAKEN, SLOWER, Stage.MISTAKEN, Absence.ANOTHER),
+        (Stage.LOST, SLOWER, Stage.UNKNOWN, None),
+        (Stage.IDLE, closed(None), Stage.IDLE, None),
+        (Stage.UNKNOWN, closed(None), Stage.IDLE, None),
+        (Stage.KNOWN, closed(None), Stage.IDLE, None),
+        (Stage.MISTAKEN, closed(None), Stage.LOST, Absence.ANOTHER),
+        (Stage.LOST, closed(None), Stage.LOST, Absence.AWAY),
+        *((stage, closed(loss), Stage.LOST, Absence.AWAY) for stage in Stage for loss in LOSSES),
+        *((Stage.IDLE, closed(trouble), Stage.IDLE, None) for trouble in NEVER_OPEN),
+        *((Stage.LOST, closed(trouble), Stage.LOST, Absence.FAILED) for trouble in NOT_YET),
+        (Stage.LOST, closed(PortTrouble.MISSING), Stage.LOST, Absence.AWAY),
+    ],
+)
+def test_what_follows_a_change_of_the_connection(
+    stage: Stage, event: Connection, follows: Stage, absence: Absence | None
+) -> None:
+    made = staged(stage)
+    for _ in range(2):  # what is told again is no news
+        made.feed(event, 100.1)
+        assert (made._stage, made.absence) == (follows, absence)
+    assert made.is_mistaken is (follows is Stage.MISTAKEN)
+    assert made.is_waiting is (absence is not None)
+    assert made.is_due(100.1 + EAGER_S) is (follows in (Stage.LOST, Stage.UNKNOWN))
+
+
+@pytest.mark.parametrize("stage", Stage)
+@pytest.mark.parametrize("leave", [Reconnection.give_up, lambda made: made.request(Address("/dev/ttyUSB4"))])
+def test_what_somebody_leaves_is_over(stage: Stage, leave: Callable[[Reconnection], None]) -> None:
+    made = staged(stage)
+    leave(made)
+    assert (made.is_mistaken, made.is_waiting, made.is_due(200.0)) == (False, False, False)
+    assert made.poll([MINE], 200.0) is None
+    if leave is Reconnection.give_up:
+        made.feed(closed(), 201.0)
+        assert not made.is_waiting
+
+
 def test_the_same_adapter_is_found_under_another_name() -> None:
     made = lost()
     assert made.is_due(100.0)
@@ -60,16 +123,6 @@ def test_another_adapter_in_its_place_is_left_alone() -> None:
     assert made.absence is Absence.ANOTHER
     assert made.poll([], 101.0) is None
     assert made.absence is Absence.AWAY
-
-
-def test_a_loss_that_is_told_again_is_no_news() -> None:
-    made = Reconnection()
-    made.request(address_of(MINE.device, [MINE]))
-    loss = closed()
-    made.feed(loss, 1.0)
-    made.poll([replace(OTHER, device=MINE.device)], 1.0)
-    made.feed(loss, 2.0)
-    assert made.absence is Absence.ANOTHER
 
 
 def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
@@ -122,16 +175,6 @@ def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_
     made.feed(opened(), 101.1)
     assert made.poll([], 101.2) is None
     assert (made.is_mistaken, made.absence, made.returns) == (True, Absence.AWAY, 0)
-
-
-@pytest.mark.parametrize("end", [Reconnection.give_up, lambda made: made.request(Address("/dev/ttyUSB4"))])
-def test_what_somebody_leaves_is_no_mistake_any_more(end: Callable[[Reconnection], None]) -> None:
-    made = Reconnection(is_link=lambda _device: False)
-    made.request(address_of(MINE.device, [MINE]))
-    made.feed(opened(), 1.0)
-    made.poll([], 1.0)
-    end(made)
-    assert not made.is_mistaken
 
 
 def test_without_a_serial_number_the_socket_decides() -> None:
@@ -207,41 +250,6 @@ def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -
     link.symlink_to(MINE.device)
     assert made.poll([MINE], 2.0) is None
     assert made.absence is Absence.ANOTHER
-
-
-@pytest.mark.parametrize("trouble", [one for one in PortTrouble if one not in (PortTrouble.LOST, PortTrouble.STUCK)])
-def test_a_port_that_never_opened_is_not_tried_again(trouble: PortTrouble) -> None:
-    made = Reconnection()
-    made.request(address_of(MINE.device, [MINE]))
-    made.feed(closed(trouble), 1.0)
-    assert not made.is_waiting
-
-
-@pytest.mark.parametrize("trouble", [PortTrouble.NOT_ALLOWED, PortTrouble.BUSY, PortTrouble.UNUSABLE])
-def test_a_port_that_is_back_and_does_not_open_yet_is_tried_again(trouble: PortTrouble) -> None:
-    """The system's rules give access only a moment after the device appears."""
-    made = lost()
-    assert made.poll([MINE], 100.0) is not None
-    made.feed(closed(trouble), 100.1)
-    assert made.absence is Absence.FAILED
-    assert made.is_due(100.0 + EAGER_S)
-
-
-def test_disconnecting_ends_the_waiting() -> None:
-    made = lost()
-    made.give_up()
-    assert not made.is_waiting
-    assert made.poll([MINE], 100.0) is None
-    made.feed(closed(), 101.0)
-    assert not made.is_waiting
-
-
-def test_a_wanted_closing_is_no_loss() -> None:
-    made = Reconnection()
-    made.request(address_of(MINE.device, [MINE]))
-    made.feed(opened(), 1.0)
-    made.feed(closed(None), 2.0)
-    assert not made.is_waiting
 
 
 def test_open_again_is_counted_and_the_next_loss_is_a_new_one() -> None:
