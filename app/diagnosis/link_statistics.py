@@ -1,6 +1,6 @@
 """Link statistics over time: round trips, loss, rejected bytes by reason, restarts.
 
-Bounded: ten minutes by the second, twelve hours by the minute.
+Bounded: the last ten minutes by the second, and the totals of this connection.
 """
 
 from bisect import bisect_left
@@ -14,10 +14,7 @@ from app.engine.worker import Batch, PortState
 from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
 from protocol.frame import Reason
 
-FINE_S = 1.0
-MAX_FINE = 600
-COARSE_S = 60.0
-MAX_COARSE = 720
+MAX_SECONDS = 600
 BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 250, 500, 1000)
 """Upper bounds of the round-trip histogram; a last class has no bound."""
 MAX_TRIPS = 4096
@@ -25,10 +22,9 @@ MAX_TRIPS = 4096
 
 @dataclass(frozen=True, slots=True)
 class Slice:
-    """Counts of one interval. `begins_s`: monotonic seconds, a multiple of `lasts_s`."""
+    """Counts of one second; seconds without a batch have none. `begins_s`: monotonic seconds, whole."""
 
     begins_s: float
-    lasts_s: float
     sent: int = 0
     frames: int = 0
     time_outs: int = 0
@@ -102,40 +98,19 @@ class _Sum:
         self.losses += losses
         self.slowest_s = max([*trips_s, *([self.slowest_s] if self.slowest_s is not None else [])], default=None)
 
-    def closed(self, lasts_s: float) -> Slice:
-        one = self.counters
-        rejected = tuple((reason, count) for reason, count in one.rejected_bytes.most_common() if count)
+    def closed(self) -> Slice:
+        counted = self.counters
+        rejected = tuple((reason, count) for reason, count in counted.rejected_bytes.most_common() if count)
         return Slice(
-            self.begins_s, lasts_s, one.sent, one.frames, one.time_outs, one.retries, one.restarts,
+            self.begins_s, counted.sent, counted.frames, counted.time_outs, counted.retries, counted.restarts,
             self.losses, self.bytes_received, rejected, self.slowest_s,
         )  # fmt: skip
-
-
-class _Series:
-    """Slices of one length; intervals without a batch have none."""
-
-    def __init__(self, lasts_s: float, kept: int) -> None:
-        self._lasts_s = lasts_s
-        self._done: deque[Slice] = deque(maxlen=kept - 1)
-        self._open: _Sum | None = None
-
-    def at(self, now: float) -> _Sum:
-        begins_s = now // self._lasts_s * self._lasts_s
-        if self._open is None or begins_s > self._open.begins_s:
-            if self._open is not None:
-                self._done.append(self._open.closed(self._lasts_s))
-            self._open = _Sum(begins_s)
-        return self._open
-
-    def slices(self) -> tuple[Slice, ...]:
-        last = () if self._open is None else (self._open.closed(self._lasts_s),)
-        return (*self._done, *last)
 
 
 def _goes_on(seen: _Seen, at: float, link: LinkView) -> bool:
     """Whether `link` includes the counts of `seen`: same second, same opening of the port."""
     is_same_opening = link.bytes_received >= seen.link.bytes_received and link.counters.sent >= seen.link.counters.sent
-    return is_same_opening and at // FINE_S == seen.at // FINE_S
+    return is_same_opening and at // 1 == seen.at // 1
 
 
 class LinkStatistics:
@@ -145,8 +120,8 @@ class LinkStatistics:
     """
 
     def __init__(self) -> None:
-        self._fine = _Series(FINE_S, MAX_FINE)
-        self._coarse = _Series(COARSE_S, MAX_COARSE)
+        self._done: deque[Slice] = deque(maxlen=MAX_SECONDS - 1)
+        self._open: _Sum | None = None
         self._last = Counters()
         self._last_bytes = 0
         self._was_open = False
@@ -201,13 +176,7 @@ class LinkStatistics:
     def seconds(self) -> tuple[Slice, ...]:
         """The last ten minutes, oldest first."""
         self._settle()
-        return self._fine.slices()
-
-    @property
-    def minutes(self) -> tuple[Slice, ...]:
-        """The last twelve hours, oldest first."""
-        self._settle()
-        return self._coarse.slices()
+        return (*self._done, *(() if self._open is None else (self._open.closed(),)))
 
     def round_trips(self) -> tuple[TripClass, ...]:
         """All round trips since the connection began, by duration."""
@@ -229,8 +198,11 @@ class LinkStatistics:
 
     def _add(self, now: float, grown: Counters, byte_count: int, losses: int, trips_s: Iterable[float]) -> None:
         trips_s = tuple(trips_s)
-        for series in (self._fine, self._coarse):
-            series.at(now).add(grown, byte_count, losses, trips_s)
+        if self._open is None or now // 1 > self._open.begins_s:
+            if self._open is not None:
+                self._done.append(self._open.closed())
+            self._open = _Sum(now // 1)
+        self._open.add(grown, byte_count, losses, trips_s)
         for trip_s in trips_s:
             self._trips_s.append(trip_s)
             self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1

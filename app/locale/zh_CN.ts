@@ -90,10 +90,6 @@
         <translation>115200（常用）</translation>
     </message>
     <message>
-        <source>12 h</source>
-        <translation>12 小时</translation>
-    </message>
-    <message>
         <source>2. Bay open</source>
         <translation>2. 伞仓打开</translation>
     </message>

@@ -179,8 +179,7 @@ class OverTime(StaticPlot):
     def draw(self, theme: Theme) -> None:
         stretch, bands = self._stretch, self._bands()
         begins = np.array([one.begins_s for one in stretch.slices]) - stretch.now_s
-        lasts = np.array([one.lasts_s for one in stretch.slices])
-        widths = np.maximum(lasts, _MIN_PX * stretch.length_s / max(1, self.width()))
+        widths = np.full(len(begins), max(1.0, _MIN_PX * stretch.length_s / max(1, self.width())))
         for number, band in enumerate(reversed(bands)):
             self.add(pg.InfiniteLine(number, angle=0, pen=pg.mkPen(theme.divider, width=theme.border_px)))
             values = np.array(band.values, np.float64)
@@ -188,7 +187,7 @@ class OverTime(StaticPlot):
                 heights = np.where(values, np.maximum(values / values.max(), _LEAST), 0) * 0.8
                 ink = QColor(theme.curves[0]) if band.meaning is None else theme.ink(band.meaning)
                 self.add(_bars(ink, x0=begins, y0=number, width=widths, height=heights))
-        for place, one in zip(begins + lasts / 2, stretch.slices, strict=True):
+        for place, one in zip(begins + 0.5, stretch.slices, strict=True):
             if one.restarts or one.losses:
                 ink = theme.ink(Meaning.DANGER if one.losses else Meaning.INFORMATION)
                 symbol = "s" if one.losses else "t"  # a square, or a triangle that points down

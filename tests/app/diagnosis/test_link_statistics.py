@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from app.diagnosis.link_statistics import BOUNDS_MS, MAX_COARSE, MAX_FINE, LinkStatistics
+from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView
 from app.engine.session import Run
@@ -40,7 +40,6 @@ def test_events_are_counted_in_their_second() -> None:
     assert (first.begins_s, first.sent, first.frames, first.time_outs, first.retries) == (10.0, 6, 5, 2, 1)
     assert first.bytes_received == 150
     assert (second.begins_s, second.sent, second.restarts) == (12.0, 0, 1)
-    assert figures.minutes[0].sent == 6
     assert figures.totals.sent == 6
 
 
@@ -86,16 +85,14 @@ def test_a_reopened_port_without_a_batch_does_not_count_backwards() -> None:
     assert figures.bytes_received == 105
 
 
-def test_both_series_are_bounded_even_when_the_clock_jumps() -> None:
+def test_the_seconds_are_bounded_even_when_the_clock_jumps() -> None:
     figures = LinkStatistics()
-    for number in range(2 * MAX_FINE):
-        figures.on_batch(batch(float(number), view(number, sent=number)))
-    assert len(figures.seconds) == MAX_FINE
-    for number in range(2 * MAX_COARSE):
-        figures.on_batch(batch(1e6 + number * 60.0, view(10_000 + number, sent=10_000 + number)))
-    assert len(figures.minutes) == MAX_COARSE
+    for number in range(2 * MAX_SECONDS):
+        figures.on_batch(batch(1e6 + number, view(number, sent=number)))
     figures.on_batch(batch(5.0, view(99_999, sent=99_999)))
-    assert figures.minutes[-1].begins_s > 1e6
+    assert len(figures.seconds) == MAX_SECONDS
+    assert figures.seconds[-1].begins_s > 1e6
+    assert figures.totals.sent == 99_999
 
 
 def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
@@ -124,6 +121,5 @@ def test_reading_properties_does_not_change_the_statistics() -> None:
             statistics.on_batch(batch(at, None if number == 225 else link, *events, connection=connection))
         watched.seconds  # noqa: B018  looking is what is tried
     assert alone.seconds == watched.seconds
-    assert alone.minutes == watched.minutes
     assert (alone.totals, alone.bytes_received) == (watched.totals, watched.bytes_received)
     assert alone.totals.sent == 149 + 74 + 149 + 99  # the last before each end

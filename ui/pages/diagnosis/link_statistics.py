@@ -5,20 +5,22 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
-from app.diagnosis.link_statistics import COARSE_S, FINE_S, MAX_COARSE, MAX_FINE
+from app.diagnosis.link_statistics import MAX_SECONDS
 from app.text.sentences import in_brackets
 from protocol.translatable import marked
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import ChoiceButton, control
+from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel
-from ui.widgets.layouts import Gap, in_column, in_row
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
+SHORTEST_S: Final = 60.0
+"""The shortest course that is drawn."""
 LOSS_ATTENTION: Final = 0.01
 """Share of requests without reply from which a warning is shown."""
 _NUMBERS: Final = (
@@ -71,14 +73,8 @@ class LinkStatisticsView(QScrollArea):
         for key, title in _NUMBERS:
             texts.bind(self.totals[key].caption.setText, title)
         self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
-        self.fine = control(ChoiceButton(), texts, "figures_minutes", "10 min", role="segment", is_checkable=True)
-        self.coarse = control(ChoiceButton(), texts, "figures_hours", "12 h", role="segment", is_checkable=True)
-        self.fine.setChecked(True)
         self._legend = self._caption(services, "figures_legend", marked("▼ restart   ■ port lost"))
         self._lay_out(services)
-        for segment in (self.fine, self.coarse):
-            segment.setAutoExclusive(True)
-            segment.toggled.connect(self.refresh)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
@@ -100,14 +96,10 @@ class LinkStatisticsView(QScrollArea):
         shown["losses"].show_total(f"{figures.losses:,}", needs_look=figures.losses > 0)
         self.trips.show_classes(figures.round_trips())
         self.reasons.show_counts(totals.rejected_bytes.most_common())
-        now = self._connector.clock()
-        if self.fine.isChecked():
-            slices, shortest_s, longest_s = figures.seconds, 60.0, FINE_S * MAX_FINE
-        else:
-            slices, shortest_s, longest_s = figures.minutes, 3600.0, COARSE_S * MAX_COARSE
+        now, slices = self._connector.clock(), figures.seconds
         # No longer than there is data.
         past_s = now - slices[0].begins_s if slices else 0.0
-        self.over_time.show_stretch(Stretch(now, min(longest_s, max(shortest_s, past_s)), slices))
+        self.over_time.show_stretch(Stretch(now, min(float(MAX_SECONDS), max(SHORTEST_S, past_s)), slices))
 
     # Making
 
@@ -133,21 +125,12 @@ class LinkStatisticsView(QScrollArea):
             spacing=Space.S,
         )
         head = named(QWidget(), "figures_time_head")
-        in_row(
-            self._caption(services, "figures_time_title", marked("Over time")),
-            1,
-            self._legend,
-            Gap(Space.M),
-            self.fine,
-            self.coarse,
-            of=head,
-            spacing=Space.XS,
-            margins=0,
-        )
+        title = self._caption(services, "figures_time_title", marked("Over time"))
+        in_row(title, 1, self._legend, of=head, spacing=Space.XS, margins=0)
         content = named(QWidget(), "figures_content")
         in_column(
             numbers,
-            (self._card("figures_time_card", head, self.over_time), 1),  # its buttons keep their place at any height
+            (self._card("figures_time_card", head, self.over_time), 1),
             (pair, 1),
             of=content,
             spacing=Space.S,
