@@ -96,7 +96,7 @@ def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
     return Address(device)
 
 
-class Stage(Enum):
+class PortStage(Enum):
     """Where the reconnection stands."""
 
     IDLE = "idle"
@@ -111,12 +111,12 @@ class Stage(Enum):
     """Lost; opened again when the same adapter returns."""
 
 
-FOLLOWS: Final[Mapping[Stage, tuple[Stage, Stage]]] = {
-    Stage.IDLE: (Stage.UNKNOWN, Stage.IDLE),
-    Stage.UNKNOWN: (Stage.UNKNOWN, Stage.IDLE),
-    Stage.KNOWN: (Stage.KNOWN, Stage.IDLE),
-    Stage.MISTAKEN: (Stage.MISTAKEN, Stage.LOST),
-    Stage.LOST: (Stage.UNKNOWN, Stage.LOST),
+FOLLOWS: Final[Mapping[PortStage, tuple[PortStage, PortStage]]] = {
+    PortStage.IDLE: (PortStage.UNKNOWN, PortStage.IDLE),
+    PortStage.UNKNOWN: (PortStage.UNKNOWN, PortStage.IDLE),
+    PortStage.KNOWN: (PortStage.KNOWN, PortStage.IDLE),
+    PortStage.MISTAKEN: (PortStage.MISTAKEN, PortStage.LOST),
+    PortStage.LOST: (PortStage.UNKNOWN, PortStage.LOST),
 }
 """What follows when the port is open (a URL is `KNOWN` at once), and when it is closed without one of `LOSSES`."""
 
@@ -137,7 +137,7 @@ class Reconnection:
         """The address cannot belong to another adapter."""
         self._is_ambiguous = False
         """Another port had the same identity."""
-        self._stage = Stage.IDLE
+        self._stage = PortStage.IDLE
         self._lost_at: float | None = None
         """Until its adapter is identified again."""
         self._next_at = 0.0
@@ -149,12 +149,12 @@ class Reconnection:
     @property
     def is_mistaken(self) -> bool:
         """Whether the open port belongs to another adapter than expected and has to be closed."""
-        return self._stage is Stage.MISTAKEN
+        return self._stage is PortStage.MISTAKEN
 
     @property
     def is_waiting(self) -> bool:
         """Whether a port was lost and the same adapter is awaited."""
-        return self._stage in (Stage.LOST, Stage.MISTAKEN)
+        return self._stage in (PortStage.LOST, PortStage.MISTAKEN)
 
     @property
     def needs_ports(self) -> bool:
@@ -194,7 +194,7 @@ class Reconnection:
     def give_up(self) -> None:
         """The user disconnects."""
         self.address = None
-        self._enter(Stage.IDLE)
+        self._enter(PortStage.IDLE)
 
     def feed(self, connection: Connection, now: float) -> None:
         """Take in the state of the connection; the same state again changes nothing."""
@@ -203,7 +203,7 @@ class Reconnection:
         self._last_handled = connection
         if connection.state is PortState.OPEN:
             self._node = None if self.address.is_url else self._node_of(self.address.device)
-            self._enter(Stage.KNOWN if self.address.is_url else FOLLOWS[self._stage][0])
+            self._enter(PortStage.KNOWN if self.address.is_url else FOLLOWS[self._stage][0])
         elif connection.state is PortState.CLOSED:
             if connection.trouble is not None:
                 self._note(connection.trouble.trouble, now)
@@ -211,16 +211,16 @@ class Reconnection:
 
     def is_due(self, now: float) -> bool:
         """Whether to list the ports now and pass them to `poll`."""
-        if self._stage is Stage.LOST:
+        if self._stage is PortStage.LOST:
             return self._absence.is_waiting and now >= self._next_at
-        return self._stage is Stage.UNKNOWN
+        return self._stage is PortStage.UNKNOWN
 
     def poll(self, ports: Iterable[PortInfo], now: float) -> Address | None:
         """Return the address to open now, or None; `absence` says why."""
         address, listed = self.address, tuple(ports)
-        if self._stage is Stage.UNKNOWN and address is not None:
+        if self._stage is PortStage.UNKNOWN and address is not None:
             self._recognise(address, listed, now)
-        if self._stage is not Stage.LOST or address is None or not self._absence.is_waiting:
+        if self._stage is not PortStage.LOST or address is None or not self._absence.is_waiting:
             return None
         is_eager = self._lost_at is not None and now - self._lost_at < EAGER_FOR_S
         self._next_at = now + (EAGER_S if is_eager else PATIENT_S)
@@ -240,10 +240,10 @@ class Reconnection:
         """`address`, from `poll`, is being opened."""
         self.address = address
 
-    def _enter(self, stage: Stage) -> None:
+    def _enter(self, stage: PortStage) -> None:
         self._stage = stage
-        self.returns += stage is Stage.KNOWN and self._lost_at is not None
-        if stage in (Stage.KNOWN, Stage.IDLE):
+        self.returns += stage is PortStage.KNOWN and self._lost_at is not None
+        if stage in (PortStage.KNOWN, PortStage.IDLE):
             self._lost_at = None
 
     def _recognise(self, address: Address, listed: tuple[PortInfo, ...], now: float) -> None:
@@ -251,9 +251,9 @@ class Reconnection:
         if address.identity and found.identity != address.identity:
             self._lose(now, self._absence_of(address, listed))
             self._next_at = now + EAGER_S
-            self._enter(Stage.MISTAKEN)
+            self._enter(PortStage.MISTAKEN)
             return
-        self._enter(Stage.KNOWN)
+        self._enter(PortStage.KNOWN)
         if found.identity:
             self.address = found
             self._is_ambiguous = sum(port.identity == found.identity for port in listed) > 1
@@ -271,7 +271,7 @@ class Reconnection:
         elif trouble in LOSSES:
             is_known = self._lasts or (self.address is not None and bool(self.address.identity))
             self._lose(now, Absence.AWAY if is_known else Absence.NAME_ONLY)
-            self._enter(Stage.LOST)
+            self._enter(PortStage.LOST)
 
     def _at_same_address(self, address: Address, ports: tuple[PortInfo, ...]) -> Address | None:
         behind = _behind(address.device) if not address.is_url else ""

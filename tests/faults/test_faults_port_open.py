@@ -35,7 +35,7 @@ def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches,
     worker.open(module.port, 115200, lambda: watch(StreamSwitch()))
     batches.until(is_online)
     job = worker.submit(Job(read_everything()))
-    module.tell("unplug")
+    module.process.kill()  # its pseudo-terminal goes with it
     lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
     assert all(known.is_stale for known in lost.device.values.values())
     assert job.wait(1)

@@ -20,14 +20,6 @@ class RunningModule:
     process: "subprocess.Popen[str]"
     port: str
 
-    def tell(self, line: str) -> None:
-        """Send a control line, such as "tilt 70", and wait for the answer."""
-        assert self.process.stdin is not None
-        assert self.process.stderr is not None
-        self.process.stdin.write(line + "\n")
-        self.process.stdin.flush()
-        self.process.stderr.readline()
-
 
 @contextmanager
 def run_module(*options: str) -> Iterator[RunningModule]:
@@ -35,7 +27,7 @@ def run_module(*options: str) -> Iterator[RunningModule]:
     with subprocess.Popen(
         [*PROGRAM, "simulate", *options],
         cwd=ROOT, env=ENVIRONMENT, text=True,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     ) as process:  # fmt: skip
         try:
             assert process.stdout is not None

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import pytest
 
 from app.engine.ports import PortInfo, list_ports, scan, to_json
-from app.engine.reconnect import EAGER_S, LOSSES, Absence, Address, Reconnection, Stage, address_of
+from app.engine.reconnect import EAGER_S, LOSSES, Absence, Address, PortStage, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
 from app.text.user_error import UserError
@@ -39,17 +39,17 @@ def lost(port: PortInfo = MINE, *, is_link: bool = False, now: float = 100.0) ->
     return made
 
 
-def staged(stage: Stage) -> Reconnection:
+def staged(stage: PortStage) -> Reconnection:
     """A connection to `MINE` at this stage, at 100 s."""
     made = Reconnection(is_link=lambda _device: False)
     made.request(address_of(MINE.device, [MINE]))
-    if stage is not Stage.IDLE:
+    if stage is not PortStage.IDLE:
         made.feed(opened(), 100.0)
-    if stage is Stage.MISTAKEN:
+    if stage is PortStage.MISTAKEN:
         made.poll([replace(OTHER, device=MINE.device)], 100.0)
-    elif stage in (Stage.KNOWN, Stage.LOST):
+    elif stage in (PortStage.KNOWN, PortStage.LOST):
         made.poll([MINE], 100.0)
-    if stage is Stage.LOST:
+    if stage is PortStage.LOST:
         made.feed(closed(), 100.0)
     return made
 
@@ -62,37 +62,37 @@ NOT_YET = [PortTrouble.NOT_ALLOWED, PortTrouble.BUSY, PortTrouble.UNUSABLE]
 @pytest.mark.parametrize(
     ("stage", "event", "follows", "absence"),
     [
-        (Stage.IDLE, SLOWER, Stage.UNKNOWN, None),
-        (Stage.UNKNOWN, SLOWER, Stage.UNKNOWN, None),
-        (Stage.KNOWN, SLOWER, Stage.KNOWN, None),
-        (Stage.MISTAKEN, SLOWER, Stage.MISTAKEN, Absence.ANOTHER),
-        (Stage.LOST, SLOWER, Stage.UNKNOWN, None),
-        (Stage.IDLE, closed(None), Stage.IDLE, None),
-        (Stage.UNKNOWN, closed(None), Stage.IDLE, None),
-        (Stage.KNOWN, closed(None), Stage.IDLE, None),
-        (Stage.MISTAKEN, closed(None), Stage.LOST, Absence.ANOTHER),
-        (Stage.LOST, closed(None), Stage.LOST, Absence.AWAY),
-        *((stage, closed(loss), Stage.LOST, Absence.AWAY) for stage in Stage for loss in LOSSES),
-        *((Stage.IDLE, closed(trouble), Stage.IDLE, None) for trouble in NEVER_OPEN),
-        *((Stage.LOST, closed(trouble), Stage.LOST, Absence.FAILED) for trouble in NOT_YET),
-        (Stage.LOST, closed(PortTrouble.MISSING), Stage.LOST, Absence.AWAY),
+        (PortStage.IDLE, SLOWER, PortStage.UNKNOWN, None),
+        (PortStage.UNKNOWN, SLOWER, PortStage.UNKNOWN, None),
+        (PortStage.KNOWN, SLOWER, PortStage.KNOWN, None),
+        (PortStage.MISTAKEN, SLOWER, PortStage.MISTAKEN, Absence.ANOTHER),
+        (PortStage.LOST, SLOWER, PortStage.UNKNOWN, None),
+        (PortStage.IDLE, closed(None), PortStage.IDLE, None),
+        (PortStage.UNKNOWN, closed(None), PortStage.IDLE, None),
+        (PortStage.KNOWN, closed(None), PortStage.IDLE, None),
+        (PortStage.MISTAKEN, closed(None), PortStage.LOST, Absence.ANOTHER),
+        (PortStage.LOST, closed(None), PortStage.LOST, Absence.AWAY),
+        *((stage, closed(loss), PortStage.LOST, Absence.AWAY) for stage in PortStage for loss in LOSSES),
+        *((PortStage.IDLE, closed(trouble), PortStage.IDLE, None) for trouble in NEVER_OPEN),
+        *((PortStage.LOST, closed(trouble), PortStage.LOST, Absence.FAILED) for trouble in NOT_YET),
+        (PortStage.LOST, closed(PortTrouble.MISSING), PortStage.LOST, Absence.AWAY),
     ],
 )
 def test_what_follows_a_change_of_the_connection(
-    stage: Stage, event: Connection, follows: Stage, absence: Absence | None
+    stage: PortStage, event: Connection, follows: PortStage, absence: Absence | None
 ) -> None:
     made = staged(stage)
     for _ in range(2):  # what is told again is no news
         made.feed(event, 100.1)
         assert (made._stage, made.absence) == (follows, absence)
-    assert made.is_mistaken is (follows is Stage.MISTAKEN)
+    assert made.is_mistaken is (follows is PortStage.MISTAKEN)
     assert made.is_waiting is (absence is not None)
-    assert made.is_due(100.1 + EAGER_S) is (follows in (Stage.LOST, Stage.UNKNOWN))
+    assert made.is_due(100.1 + EAGER_S) is (follows in (PortStage.LOST, PortStage.UNKNOWN))
 
 
-@pytest.mark.parametrize("stage", Stage)
+@pytest.mark.parametrize("stage", PortStage)
 @pytest.mark.parametrize("leave", [Reconnection.give_up, lambda made: made.request(Address("/dev/ttyUSB4"))])
-def test_what_somebody_leaves_is_over(stage: Stage, leave: Callable[[Reconnection], None]) -> None:
+def test_what_somebody_leaves_is_over(stage: PortStage, leave: Callable[[Reconnection], None]) -> None:
     made = staged(stage)
     leave(made)
     assert (made.is_mistaken, made.is_waiting, made.is_due(200.0)) == (False, False, False)

@@ -25,7 +25,7 @@ from app.safety.acts import Act
 from app.text.user_error import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
-from tests.support.processes import RunningModule, run_module
+from tests.benchmarks.module import StreamingModule, streaming_module
 from tests.support.terminals import RETURN_LIMIT_S, taken
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -54,7 +54,7 @@ DIAGNOSIS = tuple(entry for entry in PAGES if entry.key == "diagnosis")
 class Desk:
     """A module on a pseudo-terminal that is listed as an adapter, wherever it is plugged in; and what was sent."""
 
-    def __init__(self, link: Path, module: RunningModule) -> None:
+    def __init__(self, link: Path, module: StreamingModule) -> None:
         self.link, self.module = link, module
         self.adapter = ADAPTER
         self.others: list[PortInfo] = []
@@ -91,7 +91,7 @@ class DeskPorts(Ports):
 @pytest.fixture
 def desk(tmp_path: Path) -> Iterator[Desk]:
     link = tmp_path / "adapter"
-    with run_module("--link", str(link), "--uptime", "60") as module:
+    with streaming_module(link, "uptime=60") as module:
         yield Desk(link, module)
 
 
