@@ -60,7 +60,8 @@ class CaptureRows(Rows):
         for row in rows:
             self.append(row)
 
-    def append(self, row: Explained) -> None:
+    def append(self, row: Explained) -> Explained:
+        """Returns the row."""
         piece = row.piece
         flags = _OUT if row.way is Way.OUT else 0
         if isinstance(piece, Noise):
@@ -76,6 +77,7 @@ class CaptureRows(Rows):
         self._ends.append(len(self._raw))
         self._offsets.append(piece.offset)
         self._notes.append(self._last_note[1] if self._last_note[0] is note else self._place(note))
+        return row
 
     def _place(self, note: Fault | Asked) -> int:
         """Place in `_known`, where it is added if it is new."""

@@ -7,12 +7,15 @@ from bisect import bisect_left
 from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import groupby
 from typing import NamedTuple
 
+from app.captures.entries import Way
+from app.captures.explained import Explained
 from app.engine.procedure import LinkView
 from app.engine.worker import Batch, PortState
 from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
-from protocol.frame import Reason
+from protocol.frame import Noise, Reason
 
 MAX_SECONDS = 600
 BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 250, 500, 1000)
@@ -153,6 +156,20 @@ class LinkStatistics:
         self._pending = _Seen(batch.at, link)
         if trips_s:
             self._settle(trips_s)
+
+    def count(self, rows: Iterable[Explained]) -> None:
+        """Adds what was recorded, in order of time: frames and bytes. What only a link knows is not in it."""
+        for second, group in groupby(rows, key=lambda row: row.at_s // 1):
+            grown, byte_count = Counters(), 0
+            for row in group:
+                if isinstance(row.piece, Noise):
+                    grown.rejected_bytes[row.piece.reason] += len(row.piece.raw)
+                elif row.way is Way.OUT:
+                    grown.sent += 1
+                else:
+                    grown.frames += 1
+                byte_count += len(row.piece.raw) if row.way is Way.IN else 0
+            self._add(second, grown, byte_count, 0, ())
 
     def _settle(self, trips_s: Iterable[float] = ()) -> None:
         """Adds the pending totals of the link."""

@@ -4974,6 +4974,10 @@
         <translation>已在本次连接中启用</translation>
     </message>
     <message>
+        <source>end</source>
+        <translation>结束</translation>
+    </message>
+    <message>
         <source>end after S seconds</source>
         <translation>S 秒后结束</translation>
     </message>

@@ -129,6 +129,8 @@ class Stretch:
     now_s: float
     length_s: float
     slices: tuple[Slice, ...]
+    is_recorded: bool = False
+    """It ends with a file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,6 +198,6 @@ class OverTime(StaticPlot):
         self.set_range((-stretch.length_s, 0.0), (0.0, len(bands) + 0.1))
         words = [(n + 0.4, f"{band.title}\n{band.text}") for n, band in enumerate(reversed(bands))]
         self.show_ticks("left", words)
-        self.show_ticks(
-            "bottom", [(-stretch.length_s, tr("{time} ago", time=duration(stretch.length_s))), (0.0, tr("now"))]
-        )
+        length = duration(stretch.length_s)
+        begin, end = (f"−{length}", tr("end")) if stretch.is_recorded else (tr("{time} ago", time=length), tr("now"))
+        self.show_ticks("bottom", [(-stretch.length_s, begin), (0.0, end)])

@@ -2,6 +2,8 @@
 
 from collections import Counter
 
+from app.captures.entries import Way
+from app.captures.explained import Explained
 from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView
@@ -11,7 +13,7 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
 from protocol.events import Answered, Counters, Event, Rejected, Role, Sent
-from protocol.frame import Fault, Noise, Reason
+from protocol.frame import Direction, Fault, Frame, Noise, Reason
 from tests.support.line.sim_line import Rig
 
 OPEN = Connection(PortState.OPEN, "x", 115200)
@@ -123,3 +125,20 @@ def test_reading_properties_does_not_change_the_statistics() -> None:
     assert alone.seconds == watched.seconds
     assert (alone.totals, alone.bytes_received) == (watched.totals, watched.bytes_received)
     assert alone.totals.sent == 149 + 74 + 149 + 99  # the last before each end
+
+
+def test_what_was_recorded_is_counted_in_its_second() -> None:
+    rows = (
+        Explained(0.2, Way.OUT, Frame(Direction.HOST_TO_MODULE, QUERY.encode()), None),
+        Explained(0.9, Way.IN, Frame(Direction.MODULE_TO_HOST, bytes(8)), QUERY),
+        Explained(3.5, Way.IN, Noise(bytes(3), Fault(Reason.NO_HEADER, ""), 8), None),
+    )
+    figures = LinkStatistics()
+    figures.count(rows)
+    assert [
+        (one.begins_s, one.sent, one.frames, one.bytes_received, one.rejected_bytes) for one in figures.seconds
+    ] == [
+        (0.0, 1, 1, 8, 0),
+        (3.0, 0, 0, 3, 3),
+    ]
+    assert (figures.totals.sent, figures.totals.rejected, figures.quantile_s(0.5)) == (1, 3, None)

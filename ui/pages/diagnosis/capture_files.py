@@ -12,10 +12,11 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from app import version
 from app.captures.entries import CaptureEntry
-from app.captures.explained import Explainer
+from app.captures.explained import Explained, Explainer
 from app.captures.rows import CaptureRows
 from app.captures.text import NOT_HEX, LineFault, NotHex, TextReader, lines_in
 from app.captures.traffic_buffer import TrafficBuffer
+from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.worker import Connection
 from app.recordings.export import ExportCancelled, not_saved_text
 from app.system.gil_yield import GilYield
@@ -46,13 +47,14 @@ class Opened:
 
     path: Path
     rows: CaptureRows
+    statistics: LinkStatistics
     faults: tuple[LineFault, ...]
     is_timed: bool
 
 
 def load_capture(path: Path, running: Running) -> Opened:
     """Reads and explains a file. Raises OSError, `NotHex`, `UserError` or `ExportCancelled`."""
-    rows, pace, text = CaptureRows(), GilYield(), TextReader()
+    rows, statistics, pace, text = CaptureRows(), LinkStatistics(), GilYield(), TextReader()
     is_session = path.suffix.lower() == SUFFIX
     with ExitStack() as stack:
         if is_session:
@@ -65,15 +67,17 @@ def load_capture(path: Path, running: Running) -> Opened:
             explainer = text
             file = stack.enter_context(path.open(encoding="utf-8", errors="replace"))
             steps = map(text.feed, lines_in(file))
-        for explained in steps:
-            if running.is_cancelled():
-                raise ExportCancelled
-            for row in explained:
-                rows.append(row)
-            pace.checkpoint()
-        for row in explainer.end():
-            rows.append(row)
-    return Opened(path, rows, tuple(text.faults), is_timed=is_session or text.is_timed)
+
+        def explained() -> Iterator[Explained]:
+            for some in steps:
+                if running.is_cancelled():
+                    raise ExportCancelled
+                yield from some
+                pace.checkpoint()
+            yield from explainer.end()
+
+        statistics.count(map(rows.append, explained()))
+    return Opened(path, rows, statistics, tuple(text.faults), is_timed=is_session or text.is_timed)
 
 
 class CaptureFiles(QWidget):

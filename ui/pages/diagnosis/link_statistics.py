@@ -5,7 +5,7 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
-from app.diagnosis.link_statistics import MAX_SECONDS
+from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics
 from app.text.sentences import in_brackets
 from protocol.translatable import marked
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
@@ -67,6 +67,7 @@ class LinkStatisticsView(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._connector = services.connector
+        self._recorded: LinkStatistics | None = None
         texts = services.texts
         texts.bind(self.setAccessibleName, "Statistics")
         self.totals = {key: Total(f"figures_{key}") for key, _ in _NUMBERS}
@@ -77,8 +78,14 @@ class LinkStatisticsView(QScrollArea):
         self._lay_out(services)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
+    def show_recorded(self, statistics: LinkStatistics | None) -> None:
+        """Of a file instead of the connection; None: back to it."""
+        self._recorded = statistics
+        self.refresh()
+
     def refresh(self) -> None:
-        figures = self._connector.kept.statistics
+        recorded = self._recorded
+        figures = recorded or self._connector.kept.statistics
         totals = figures.totals
         shown = self.totals
         shown["sent"].show_total(f"{totals.sent:,}")
@@ -94,12 +101,17 @@ class LinkStatisticsView(QScrollArea):
         shown["rejected"].show_total(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
         shown["restarts"].show_total(f"{totals.restarts:,}")
         shown["losses"].show_total(f"{figures.losses:,}", needs_look=figures.losses > 0)
+        for key in ("lost", "lag", "restarts", "losses") if recorded else ():
+            shown[key].show_total("–")
         self.trips.show_classes(figures.round_trips())
         self.reasons.show_counts(totals.rejected_bytes.most_common())
         now, slices = self._connector.clock(), figures.seconds
+        if recorded and slices:
+            now = slices[-1].begins_s + 1
         # No longer than there is data.
         past_s = now - slices[0].begins_s if slices else 0.0
-        self.over_time.show_stretch(Stretch(now, min(float(MAX_SECONDS), max(SHORTEST_S, past_s)), slices))
+        length_s = min(float(MAX_SECONDS), max(SHORTEST_S, past_s))
+        self.over_time.show_stretch(Stretch(now, length_s, slices, is_recorded=recorded is not None))
 
     # Making
 

@@ -106,12 +106,14 @@ class DiagnosisPage(StreamPage):
     def _show_capture(self, opened: Opened) -> None:
         self.opened = opened
         self.traffic.show_recorded(opened.rows)
+        self.figures.show_recorded(opened.statistics)
         self.go_to("traffic")
         self._refresh_strip()
 
     def _close_capture(self) -> None:
         self.opened = None
         self.traffic.show_recorded(None)
+        self.figures.show_recorded(None)
         self._refresh_strip()
 
     def _capture_notice(self, opened: Opened) -> Notice:

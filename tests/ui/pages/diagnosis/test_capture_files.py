@@ -137,7 +137,12 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
         page.traffic.model.append(streamed(5))  # the live traffic is still stored
         page.traffic.draw()
         assert model.rowCount() == len(rows)
+        page.go_to("figures")
+        counted = {key: total.number.text() for key, total in page.figures.totals.items()}
+        assert (counted["sent"], counted["rejected"], counted["lost"], counted["restarts"]) == ("6", "2", "–", "–")
+        assert page.figures.over_time._stretch.is_recorded
         press(qtbot, strip_button(page, "capture_leave"))
+        assert page.figures.totals["restarts"].number.text() == "0"
         page.traffic.model.rebuild()
         assert model.rowCount() == 5
         assert not model.is_recorded
