@@ -152,8 +152,8 @@ class Counters:
         )  # fmt: skip
 
     def __add__(self, other: "Counters") -> "Counters":
-        return Counters(*(getattr(self, one.name) + getattr(other, one.name) for one in fields(self)))
+        return Counters(*(getattr(self, count.name) + getattr(other, count.name) for count in fields(self)))
 
     def __sub__(self, earlier: "Counters") -> "Counters":
         """What was counted since."""
-        return Counters(*(getattr(self, one.name) - getattr(earlier, one.name) for one in fields(self)))
+        return Counters(*(getattr(self, count.name) - getattr(earlier, count.name) for count in fields(self)))

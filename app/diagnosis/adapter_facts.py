@@ -38,7 +38,7 @@ class AdapterFacts:
     """What the system says about one port."""
 
     grabbers: tuple[str, ...] = ()
-    """Those of `GRABBERS` that are running."""
+    """Programs that grab serial ports and are running."""
     has_rule: bool = False
     """Our udev rule is installed."""
     rule_source: str = f"packaging/linux/{RULE_NAME}"

@@ -82,11 +82,11 @@ class Session:
         """
         run.is_urgent = is_urgent
         if is_urgent:
-            for one in self._foreground:
-                if one.is_urgent:
-                    one.cancel()
+            for job in self._foreground:
+                if job.is_urgent:
+                    job.cancel()
             self._overtaken_at = self.clock()
-            if self._rate_before is None and any(one.is_started for one in self._foreground):
+            if self._rate_before is None and any(job.is_started for job in self._foreground):
                 self._rate_before = self.line.baud_rate
         place = 0 if is_urgent else len(self._foreground)
         self._foreground.insert(place, run)
@@ -341,9 +341,9 @@ class Session:
         while self._foreground and self._foreground[0].is_done:
             del self._foreground[0]
             rate = self._rate_before
-            if rate is not None and not any(one.is_urgent for one in self._foreground):
+            if rate is not None and not any(job.is_urgent for job in self._foreground):
                 self._rate_before = None
-                if rate != self.line.baud_rate and any(one.is_started for one in self._foreground):
+                if rate != self.line.baud_rate and any(job.is_started for job in self._foreground):
                     self._use_rate(rate, now)
             for following in self._foreground[:1]:
                 if not following.is_started and not following.is_done:

@@ -277,7 +277,7 @@ class Worker:
                 before, self._read[command.key] = self._read.get(command.key), raw
                 return raw != before
             case Answered(messages=messages):
-                return not all(isinstance(one, Reading | Status) for one in messages)  # already seen as `Received`
+                return not all(isinstance(message, Reading | Status) for message in messages)  # seen as `Received`
             case Received(message=Status()) | Sent() | Rejected():
                 return False
         return True

@@ -71,7 +71,7 @@ def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False
 
 def value_outside(key: str, device: DeviceView, now: float, in_use: LimitsInUse) -> Outside | None:
     """Judge the module's last value; None also if the value or its limit is unknown."""
-    said = {one: found.value for one in (key, "charging") if (found := device.known(one, now)) is not None}
+    said = {name: known.value for name in (key, "charging") if (known := device.known(name, now)) is not None}
     threshold = device.fresh("light_threshold_v", now)
     return outside_of(key, said if threshold is None else said | {"light_threshold_v": threshold}, in_use)
 

@@ -163,7 +163,7 @@ def perform(
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
         raise
     if unsent is not None:
-        journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in unsent]})
+        journal.settle(entry, Outcome.NOT_SENT, {"why": [refusal.condition.name for refusal in unsent]})
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=unsent)
     try:
         after = yield from _observe_after(act, (yield Ask(request, is_deliberate=True)))

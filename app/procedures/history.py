@@ -73,7 +73,9 @@ def read_history() -> Procedure[History]:
 
 def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
     """Add the records received outside an answer that no pass has."""
-    news = tuple(one for one in dict.fromkeys(strays) if one not in history.all and not _is_damaged_slot(one.raw))
+    news = tuple(
+        stray for stray in dict.fromkeys(strays) if stray not in history.all and not _is_damaged_slot(stray.raw)
+    )
     if not news:
         return history
     return replace(history, seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
@@ -83,13 +85,13 @@ def _read_passes() -> Procedure[History]:
     passes: list[Pass] = []
     for turn in range(MAX_SEARCH_LENGTH):
         yield Report(turn, MAX_SEARCH_LENGTH, marked("Reading the trigger records"))
-        one = yield from _read_once()
-        if not one.messages and not (yield from is_alive(None)):
+        answer = yield from _read_once()
+        if not answer.messages and not (yield from is_alive(None)):
             return history_of(passes, is_line_dead=True)
-        passes.append(one)
+        passes.append(answer)
         if _agree(passes) and (yield from _is_line_good()):
             return history_of(passes, is_confirmed=True)
-        if turn + 1 >= UNANSWERED_PASSES and not any(one.messages for one in passes):
+        if turn + 1 >= UNANSWERED_PASSES and not any(answer.messages for answer in passes):
             break
     return history_of(passes)
 
@@ -104,8 +106,8 @@ def _read_once() -> Procedure[Pass]:
         if isinstance(message, TriggerRecord | EmptySlot) and not _is_damaged_slot(message.raw)
     )
     after: EngineView = yield Inspect()
-    one = Pass(seen, is_clean=len(seen) == len(messages) and _is_clean(before, after))
-    return one._replace(is_clean=False) if one.is_doubled else one
+    answer = Pass(seen, is_clean=len(seen) == len(messages) and _is_clean(before, after))
+    return answer._replace(is_clean=False) if answer.is_doubled else answer
 
 
 def _is_damaged_slot(raw: bytes) -> bool:
@@ -127,7 +129,7 @@ def _agree(passes: Sequence[Pass]) -> bool:
     last = passes[-1]
     if len(passes) < 2 or not last.messages or not (last.is_clean and passes[-2].is_clean) or passes[-2] != last:
         return False
-    return all(one.counts <= last.counts for one in passes)
+    return all(answer.counts <= last.counts for answer in passes)
 
 
 def _is_line_good() -> Procedure[bool]:
@@ -144,28 +146,28 @@ def _is_line_good() -> Procedure[bool]:
 def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_dead: bool = False) -> History:
     """Combine the passes, the records of the fullest pass first.
 
-    The module may hold equal records. The second one is certain only in a confirmed history, as a line may double
+    The module may hold equal records. The second answer is certain only in a confirmed history, as a line may double
     frames.
     """
     seen: Counter[TriggerRecord] = Counter()
-    for one in passes:
-        seen |= one.counts
+    for answer in passes:
+        seen |= answer.counts
     records: list[TriggerRecord] = []
     seen_once: list[TriggerRecord] = []
     for record in _in_order(passes):
-        passes_with = sum(record in one.counts for one in passes)
+        passes_with = sum(record in answer.counts for answer in passes)
         certain = seen[record] if is_confirmed else int(passes_with > 1)
         records += [record] * certain
         seen_once += [record] * (seen[record] - certain)
     if is_confirmed:  # as the module sent them, equal ones too
         records = [message for message in passes[-1].messages if isinstance(message, TriggerRecord)]
-    empty = max((sum(isinstance(message, EmptySlot) for message in one.messages) for one in passes), default=0)
+    empty = max((sum(isinstance(message, EmptySlot) for message in answer.messages) for answer in passes), default=0)
     empty = min(empty, max(0, MAX_RECORDS - len(records) - len(seen_once)))  # that pass may lack a record
-    is_answered = any(one.messages for one in passes)
+    is_answered = any(answer.messages for answer in passes)
     return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered)
 
 
 def _in_order(passes: Sequence[Pass]) -> tuple[TriggerRecord, ...]:
     """Each record once, in the order of the fullest pass, then those of other passes."""
-    ordered = sorted(passes, key=lambda one: len(one.messages), reverse=True)
-    return tuple(dict.fromkeys(m for one in ordered for m in one.messages if isinstance(m, TriggerRecord)))
+    ordered = sorted(passes, key=lambda answer: len(answer.messages), reverse=True)
+    return tuple(dict.fromkeys(m for answer in ordered for m in answer.messages if isinstance(m, TriggerRecord)))

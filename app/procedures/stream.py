@@ -141,11 +141,11 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
     is_beginning = course.listens_briefly and switch.began_at is None and not course.has_come
     if is_beginning and sight.now - sight.opened_at < BRIEF_UNPOLLED_S:
         # A streamed report could be mistaken for its answer.
-        polled = [one for one in polled if one[0].command is not STATUS]
-    due = [one for one in polled if sight.now >= course.due.get(one[0], 0.0)]
+        polled = [(request, every_s) for request, every_s in polled if request.command is not STATUS]
+    due = [(request, every_s) for request, every_s in polled if sight.now >= course.due.get(request, 0.0)]
     if due:
         # The longest overdue in periods of its own: on a slow line the status must not starve the others.
-        request, every_s = max(due, key=lambda one: (sight.now - course.due.get(one[0], 0.0)) / one[1])
+        request, every_s = max(due, key=lambda asked: (sight.now - course.due.get(asked[0], 0.0)) / asked[1])
         course.due[request] = sight.now + every_s
         yield from _ask(request, attempts=1)  # it is repeated soon anyway
         yield from _confirm_change(course, request, sight)

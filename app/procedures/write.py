@@ -115,7 +115,7 @@ def read_back(command: Command) -> Procedure[ReadBack]:
 class Acknowledged(NamedTuple):
     heard: SetReply
     other: int | None = None
-    """The byte with `Heard.OTHER`."""
+    """The byte with `SetReply.OTHER`."""
     waited_s: float | None = None
 
 

@@ -217,14 +217,16 @@ def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[
     else:
         results = [_read_again(written, last.values) for written in course.results]
     results = _invalidated(results, course.restarts, now=sight.device.restarts)
-    written_keys = {one.command.key for one in course.results if one.heard is not SetReply.NOT_SENT}
+    written_keys = {written.command.key for written in course.results if written.heard is not SetReply.NOT_SENT}
     stood = {key: value for key, value in before.values.items() if key not in written_keys}
     return WriteReport(
         results=tuple(results),
         refusals=course.refused,
         baud=course.baud,
         changed=changed_settings(stood, last.values),
-        unread=tuple(one for one in READABLE_SETTINGS if one.key in stood and one.key not in last.values),
+        unread=tuple(
+            command for command in READABLE_SETTINGS if command.key in stood and command.key not in last.values
+        ),
         read_at=last.began_at,
     )
 

@@ -146,7 +146,7 @@ class Hardware:
 
     def shut_down(self, now_s: float) -> None:
         """Switch off after sending what is due by now."""
-        due = [one for one in self._due if one.at_s <= now_s]
+        due = [burst for burst in self._due if burst.at_s <= now_s]
         self.power_off()
         self._due = sorted(due)
 

@@ -122,33 +122,33 @@ _TYPED: Mapping[str, Callable[[str], Any]] = {
 }
 
 
-def _option_of(one: "Field[Any]", target: OptionTarget) -> Option:
-    kind = one.metadata["kind"]
+def _option_of(source: "Field[Any]", target: OptionTarget) -> Option:
+    kind = source.metadata["kind"]
     make = partial(
         Option,
-        name=one.name,
-        group=one.metadata["group"],
+        name=source.name,
+        group=source.metadata["group"],
         target=target,
-        text=one.metadata["text"],
-        default=one.default,
+        text=source.metadata["text"],
+        default=source.default,
     )
-    if isinstance(one.default, Enum):
-        kind = {str(member.value): member for member in type(one.default)}
+    if isinstance(source.default, Enum):
+        kind = {str(member.value): member for member in type(source.default)}
     match kind:
         case None:
             return make(parse=_yes_or_no, is_flag=True)
         case dict():
             return make(parse=_among(kind), choices=tuple(kind))
         case str():
-            return make(parse=_TYPED[one.name], metavar=kind)
+            return make(parse=_TYPED[source.name], metavar=kind)
     metavar, least, most = kind
-    number = int if isinstance(one.default, int) else float
+    number = int if isinstance(source.default, int) else float
     return make(parse=_between(number, least, most), metavar=metavar)
 
 
 def _options() -> Iterator[Option]:
     for kind, target in ((Setup, OptionTarget.SETUP), (Quirks, OptionTarget.QUIRKS), (Faults, OptionTarget.FAULTS)):
-        yield from (_option_of(one, target) for one in fields(kind) if one.metadata)
+        yield from (_option_of(source, target) for source in fields(kind) if source.metadata)
 
 
 OPTIONS: tuple[Option, ...] = tuple(sorted(_options(), key=lambda option: list(Group).index(option.group)))

@@ -30,7 +30,7 @@ def window_obstacle() -> str | None:
     if platform in ("", "xcb", "wayland") and not (x or wayland):
         return tr("There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.")
     # Some of the others serve unused parts of Qt; if a needed one is missing, importing Qt fails.
-    if missing(tuple(one for one in _wanted() if one not in ALWAYS or _is_bundle())):
+    if missing(tuple(library for library in _wanted() if library not in ALWAYS or _is_bundle())):
         return missing_libraries()
     if platform == "xcb" or (not platform and not wayland):
         return tr("The screen {screen} does not let this user open a window.", screen=x) if _refuses_x() else None

@@ -17,7 +17,7 @@ def capitalised(text: str) -> str:
 
 def join_sentences(sentences: Iterable[str]) -> str:
     """Joins sentences; no space follows full-width Chinese punctuation."""
-    return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(one for one in sentences if one))
+    return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(sentence for sentence in sentences if sentence))
 
 
 def join_names(names: Iterable[str]) -> str:

@@ -16,7 +16,7 @@ def visible(text: str, *, keep: str = "") -> str:
     as spaces, except those in `keep`."""
     if text.isprintable():
         return text
-    return "".join(one if one in keep else _visible(one) for one in text)
+    return "".join(character if character in keep else _visible(character) for character in text)
 
 
 def visible_json(text: str) -> str:
