@@ -27,17 +27,9 @@ class SentBytes(NamedTuple):
     """Bytes that leave the module as one burst."""
 
     at_s: float
-    """Time of its first bit; in the future while the line is busy."""
-    data: bytes
-    baud_rate: int
-    is_streamed: bool = False
-
-
-class QueuedBurst(NamedTuple):
-    """A burst that waits for its time and for the line."""
-
-    at_s: float
+    """Time of its first bit, at the earliest while it is queued; in the future while the line is busy."""
     order: int
+    """Of those at the same time."""
     data: bytes
     baud_rate: int
     is_streamed: bool = False
@@ -65,7 +57,7 @@ class Hardware:
         self._rate_hz = rate_hz
         self._judge = Judge()
         self._fired = Source(0)
-        self._due: list[QueuedBurst] = []
+        self._due: list[SentBytes] = []
         self._order = itertools.count()
         self.pwm_at_s = math.inf
         """When its PWM input triggers."""
@@ -278,9 +270,9 @@ class Hardware:
 
     def send(self, data: bytes, at_s: float) -> None:
         """Queue a burst at the present baud rate."""
-        self.queue(QueuedBurst(at_s, 0, data, self.baud_rate))
+        self.queue(SentBytes(at_s, 0, data, self.baud_rate))
 
-    def queue(self, due: QueuedBurst) -> None:
+    def queue(self, due: SentBytes) -> None:
         heapq.heappush(self._due, due._replace(order=next(self._order)))
 
     def hold_stream(self, until_s: float) -> None:
@@ -306,10 +298,10 @@ class Hardware:
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A frame is skipped if the line is a whole frame behind, so that the queue stays bounded.
         if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
-            self.queue(QueuedBurst(at_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
+            self.queue(SentBytes(at_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
             self.stream_frames_sent += 1
 
-    def _transmit(self, due: QueuedBurst) -> SentBytes:
+    def _transmit(self, due: SentBytes) -> SentBytes:
         begins_s = max(due.at_s, self._line_free_s)
         self._line_free_s = begins_s + len(due.data) * BITS_PER_BYTE / due.baud_rate
-        return SentBytes(begins_s, due.data, due.baud_rate, due.is_streamed)
+        return due._replace(at_s=begins_s)

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 
 from app.simulator.answers import ACCEPTED, answer, clamped, reply
 from app.simulator.bench import Clock, SimulatedBench
-from app.simulator.hardware import QueuedBurst
+from app.simulator.hardware import SentBytes
 from app.simulator.module import SimulatedModule
 from app.simulator.options import as_text, codes, parse_options, setup_from
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
@@ -164,7 +164,7 @@ class LyingModule(SimulatedModule):
         self._plans: list[tuple[float, int, Callable[[], object]]] = []
         self._numbers = itertools.count()
         self._is_obeying = False
-        self._queued: list[QueuedBurst] = []
+        self._queued: list[SentBytes] = []
         self._reported = (False, -math.inf)
         self._jitter = random.Random(1)
         self._jitter_until_s = -math.inf
@@ -268,7 +268,7 @@ class LyingModule(SimulatedModule):
 
     # What an honest module does
 
-    def queue(self, due: QueuedBurst) -> None:
+    def queue(self, due: SentBytes) -> None:
         if due.is_streamed and self.lies.stream_jitter_ms:
             late_s = self._jitter.uniform(0.0, self.lies.stream_jitter_ms) / 1000
             self._jitter_until_s = max(self._jitter_until_s, due.at_s + late_s)
