@@ -96,41 +96,6 @@ class Job(Generic[Result]):
         return self.run.result  # type: ignore[return-value]
 
 
-@dataclass(frozen=True, slots=True)
-class _Open:
-    port: str
-    baud_rate: int
-    background: Callable[[], Procedure[None]] | None
-    is_another: bool
-    expected: Expected | None
-    number: int
-
-
-@dataclass(frozen=True, slots=True)
-class _Close:
-    pass
-
-
-@dataclass(frozen=True, slots=True)
-class _ConfirmIdentity:
-    seen: Identity | None
-    is_named: bool
-
-
-@dataclass(frozen=True, slots=True)
-class _Start:
-    job: Job[Any]
-    is_urgent: bool
-
-
-@dataclass(frozen=True, slots=True)
-class _Stop:
-    pass
-
-
-_Order = _Open | _Close | _ConfirmIdentity | _Start | _Stop
-
-
 @dataclass(slots=True)
 class _Pending:
     """The contents of the next batch."""
@@ -154,7 +119,8 @@ class Worker:
         self._callback = callback
         self._clock = clock
         self._with_sleep = with_sleep
-        self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
+        self._orders: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        """What other threads want done in this one."""
         self._thread = threading.Thread(target=self._work, name="dps-s worker", daemon=True)
         self._session: Session | None = None
         self._line: SerialLine | None = None
@@ -193,20 +159,26 @@ class Worker:
         stay, as stale, until the port is open.
         """
         self._openings += 1
-        self._order(_Open(port, baud_rate, background, is_another, expected, self._openings))
-        return self._openings
+        connection = Connection(PortState.OPENING, port, baud_rate, opening=self._openings)
+        self._order(lambda: self._enter(connection, background, expected, is_another=is_another))
+        return connection.opening
 
     def confirm_identity(self, seen: Identity | None = None, *, is_named: bool = True) -> None:
         """Accept the module because a person said which it is; see `IdentityCheck.confirm`."""
-        self._order(_ConfirmIdentity(seen, is_named))
+
+        def confirm() -> None:
+            if self._session is not None:
+                self._session.identity.confirm(seen, is_named=is_named)
+
+        self._order(confirm)
 
     def close(self) -> None:
         """Close the port, after the background procedure has undone its changes."""
-        self._order(_Close())
+        self._order(self._close_in_order)
 
     def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
         """Run a procedure; without an open port it ends at once with the port's error or `PortLost`."""
-        self._order(_Start(job, is_urgent))
+        self._order(lambda: self._run(job, is_urgent=is_urgent))
         return job
 
     def stop(self, deadline_s: float = 2.0) -> bool:
@@ -216,7 +188,7 @@ class Worker:
         """
         if not self._thread.is_alive():
             return True
-        self._order(_Stop())
+        self._order(self._end)
         self._thread.join(min(deadline_s, ABORT_AFTER_S))
         line = self._line
         if self._thread.is_alive() and line is not None:
@@ -224,7 +196,7 @@ class Worker:
         self._thread.join(max(0.0, deadline_s - ABORT_AFTER_S))
         return not self._thread.is_alive()
 
-    def _order(self, order: _Order) -> None:
+    def _order(self, order: Callable[[], None]) -> None:
         self._orders.put(order)
         line = self._line
         if line is not None:
@@ -251,7 +223,8 @@ class Worker:
         except queue.Empty:
             pass
         else:
-            self._execute(order)
+            order()
+            self._pending.is_urgent = True
             return
         if session is not None:
             session.batch_s = max(BATCH_S, min(MAX_BATCH_S, self.publish_every_s / 10))
@@ -282,46 +255,38 @@ class Worker:
                 return False
         return True
 
-    def _execute(self, order: _Order) -> None:
-        match order:
-            case _Open():
-                self._close_in_order()
-                self._enter(order)
-            case _Close():
-                self._close_in_order()
-            case _ConfirmIdentity(seen, is_named):
-                if self._session is not None:
-                    self._session.identity.confirm(seen, is_named=is_named)
-            case _Start(job, is_urgent):
-                self._jobs.append(job)
-                if self._session is None:
-                    job.run.throw(self._connection.trouble or PortLost(), self._clock())
-                    self._collect_finished()
-                else:
-                    self._session.run(job.run, is_urgent=is_urgent)
-            case _Stop():
-                self._close_in_order()
-                self._is_stopping = True
-        self._pending.is_urgent = True
+    def _run(self, job: Job[Any], *, is_urgent: bool) -> None:
+        self._jobs.append(job)
+        if self._session is None:
+            job.run.throw(self._connection.trouble or PortLost(), self._clock())
+            self._collect_finished()
+        else:
+            self._session.run(job.run, is_urgent=is_urgent)
 
-    def _enter(self, order: _Open) -> None:
+    def _end(self) -> None:
+        self._close_in_order()
+        self._is_stopping = True
+
+    def _enter(
+        self,
+        connection: Connection,
+        background: Callable[[], Procedure[None]] | None,
+        expected: Expected | None,
+        *,
+        is_another: bool,
+    ) -> None:
+        self._close_in_order()
         self._read.clear()
-        if order.is_another:
+        if is_another:
             self._device = Device()
-        connection = Connection(PortState.OPENING, order.port, order.baud_rate, opening=order.number)
         self._set_connection(connection)
-        line = self._line = open_line(order.port, order.baud_rate)
+        line = self._line = open_line(connection.port, connection.baud_rate)
         asleep_s = SleepDetector(self._clock, self._with_sleep).poll
-        self._session = Session(
-            line,
-            self._clock,
-            asleep_s=asleep_s,
-            expected=order.expected,
-        )
+        self._session = Session(line, self._clock, asleep_s=asleep_s, expected=expected)
         self._device = self._session.device
         self._set_connection(replace(connection, state=PortState.OPEN))
-        if order.background is not None:
-            self._session.run_in_background(order.background())
+        if background is not None:
+            self._session.run_in_background(background())
 
     def _close_in_order(self) -> None:
         """Close the port after urgent procedures (LOCK) have run and the background has undone its changes."""

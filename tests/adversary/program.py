@@ -202,9 +202,7 @@ class TurnedWorker(Worker):
     def stop(self, deadline_s: float = 2.0) -> bool:
         if self._has_ended:
             return True
-        from app.engine.worker import _Stop
-
-        self._order(_Stop())
+        self._order(self._end)
         is_stopped = self._stage.turn_until(lambda: self._is_stopping, deadline_s)
         self._has_ended = True
         from app.engine.procedure import PortLost

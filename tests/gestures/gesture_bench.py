@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from functools import cached_property, partial
 from pathlib import Path
 from queue import Empty
+from typing import Any
 from unittest.mock import patch
 
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
@@ -18,7 +19,7 @@ from app.engine.device import DeviceView
 from app.engine.procedure import PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError
-from app.engine.worker import Job, Worker, _Start
+from app.engine.worker import Job, Worker
 from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
@@ -67,6 +68,7 @@ class InlineWorker(Worker):
     def __init__(self, callback: object, clock: FakeClock) -> None:
         super().__init__(callback, clock=clock, with_sleep=None)  # type: ignore[arg-type]
         self.submitted = 0
+        self._waiting: list[Job[Any]] = []
 
     def start(self) -> None: ...
 
@@ -76,26 +78,29 @@ class InlineWorker(Worker):
 
     def submit(self, job: Job, *, is_urgent: bool = False) -> Job:  # type: ignore[type-arg]
         self.submitted += 1
+        self._waiting.append(job)
         return super().submit(job, is_urgent=is_urgent)
 
     def refuse_orders(self) -> None:
         """Cancel what was submitted before it begins."""
-        while not self._orders.empty():
-            order = self._orders.get_nowait()
-            assert isinstance(order, _Start)
-            order.job.run.throw(PortLost(), self._clock())
-            self._pending.finished.append(order.job)
+        assert self._orders.qsize() == len(self._waiting), "nothing else is ordered"
+        for job in self._waiting:
+            self._orders.get_nowait()
+            job.run.throw(PortLost(), self._clock())
+            self._pending.finished.append(job)
         self.work(0.0)
 
     def work(self, seconds: float) -> None:
         """Run for this long on the fake clock."""
         clock = self._clock
         assert isinstance(clock, FakeClock)
+        self._waiting.clear()
         end_s = clock.now_s + seconds
         while True:
             try:
                 while True:
-                    self._execute(self._orders.get_nowait())
+                    self._orders.get_nowait()()
+                    self._pending.is_urgent = True
             except Empty:
                 pass
             if self._session is None or clock.now_s >= end_s:
