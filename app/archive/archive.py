@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.archive.exchange import Exchanged, OnProgress, exchange
-from app.archive.fact_file import FactFile
+from app.archive.fact_file import export_facts, import_facts
 from app.archive.local_facts import LocalFacts, open_facts
 from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
 from app.archive.server_url import server_url
@@ -70,16 +70,11 @@ class Archive:
     def export(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
         """Add what the file lacks; a missing file is created."""
         self.collect()
-        file = FactFile(path, is_new=True)
-        with file.writing():
-            return exchange(self.facts, file, receives=False, on_page=on_page)
+        return export_facts(self.facts, path, on_page=on_page)
 
     def import_file(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
         """Import what this computer lacks."""
-        file = FactFile(path)
-        done = exchange(self.facts, file, sends=False, on_page=on_page)
-        done.refuse(file.refused, file.refused_count)
-        return done
+        return import_facts(self.facts, path, on_page=on_page)
 
     def status(self, url: str | None) -> ArchiveStatus:
         """`url`: the configured server."""
@@ -127,5 +122,4 @@ class Archive:
 
 def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
     """Open the archive beside the store; creates the station key if it is missing. Raises `UserError`."""
-    folder = store.database.path.parent
-    return Archive(store, open_facts(folder, store.facts, clock=clock), own_station(folder))
+    return Archive(store, open_facts(store.facts, clock=clock), own_station(store.database.path.parent))

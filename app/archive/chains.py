@@ -11,29 +11,24 @@ from app.archive.local_facts import LocalFacts
 from app.records.check_store import CheckStore
 from app.records.record import Record
 from app.records.verification import RecordState, chain_name, verify
+from app.store.database import Database
 from app.store.facts import FactKind
 from app.store.former import link_hash
 from app.text.messages import UserMessage
 
 
 class ArchivedRecords:
-    """`StoredRecords` for `verify`: the checks of this computer, and those of other stations."""
+    """`StoredRecords` for `verify`: the checks of this station in its store, and those of others."""
 
-    def __init__(self, facts: LocalFacts | None, own: CheckStore | None = None) -> None:
-        self._facts, self._own = facts, own
+    def __init__(self, own: Database | None, others: Database | None) -> None:
+        both = ((own, True), (others, False))
+        self._stores = [CheckStore(database, is_own=is_own) for database, is_own in both if database is not None]
 
     def record(self, hash_: str) -> Record | None:
-        found = self._own.record(hash_) if self._own is not None else None
-        linked = self._facts.linked(hash_) if self._facts is not None and found is None else ()
-        return found or next((record for fact in linked if (record := record_of(fact)) is not None), None)
+        return next((record for store in self._stores if (record := store.record(hash_)) is not None), None)
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
-        found = self._own.same_number(record) if self._own is not None else None
-        module = record.get("module")
-        if found is not None or self._facts is None or not isinstance(module, str):
-            return found
-        others = (record_of(fact) or {} for fact in self._facts.of_kind(FactKind.CHECK, module))
-        return next((str(one.get("hash")) for one in others if _is_double(one, record)), None)
+        return next((other for store in self._stores if (other := store.same_number(record)) is not None), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +58,7 @@ def chains_in(facts: LocalFacts) -> list[ChainState]:
         record = record_of(fact) if fact.kind == FactKind.CHECK.value else None
         if record is not None:
             checks.setdefault((fact.station, *chain_name(record)), []).append(record)
-    kept = ArchivedRecords(facts)
+    kept = ArchivedRecords(facts.own.database, facts.others)
     return [
         *(ChainState(station=station, module=None, is_audit=True, count=len(chain), missing=_missing(_links(chain)))
           for station, chain in sorted(stations.items())),
@@ -98,9 +93,3 @@ def _missing(links: Iterable[tuple[object, object]]) -> int:
     pairs = list(links)
     there = {hash_ for _, hash_ in pairs}
     return len({previous for previous, _ in pairs if previous} - there)
-
-
-def _is_double(one: Record, record: Mapping[str, object]) -> bool:
-    if one.get("hash") == record.get("hash"):
-        return False
-    return all(one.get(key) == record.get(key) for key in ("number", "module", "station"))

@@ -1,4 +1,4 @@
-"""Exchanges facts between two sets, page by page, until both have all.
+"""Exchanges facts with a server, page by page, until both have all.
 
 Each page is complete in itself, and missing facts are found by comparison. An exchange may therefore be interrupted at
 any point, repeated, or run in parallel with another one: the next exchange adds what is missing.
@@ -7,11 +7,24 @@ any point, repeated, or run in parallel with another one: the next exchange adds
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from app.archive.content import MAX_LENGTH
-from app.archive.fact_set import FactSet, StoredRow
-from app.archive.facts import MAX_REFUSALS, Fact, FactRefused, FactRow, RefusedFact, checked, stored_fact, too_long
+from app.archive.facts import (
+    MAX_REFUSALS,
+    Fact,
+    FactRefused,
+    FactRow,
+    RefusedFact,
+    StoredRow,
+    checked,
+    stored_fact,
+    too_long,
+)
+from app.archive.local_facts import LocalFacts
+
+if TYPE_CHECKING:
+    from app.archive.postgres import PostgresFacts
 
 PAGE: Final = 200
 PAGE_LENGTH: Final = 8 * MAX_LENGTH
@@ -35,9 +48,9 @@ class Exchanged:
     def is_whole(self) -> bool:
         return not self.refused_count and not self.damaged
 
-    def refuse(self, rows: Sequence[RefusedFact], count: int | None = None) -> None:
+    def refuse(self, rows: Sequence[RefusedFact]) -> None:
         self.refused += rows[: MAX_REFUSALS - len(self.refused)]
-        self.refused_count += len(rows) if count is None else count
+        self.refused_count += len(rows)
 
 
 OnProgress = Callable[[Exchanged], None]
@@ -45,36 +58,35 @@ OnProgress = Callable[[Exchanged], None]
 
 
 def exchange(
-    here: FactSet,
-    there: FactSet,
-    *,
-    sends: bool = True,
-    receives: bool = True,
-    on_page: OnProgress = lambda _done: None,
-    page: int = PAGE,
+    here: LocalFacts, there: "PostgresFacts", *, on_page: OnProgress = lambda _done: None, page: int = PAGE
 ) -> Exchanged:
-    """`here` is this computer. Raises `UserError`; facts exchanged before that remain."""
+    """Raises `UserError`; facts exchanged before that remain."""
     done = Exchanged()
     mine, theirs = here.digests(), there.digests()
     differing = [one for one in sorted(mine.keys() | theirs.keys()) if mine.get(one) != theirs.get(one)]
     for buckets in _parts(differing, BUCKETS_AT_ONCE):
         known, offered = here.rows(buckets), there.rows(buckets)
-        if receives:
-            # Includes facts that differ on both sides: one of them was altered and is reported.
-            other = {id_: row for id_, row in offered.items() if id_ not in known or known[id_].digest != row.digest}
-            done.refuse([too_long(id_) for id_, row in other.items() if row.length > MAX_LENGTH])
-            for ids in _pages({id_: row for id_, row in other.items() if row.length <= MAX_LENGTH}, page):
-                facts, refused = _sorted(there.read(ids), checked)
-                done.received += here.add([fact for fact in facts if fact.id not in known])
-                done.refuse(refused)
-                on_page(done)
-        if sends:
-            for ids in _pages({id_: row for id_, row in known.items() if id_ not in offered}, page):
-                facts, damaged = _sorted(here.read(ids), partial(_own_fact, known))
-                done.sent += there.add(facts)
-                done.damaged += damaged
-                on_page(done)
+        # Includes facts that differ on both sides: one of them was altered and is reported.
+        other = {id_: row for id_, row in offered.items() if id_ not in known or known[id_].digest != row.digest}
+        done.refuse([too_long(id_) for id_, row in other.items() if row.length > MAX_LENGTH])
+        for ids in _pages({id_: row for id_, row in other.items() if row.length <= MAX_LENGTH}, page):
+            facts, refused = _sorted(there.read(ids), checked)
+            done.received += here.add(facts)
+            done.refuse(refused)
+            on_page(done)
+        for facts, damaged in sendable(here, {id_: row for id_, row in known.items() if id_ not in offered}, page):
+            done.sent += there.add(facts)
+            done.damaged += damaged
+            on_page(done)
     return done
+
+
+def sendable(
+    here: LocalFacts, rows: Mapping[str, StoredRow], page: int = PAGE
+) -> Iterator[tuple[list[Fact], list[RefusedFact]]]:
+    """Pages of these facts, and of those that were damaged since they were stored."""
+    for ids in _pages(rows, page):
+        yield _sorted(here.read(ids), partial(_own_fact, rows))
 
 
 def _own_fact(known: Mapping[str, StoredRow], row: FactRow) -> Fact:

@@ -4,28 +4,19 @@
     export       adds what the file lacks; facts exported by others remain
     import       adds what this computer lacks
 
-A file is a set of facts like a server. Its content is not trusted: altered facts are reported and skipped.
+The content of a file is not trusted: altered facts are reported and skipped.
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import IO, Final, NamedTuple
+from typing import IO, Final
 
 from app.archive.content import MAX_LENGTH
-from app.archive.fact_set import BUCKET, CANNOT_READ, CANNOT_WRITE, Digests, StoredRow, digests_of_rows, file_troubles
-from app.archive.facts import (
-    FACT_COLUMNS,
-    MAX_REFUSALS,
-    Fact,
-    FactRefused,
-    FactRow,
-    RefusedFact,
-    checked,
-    row_digest,
-)
-from app.system.files import whole_file
+from app.archive.exchange import PAGE, PAGE_LENGTH, Exchanged, OnProgress, sendable
+from app.archive.facts import FACT_COLUMNS, Fact, FactRefused, RefusedFact, checked
+from app.archive.local_facts import LocalFacts
+from app.system.files import CANNOT_READ, CANNOT_WRITE, file_troubles, whole_file
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -35,114 +26,73 @@ _MAX_LINE_LENGTH: Final = 2 * MAX_LENGTH
 _COPIED_AT_ONCE: Final = 1 << 20
 
 
-class _Place(NamedTuple):
-    start: int
-    length: int
-    digest: str
+def import_facts(here: LocalFacts, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+    """Raises `UserError`; facts imported before that remain."""
+    done, page, length = Exchanged(), list[Fact](), 0
+    for fact in facts_in(path):
+        if isinstance(fact, RefusedFact):
+            done.refuse([fact])
+            continue
+        page.append(fact)
+        length += len(fact.payload)
+        if len(page) >= PAGE or length > PAGE_LENGTH:
+            done.received += here.add(page)
+            page, length = [], 0
+            on_page(done)
+    done.received += here.add(page)
+    on_page(done)
+    return done
 
 
-class FactFile:
-    """A `FactSet` over a file."""
+def export_facts(here: LocalFacts, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+    """Writes the old content and what it lacks in one step; a missing file is created, and on an error it is as it was.
+    Raises `UserError`."""
+    done = Exchanged()
+    there = {fact.id for fact in facts_in(path) if isinstance(fact, Fact)} if path.exists() else set()
+    missing = {id_: row for id_, row in here.rows([*here.digests()]).items() if id_ not in there}
+    with file_troubles(CANNOT_WRITE, path), whole_file(path) as file:
+        _copy(path, file)
+        for facts, damaged in sendable(here, missing):
+            for fact in facts:
+                row = dict(zip(FACT_COLUMNS, fact.row, strict=True))
+                file.write(json.dumps(row, separators=(",", ":")).encode("ascii") + b"\n")
+            done.sent += len(facts)
+            done.damaged += damaged
+            on_page(done)
+    return done
 
-    def __init__(self, path: Path, *, is_new: bool = False) -> None:
-        """`is_new`: the file may be missing. Raises `UserError`."""
-        self.path = path
-        self.refused: list[RefusedFact] = []
-        """Lines that are not valid facts; of many only the first."""
-        self.refused_count = 0
-        self._places: dict[str, _Place] = {}
-        self._added: set[str] = set()
-        self._draft: IO[bytes] | None = None
-        with file_troubles(CANNOT_READ, path):
-            if not is_new or path.exists():
-                with path.open("rb") as file:
-                    self._scan(file)
 
-    def digests(self) -> Digests:
-        return digests_of_rows((id_, place.digest) for id_, place in self._places.items())
-
-    def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
-        wanted = set(buckets)
-        return {
-            id_: StoredRow(place.digest, min(place.length, MAX_LENGTH))
-            for id_, place in self._places.items()
-            if id_[:BUCKET] in wanted
-        }
-
-    def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
-        places = sorted(self._places[one] for one in ids if one in self._places)
-        with file_troubles(CANNOT_READ, self.path), self.path.open("rb") as file:
-            return [_row(_line_at(file, place)) for place in places]
-
-    @contextmanager
-    def writing(self) -> Iterator[None]:
-        """Writes the old content and the facts added inside the block in one step; on an error the file is unchanged.
-        Raises `UserError`."""
-        try:
-            with file_troubles(CANNOT_WRITE, self.path), whole_file(self.path) as file:
-                self._copy_to(file)
-                self._draft = file
-                yield
-        finally:
-            self._draft = None
-
-    def add(self, facts: Sequence[Fact]) -> int:
-        """Only inside `writing`."""
-        if self._draft is None:
-            raise RuntimeError("nothing is being written")
-        new = {one.id: one for one in facts if one.id not in self._places and one.id not in self._added}
-        for fact in new.values():
-            row = dict(zip(FACT_COLUMNS, fact.row, strict=True))
-            self._draft.write(json.dumps(row, separators=(",", ":")).encode("ascii") + b"\n")
-        self._added |= new.keys()
-        return len(new)
-
-    def _copy_to(self, file: IO[bytes]) -> None:
-        """Copies the existing content, or writes the header line."""
-        last = b"\n"
-        if not self.path.is_file():
-            file.write(json.dumps({"format": FORMAT, "version": VERSION}).encode() + b"\n")
-            return
-        with self.path.open("rb") as old:
-            while part := old.read(_COPIED_AT_ONCE):
-                file.write(part)
-                last = part[-1:]
-        if last != b"\n":  # a truncated file
-            file.write(b"\n")
-
-    def _scan(self, file: IO[bytes]) -> None:
+def facts_in(path: Path) -> Iterator[Fact | RefusedFact]:
+    """Raises `UserError` if it cannot be read or is no archive file."""
+    with file_troubles(CANNOT_READ, path), path.open("rb") as file:
         head = _parsed(file.readline(_MAX_LINE_LENGTH))
         if head.get("format") != FORMAT:
-            raise UserError(marked("{path} is not an archive file."), path=self.path)
+            raise UserError(marked("{path} is not an archive file."), path=path)
         if head.get("version") != VERSION:
-            text = marked("{file} needs a newer version of this program.")
-            raise UserError(text, file=self.path)
-        start = file.tell()
+            raise UserError(marked("{file} needs a newer version of this program."), file=path)
         while line := file.readline(_MAX_LINE_LENGTH):
-            length = len(line)
             rest = line
             while not rest.endswith(b"\n") and (rest := file.readline(_MAX_LINE_LENGTH)):
-                length += len(rest)  # one line that is too long, not several
-            row = _row(line)
+                pass  # one line that is too long, not several
+            value = _parsed(line)
             try:
-                fact = checked(row)
+                yield checked(tuple(value.get(name) for name in FACT_COLUMNS))
             except FactRefused as error:
-                self.refused_count += 1
-                if len(self.refused) < MAX_REFUSALS:
-                    self.refused.append(error.refusal)
-            else:
-                self._places[fact.id] = _Place(start, len(line), row_digest(fact.row))
-            start += length
+                yield error.refusal
 
 
-def _line_at(file: IO[bytes], place: _Place) -> bytes:
-    file.seek(place.start)
-    return file.read(place.length)
-
-
-def _row(line: bytes) -> FactRow:
-    value = _parsed(line)
-    return tuple(value.get(name) for name in FACT_COLUMNS)
+def _copy(path: Path, target: IO[bytes]) -> None:
+    """Copies the existing content, or writes the header line."""
+    last = b"\n"
+    if not path.is_file():
+        target.write(json.dumps({"format": FORMAT, "version": VERSION}).encode() + b"\n")
+        return
+    with path.open("rb") as old:
+        while part := old.read(_COPIED_AT_ONCE):
+            target.write(part)
+            last = part[-1:]
+    if last != b"\n":  # a truncated file
+        target.write(b"\n")
 
 
 def _parsed(line: bytes) -> Mapping[str, object]:

@@ -13,7 +13,7 @@ import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from app.archive.content import DETAIL, content_of, is_time, object_of
 from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, Station, decoded, encoded, is_signature
@@ -32,6 +32,19 @@ _KIND: Final = re.compile("[a-z][a-z_]{0,39}")
 FactRow = tuple[object, ...]
 """An unchecked fact from outside, in the order of `FACT_COLUMNS`."""
 FACT_COLUMNS: Final = ("id", "kind", "station", "made_at", "payload", "signature")
+
+
+BUCKET: Final = 2
+"""Number of leading characters of an id that select a part of a set of facts for comparison."""
+Digests = Mapping[str, tuple[int, str]]
+"""By bucket: the number of facts and their digest."""
+
+
+class StoredRow(NamedTuple):
+    """What is known of a row before it is read. `length`: of its payload, in characters."""
+
+    digest: str
+    length: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +121,15 @@ def fact_of(row: FactRow) -> Fact:
 def row_digest(row: FactRow) -> str:
     """Digest over all columns, as the server computes it: detects differences, and is not a proof."""
     return hashlib.md5("|".join(map(str, row)).encode("utf-8", "replace"), usedforsecurity=False).hexdigest()
+
+
+def digests_of(rows: Mapping[str, str]) -> Digests:
+    """Of rows by id, from the digests of their columns; differs for each bucket whose content differs."""
+    parts: dict[str, list[str]] = {}
+    for id_, digest in sorted(rows.items()):
+        parts.setdefault(id_[:BUCKET], []).append(digest)
+    return {bucket: (len(part), hashlib.md5("".join(part).encode(), usedforsecurity=False).hexdigest())
+            for bucket, part in parts.items()}  # fmt: skip
 
 
 def checked(row: FactRow) -> Fact:

@@ -10,8 +10,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from app.archive.fact_set import BUCKET, Digests, StoredRow, digests_of_rows
-from app.archive.facts import FACT_COLUMNS, Fact, FactRow, fact_of, make_fact, row_digest
+from app.archive.facts import (
+    BUCKET,
+    FACT_COLUMNS,
+    Digests,
+    Fact,
+    FactRow,
+    StoredRow,
+    digests_of,
+    fact_of,
+    make_fact,
+    row_digest,
+)
 from app.stations.station import Station
 from app.store.database import Clock, Database, open_database, utc_now
 from app.store.facts import FactKind, Facts
@@ -41,10 +51,9 @@ class LastExchange(NamedTuple):
 
 
 class LocalFacts:
-    """A `FactSet`: this station's facts in its store, and those of others. Thread-safe. Raises `UserError`."""
+    """This station's facts in its store, and those of others. Thread-safe. Raises `UserError`."""
 
-    def __init__(self, own: Facts | None, others: Database, notice: UserMessage | None = None) -> None:
-        """`own`: None where the store cannot be read."""
+    def __init__(self, own: Facts, others: Database, notice: UserMessage | None = None) -> None:
         self.own = own
         self.others = others
         self.notice = notice
@@ -58,7 +67,7 @@ class LocalFacts:
     # The set
 
     def digests(self) -> Digests:
-        return digests_of_rows(dict(self._read("SELECT id, digest FROM facts WHERE id IS NOT NULL")).items())
+        return digests_of(dict(self._read("SELECT id, digest FROM facts WHERE id IS NOT NULL")))
 
     def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
         places = ", ".join("?" * len(buckets))
@@ -84,7 +93,7 @@ class LocalFacts:
     def sign(self, station: Station) -> int:
         """Sign this station's facts that are not signed yet; returns their number. Those that were altered, or that
         nobody could read, are left out."""
-        own, signed, last = self._own(), 0, 0
+        own, signed, last = self.own, 0, 0
         while rows := own.database.read(_TO_SIGN, (last, PAGE)):
             last = rows[-1][0]
             with own.database.transaction():
@@ -116,11 +125,6 @@ class LocalFacts:
             query, values = f"{query} AND module = ?", [*values, module]
         return self._facts(f"{query} ORDER BY number", values)
 
-    def linked(self, hash_: str) -> list[Fact]:
-        """Checks whose record has this hash."""
-        query = f"SELECT {_COLUMNS} FROM facts WHERE id IS NOT NULL AND kind = ? AND link = ?"  # noqa: S608
-        return self._facts(query, (FactKind.CHECK.value, hash_))
-
     def counts(self) -> Mapping[str, int]:
         """Number of facts by station."""
         return Counter(dict(self._read("SELECT id, station FROM facts WHERE id IS NOT NULL")).values())
@@ -129,27 +133,22 @@ class LocalFacts:
 
     def last_number(self) -> int:
         """Of this station's facts."""
-        return int(self._own().database.read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
+        return int(self.own.database.read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
 
     def not_shared(self, place: str | None) -> int:
         """Number of this station's facts that are not known to be on this server."""
         done = self.last_exchange(place) if place is not None else None
         query = "SELECT count(*) FROM facts WHERE number > ? AND id IS NOT NULL"
-        return int(self._own().database.read(query, (done.last if done is not None else 0,))[0][0])
+        return int(self.own.database.read(query, (done.last if done is not None else 0,))[0][0])
 
     def last_exchange(self, place: str) -> LastExchange | None:
-        state = self._own().state(f"exchange:{place}")
+        state = self.own.state(f"exchange:{place}")
         return LastExchange(str(state["at"]), int(state["last"])) if state is not None else None
 
     def note_exchange(self, place: str, last: int) -> None:
         """A complete exchange: this station's facts up to the number `last` are there."""
-        own = self._own()
+        own = self.own
         own.set_state(f"exchange:{place}", {"at": own.database.now(), "last": last})
-
-    def _own(self) -> Facts:
-        if self.own is None:
-            raise RuntimeError("opened without a store")
-        return self.own
 
     def _facts(self, query: str, values: Sequence[object]) -> list[Fact]:
         """Without those that an older version imported and nobody can read; they are named once."""
@@ -176,20 +175,19 @@ class LocalFacts:
 
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
         """Of both files: after a store was restored from a copy, later facts of this station may come from others."""
-        databases = (self.others, *([self.own.database] if self.own is not None else []))
-        return [row for database in databases for row in database.read(query, values)]
+        return [row for database in (self.others, self.own.database) for row in database.read(query, values)]
 
 
-def open_facts(folder: Path, own: Facts | None, *, clock: Clock = utc_now) -> LocalFacts:
-    """Open or create the file; a damaged one is set aside. Raises `UserError`."""
-    opened = open_database(folder, ARCHIVE, clock=clock, name=FACTS_FILE)
+def open_facts(own: Facts, *, clock: Clock = utc_now) -> LocalFacts:
+    """Open or create the file beside the store; a damaged one is set aside. Raises `UserError`."""
+    opened = open_database(own.database.path.parent, ARCHIVE, clock=clock, name=FACTS_FILE)
     return LocalFacts(own, opened.database, opened.set_aside.message if opened.set_aside is not None else None)
 
 
-def find_facts(folder: Path, own: Facts | None) -> LocalFacts | None:
-    """None if there is no archive or it cannot be read; never creates one."""
+def find_others(folder: Path) -> Database | None:
+    """The facts of other stations; None if there are none or they cannot be read. Creates no file."""
     try:
-        return open_facts(folder, own) if (folder / FACTS_FILE).exists() else None
+        return open_database(folder, ARCHIVE, name=FACTS_FILE).database if (folder / FACTS_FILE).exists() else None
     except UserError as error:
         _log.warning("The archive cannot be read: %s", error)
         return None

@@ -78,7 +78,8 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
     found += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
     acts = _acts(found)
     found = [fact for fact in found if fact.kind not in _OF_ACTS or fact in acts]
-    found.sort(key=lambda one: (one.made_at, one.id))
+    order = {kind.value: place for place, kind in enumerate(FactKind)}  # of what was recorded at once
+    found.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
     values: dict[str, list[ValuePoint]] = {}
     for fact in found:
         record = record_of(fact) if fact.kind == FactKind.CHECK.value else None

@@ -16,8 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from app.archive.content import MAX_LENGTH
-from app.archive.fact_set import BUCKET, Digests, StoredRow
-from app.archive.facts import FACT_COLUMNS, ID_LENGTH, Fact, FactRow
+from app.archive.facts import BUCKET, FACT_COLUMNS, ID_LENGTH, Digests, Fact, FactRow, StoredRow
 from app.archive.server_url import ServerUrl, server_url
 from app.text.messages import UserMessage, message
 from app.text.user_error import UserError
@@ -73,7 +72,7 @@ _NO_PASSWORD: Final = ("no password supplied", "password authentication failed",
 
 
 class PostgresFacts:
-    """A `FactSet` on a server; made by `open_server`. Used by one thread."""
+    """The facts on a server; made by `open_server`. Used by one thread."""
 
     def __init__(self, url: ServerUrl, connection: "psycopg.Connection[Any]") -> None:
         self.url = url

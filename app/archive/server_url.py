@@ -1,18 +1,21 @@
-"""The address of an archive server; only the form without its password is shown, stored or logged.
+"""The address of an archive server; only the form without its password is shown, logged, or stored beside the store.
 
 postgresql://USER@HOST:PORT/DATABASE?sslrootcert=system
 """
 
 import re
+from pathlib import Path
 from typing import Final, NamedTuple
 from urllib.parse import quote, unquote, urlencode
 
+from app.system.files import CANNOT_WRITE, file_troubles, write_whole
 from app.text.messages import clean
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
 SCHEMES: Final = ("postgresql", "postgres")
 MAX_URL_LENGTH: Final = 2000
+SERVER_FILE: Final = "archive-server.txt"
 _SECRETS: Final = ("password", "sslpassword", "oauth_client_secret", "scram_client_key", "scram_server_key")
 _URL: Final = re.compile(r"(?P<scheme>\w+)://(?:(?P<user>[^@/?#]*)@)?(?P<place>[^@?#]*)(?:\?(?P<query>[^@#]*))?")
 
@@ -52,3 +55,25 @@ def server_url(text: str) -> ServerUrl:
     shown = f"postgresql://{user + '@' if user else ''}{found['place']}"
     shown += f"?{urlencode(options, quote_via=quote)}" if options else ""
     return ServerUrl(shown, unquote(user), found["place"], unquote(password), options, secrets)
+
+
+def stored_server(folder: Path) -> str | None:
+    """None if none is set or the file has no valid address."""
+    try:
+        with (folder / SERVER_FILE).open(encoding="utf-8") as file:
+            return server_url(file.read(MAX_URL_LENGTH)).shown
+    except (OSError, ValueError, UserError):
+        return None
+
+
+def store_server(folder: Path, text: str) -> str | None:
+    """Return the address as stored, without its password; "" removes it. Raises `UserError`."""
+    path = folder / SERVER_FILE
+    with file_troubles(CANNOT_WRITE, path):
+        if not text.strip():
+            path.unlink(missing_ok=True)
+            return None
+        shown = server_url(text).shown
+        folder.mkdir(parents=True, exist_ok=True)
+        write_whole(path, f"{shown}\n".encode())
+        return shown

@@ -7,8 +7,7 @@ known station; 1 if not; 2 if it is no record or cannot be read.
 import argparse
 
 from app.archive.chains import ArchivedRecords
-from app.archive.local_facts import find_facts
-from app.records.check_store import CheckStore
+from app.archive.local_facts import find_others
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import KnownStation, Stations, is_same_fingerprint
 from app.stations.station import fingerprint_of
@@ -43,8 +42,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -> int:
-    facts = find_facts(data_folder(), store.facts if store is not None else None)
-    kept = ArchivedRecords(facts, CheckStore(store.database) if store is not None else None)
+    others = find_others(data_folder())
+    kept = ArchivedRecords(store.database if store is not None else None, others)
     try:
         verification = verify_file(args.file, kept, stations.find)
         if args.trust is not None:
@@ -54,8 +53,8 @@ def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -
         text = tr("{file} cannot be read: {why}.", file=args.file, why=error_text(error))
         raise console.Refused(text) from error
     finally:
-        if facts is not None:
-            facts.close()
+        if others is not None:
+            others.close()
     sentences = [one.translated() for one in verification.sentences()]
     if verification.state is RecordState.UNREADABLE:
         raise console.Refused("\n".join(sentences))  # an error, not an answer

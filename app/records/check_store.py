@@ -86,10 +86,14 @@ class Point:
 
 
 class CheckStore:
-    """Repository of visits, trigger records and checks. `module`: its name; None for modules without one."""
+    """Repository of visits, trigger records and checks. `module`: its name; None for modules without one.
 
-    def __init__(self, database: Database) -> None:
+    `is_own`: of this station, whose records may lack its key.
+    """
+
+    def __init__(self, database: Database, *, is_own: bool = True) -> None:
         self._facts = Facts(database)
+        self._is_own = is_own
 
     # Triggers
 
@@ -237,13 +241,16 @@ class CheckStore:
         number, hash_ = record.get("number"), record.get("hash")
         if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
             return None
-        name = None if module is None else clean(str(module))
-        key = None if station is None else clean(str(station))
+        name, key = (None if text is None else clean(str(text)) for text in (module, station))
+        signer = _of_record("station")
+        by_same, keys = f"{signer} IS ?", [key]
+        if self._is_own:
+            by_same, keys = f"(? IS NULL OR coalesce({signer}, ?) = ?)", [key] * 3
         which = (
-            f"AND module IS ? AND {_of_record('number')} = ? AND link <> ? AND (module IS NOT NULL OR "
-            f"{_of_record('adapter')} IS ?) AND (? IS NULL OR coalesce({_of_record('station')}, ?) = ?) LIMIT 1"
+            f"AND module IS ? AND {_of_record('number')} = ? AND link <> ? AND "
+            f"(module IS NOT NULL OR {_of_record('adapter')} IS ?) AND {by_same} LIMIT 1"
         )
-        values = (name, number, clean(hash_), clean(str(adapter)), key, key, key)
+        values = (name, number, clean(hash_), clean(str(adapter)), *keys)
         found = self._facts.select(FactKind.CHECK, which, values, payload="json_object('hash', link)")
         return found[0].content["hash"] if found else None
 

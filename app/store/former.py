@@ -145,24 +145,17 @@ class _Former:
         """What is wrong with the audit log, by entry."""
         if "audit_chain" not in self._there:
             return []
-        last, own, faults = "", dict[int, list[_Row]](), set[tuple[int, ChainFault]]()
+        last, linked, faults = "", dict[int, bool](), set[tuple[int, ChainFault]]()
         for link in self.rows("audit_chain"):
+            number, (entry, hash_) = link["entry"], self.entry(link)
             if link["previous"] != last:
-                faults.add((link["entry"], ChainFault.BROKEN))
-            last = link["hash"]
-            own.setdefault(link["entry"], []).append(link)
-        for number, links in own.items():
-            row = self._entries.get(number)
-            if row is None:
-                faults.add((number, ChainFault.MISSING))
-                continue
-            begun = (*row[:_BEGUN], *(None for _ in FORMER_ENTRY[_BEGUN:]))
-            states = [row] if len(links) == 1 else [begun, row]
-            if [link["hash"] for link in links] != [
-                link_hash(link["previous"], state) for link, state in zip(links, states, strict=False)
-            ]:
-                faults.add((number, ChainFault.ALTERED))
-        faults |= {(number, ChainFault.FOREIGN) for number in self._entries.keys() - own.keys()}
+                faults.add((number, ChainFault.BROKEN))
+            if entry is None or hash_ is None:
+                faults.add((number, ChainFault.MISSING if entry is None else ChainFault.ALTERED))
+            last, linked[number] = link["hash"], entry is None or tuple(entry) == self._entries[number]
+        # The last link of an entry is of what it is now.
+        faults |= {(number, ChainFault.ALTERED) for number, is_last_state in linked.items() if not is_last_state}
+        faults |= {(number, ChainFault.FOREIGN) for number in self._entries.keys() - linked.keys()}
         return sorted((number, fault.name) for number, fault in faults)
 
     def states(self) -> Iterator[tuple[str, dict[str, object]]]:

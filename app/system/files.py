@@ -1,4 +1,4 @@
-"""Atomic file writes and file locks."""
+"""Atomic file writes, file locks, and what the system says against them as a sentence."""
 
 import errno
 import os
@@ -8,7 +8,11 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Final
+
+from app.text.sentences import error_text
+from app.text.user_error import UserError
+from protocol.translatable import marked
 
 if sys.platform == "win32":
     import ctypes
@@ -32,8 +36,19 @@ if sys.platform == "win32":
 else:
     import fcntl
 
+CANNOT_READ: Final = marked("{file} cannot be read: {why}.")
+CANNOT_WRITE: Final = marked("{file} cannot be written: {why}.")
 DRAFT_CHARACTERS = 40
 """Length of the target's name in the draft's: at four bytes a character it fits into 255 bytes."""
+
+
+@contextmanager
+def file_troubles(text: str, file: Path) -> Iterator[None]:
+    """Converts errors of the file system to `UserError`; `text` has the placeholders `file` and `why`."""
+    try:
+        yield
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise UserError(text, file=file, why=error_text(error)) from error
 
 
 @contextmanager

@@ -1,16 +1,57 @@
 """Archive… in the File menu, and the line in the status bar. Imported late, to keep the start fast."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtWidgets import QToolButton
 
-from ui.archive.archive_exchange import ArchiveExchange
-from ui.archive.archive_line import ArchiveLine
+from app.text.i18n import tr
+from ui.archive.archive_exchange import ArchiveExchange, last_time
+from ui.core.texts import Texts
 from ui.services.context import Services
 from ui.shell.main_window import MainWindow
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning
+from ui.widgets.controls import control
+from ui.widgets.visibility_timer import VisibilityTimer
 
 if TYPE_CHECKING:
     from ui.archive.archive_dialog import ArchiveDialog
+
+SMALLEST_PX: Final = 80
+"""In a narrow window the text is elided; the tooltip has all of it."""
+
+
+class ArchiveLine(QToolButton):
+    """Hidden without a server. A click opens the archive."""
+
+    def __init__(self, exchange: ArchiveExchange, texts: Texts) -> None:
+        super().__init__()
+        control(self, texts, "archive_line", says="Archive", tip="Archive", role="quiet")
+        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.setMinimumWidth(SMALLEST_PX)
+        self._exchange = exchange
+        exchange.changed.connect(self.refresh)
+        VisibilityTimer(self, self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        seen = self._exchange.seen
+        self.setVisible(self._exchange.server is not None and seen is not None)
+        if seen is None:
+            return
+        count, last = seen.status.not_shared, seen.status.last_at
+        text = tr("Not shared: {count}. Last: {time}.", count=count, time=last_time(last))
+        altered = self._exchange.altered
+        if altered:
+            text = tr("Left out, unreadable or altered: {count}", count=altered)
+        elif seen.status.conflicts:
+            text = tr("{text} · conflicts: {count}", text=text, count=seen.status.conflicts)
+        self.setIcon(icon(Icon.WARNING, Meaning.ATTENTION) if altered else icon(Icon.BUNDLE))
+        self.setText(text)
+        trouble = self._exchange.trouble
+        self.setToolTip("\n".join((text, *(() if trouble is None else (trouble.translated(),)))))
+        self.setAccessibleName(tr("Archive: {text}", text=text))
 
 
 class ArchiveActions(QObject):

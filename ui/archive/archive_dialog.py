@@ -1,7 +1,6 @@
 """Archive dialog: server, exchange, questions about modules, the state and history of every module."""
 
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,18 +18,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.archive.archive import Archive, open_archive
+from app.archive.archive import Archive
 from app.archive.exchange import Exchanged
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import HistoryEvent, module_history
 from app.archive.module_names import Conflict
-from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.archive.archive_exchange import ArchiveExchange, last_time
+from ui.archive.archive_exchange import ArchiveExchange, last_time, opened_archive
 from ui.archive.archive_tables import history_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import ThenPath, ask_open, ask_path
@@ -216,10 +214,7 @@ class ArchiveDialog(QDialog):
         storage = self._services.storage
 
         def load() -> Loaded:
-            store = storage.open_store()
-            if not isinstance(store, Store):
-                raise store
-            with closing(open_archive(store)) as archive:
+            with opened_archive(storage) as archive:
                 names = archive.names()
                 states = fleet_state(archive.facts, names, datetime.now(UTC))
                 return Loaded(tuple(states), names.conflicts)
@@ -259,10 +254,7 @@ class ArchiveDialog(QDialog):
         module, storage = chosen.module, self._services.storage
 
         def load() -> tuple[HistoryEvent, ...]:
-            store = storage.open_store()
-            if not isinstance(store, Store):
-                return ()
-            with closing(open_archive(store)) as archive:
+            with opened_archive(storage) as archive:
                 return tuple(reversed(module_history(archive.facts, module).events))
 
         self._loading_history.run(lambda _running: load(), self.life.model.show_rows, self._fail)

@@ -1,8 +1,8 @@
 """Exchanges records in a background thread: automatically if a server is set, or on request."""
 
 import logging
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -71,7 +71,7 @@ class ArchiveExchange(QObject):
 
     def start(self) -> None:
         """Called after the pages are made, to keep the start fast."""
-        from app.archive.server_setting import stored_server
+        from app.archive.server_url import stored_server
 
         self.server = stored_server(self.folder)
         if self.server is not None:
@@ -80,7 +80,7 @@ class ArchiveExchange(QObject):
 
     def use_server(self, text: str) -> None:
         """Store the address and exchange at once; "" removes it. Raises `UserError`."""
-        from app.archive.server_setting import store_server
+        from app.archive.server_url import store_server
 
         self.server = store_server(self.folder, text)
         if self.server is None:
@@ -147,20 +147,28 @@ def _is_due(archive: "Archive", server: str) -> bool:
     return not 0 <= age_s < AT_LEAST_EVERY_S
 
 
-def _work(storage: Storage, server: str | None, act: Act, running: Running) -> Seen:
-    """Runs in a background thread; stops between two pages if the window closes."""
+@contextmanager
+def opened_archive(storage: Storage) -> Iterator["Archive"]:
+    """In a background thread. Raises `UserError`."""
     from app.archive.archive import open_archive
 
-    store, rest = storage.open_store(), GilYield()
+    store = storage.open_store()
     if not isinstance(store, Store):
         raise store
+    with closing(open_archive(store)) as archive:
+        yield archive
+
+
+def _work(storage: Storage, server: str | None, act: Act, running: Running) -> Seen:
+    """Runs in a background thread; stops between two pages if the window closes."""
+    rest = GilYield()
 
     def on_page(_done: "Exchanged") -> None:
         rest.checkpoint()
         if running.is_cancelled():
             raise _Ended
 
-    with closing(open_archive(store)) as archive:
+    with opened_archive(storage) as archive:
         done, trouble = None, None
         try:
             done = act(archive, on_page)

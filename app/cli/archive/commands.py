@@ -13,8 +13,7 @@ from app.archive.chains import ChainState, chains_in
 from app.archive.exchange import Exchanged
 from app.archive.facts import RefusedFact
 from app.archive.module_names import Settlement
-from app.archive.server_setting import store_server, stored_server
-from app.archive.server_url import server_url
+from app.archive.server_url import server_url, store_server, stored_server
 from app.cli.archive import report
 from app.cli.archive.opened import member_json, opened_archive, shown_member, shown_station
 from app.cli.commands import SERVER

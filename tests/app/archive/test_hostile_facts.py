@@ -175,7 +175,6 @@ def test_what_an_older_version_took_over_is_not_read_either(stations: list[Archi
             "VALUES (?, ?, ?, ?, ?, ?, 'x', 'M-07', 'h', 'x')", row)  # fmt: skip
     _look_at_everything(one)
     assert sum(len(one.facts.of_kind(kind)) for kind in FactKind) == kept
-    assert one.facts.linked("h") == []
 
 
 def test_rows_of_four_megabytes_are_not_even_fetched(

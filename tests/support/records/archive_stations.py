@@ -115,7 +115,7 @@ def _base_record() -> str:
 @contextmanager
 def archive_station(folder: Path, *, clock: Callable[[], datetime] = lambda: NOON) -> Iterator[ArchiveStation]:
     store = open_store(folder, clock=clock)
-    facts = open_facts(folder, store.facts, clock=clock)
+    facts = open_facts(store.facts, clock=clock)
     try:
         yield ArchiveStation(folder, store, facts, own_station(folder))
     finally:

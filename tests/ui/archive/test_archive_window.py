@@ -3,19 +3,24 @@
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.archive.archive import Archive
+from app.archive.archive import Archive, open_archive
 from app.archive.exchange import Exchanged
-from app.archive.server_setting import store_server
-from app.store.store import data_folder
+from app.archive.module_history import module_history
+from app.archive.server_url import store_server
+from app.safety.acts import Act
+from app.settings.form import RowState
+from app.store.store import Store, data_folder
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 from tests.support.window.fakes_ui import window
+from tests.support.window.settings_bench import Desk, desk, state, type_into, write
 from tests.support.window.steps import choosing
 from ui.archive.archive_dialog import ArchiveDialog
 from ui.main import Assembly
@@ -161,3 +166,45 @@ def test_no_start_loads_what_only_a_server_needs() -> None:
         "app.archive.archive",
         "ui.archive.archive_dialog",
     }
+
+
+def test_acts_and_settings_are_in_the_history_of_the_module_of_that_name(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        naming = one.assembly.window._services.naming
+        _lock(one)  # without a name: in nobody's history
+        naming.choose("M-07")
+        type_into(one, "freefall_time", "1.2")
+        write(one)
+        one.until(lambda: state(one, "freefall_time_s") is RowState.VERIFIED)
+        one.go_to("commands")
+        zero = one.commands.acts[Act.ZERO].confirm
+        one.ask(zero)
+        one.click(zero.go)
+        one.until(lambda: not one.assembly.connector.is_busy)
+        naming.choose("M-08")
+        _lock(one)
+        told = _told(one.assembly.storage.store)
+    assert list(told) == ["M-07"]  # nothing was stored of the other one
+    named, settings, *acts = told["M-07"]
+    assert named == "Named M-07."
+    assert "Free-fall time 1.60 s" in settings  # as it was found, before the write
+    assert acts == ["Free-fall time 1.20 s: confirmed.", "Zero the sensor: confirmed."]
+
+
+def _lock(one: Desk) -> None:
+    lock, before = one.assembly.window._services.lock, len(one.changes("activation"))
+    lock.press()
+    one.until(lambda: len(one.changes("activation")) > before and not lock.is_repeating)
+
+
+def _told(store: object) -> dict[str, list[str]]:
+    """The history of every module in English, as the archive of this computer has it."""
+    assert isinstance(store, Store)
+    with closing(open_archive(store)) as archive:
+        archive.collect()
+        return {
+            module.name: [event.text.in_english() for event in module_history(archive.facts, module).events]
+            for module in archive.names().modules
+        }
