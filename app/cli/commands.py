@@ -18,11 +18,11 @@ from app.terminal.arguments import (
     VERBOSITY,
     YES,
     Describe,
-    OneOf,
     Parser,
     any_name,
     flag,
     module_of,
+    one_of,
     option,
     rate_of,
     seconds,
@@ -151,7 +151,7 @@ GROUPS: Final = {
         SubCommand("monitor", "app.cli.monitor", marked("Print the status until Ctrl-C"), "monitor --seconds 10",
                    (*PORT, SECONDS, JSON)),
         SubCommand("history", "app.cli.history", marked("Trigger records"), "history --csv records.csv", (
-            *PORT, OneOf((JSON, option("--csv", metavar="FILE", text=".csv, -"))),
+            *PORT, one_of(JSON, option("--csv", metavar="FILE", text=".csv, -")),
             module_of(marked("store the records under this name")), SAME_MODULE,
         )),
     ),
@@ -214,17 +214,17 @@ GROUPS: Final = {
             SubAct("conflicts", marked("list possible duplicates"), (JSON,)),
             SubAct("settle", marked("settle whether two modules are one"), (
                 option("one", metavar="STATION/NAME"), option("other", metavar="STATION/NAME"),
-                OneOf((flag("--same"), flag("--different")), is_required=True),
+                one_of(flag("--same"), flag("--different"), is_required=True),
                 option("--name", default="", metavar="NAME", text=marked("Name")),
                 option("--who", required=True, metavar="WHO", text=marked("name of the person who decides")),
             )),
             SubAct("report", marked("print all modules, or one"),
-                   (module_of(marked("Module")), _due, OneOf((JSON, flag("--csv", "CSV"))))),
+                   (module_of(marked("Module")), _due, one_of(JSON, flag("--csv", "CSV")))),
         )),
     ),
     marked("Recordings and flights"): (
         SubCommand("record", "app.cli.record", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap", (
-            *PORT, SECONDS, OneOf((flag("--append", marked("add to the file (only .csv)")), _FORCE)), _EXPORT,
+            *PORT, SECONDS, one_of(flag("--append", marked("add to the file (only .csv)")), _FORCE), _EXPORT,
         )),
         SubCommand("recordings", "app.cli.recordings", marked("Recordings"), "recordings export latest session.csv",
                    acts=(
@@ -241,8 +241,8 @@ GROUPS: Final = {
             option("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
                    text=", ".join(THRESHOLDS)),
             option("--column", action="append", default=[], metavar="ROLE=COLUMN", text="CSV: roll_deg=ATT.Roll"),
-            OneOf((flag("--must-not", marked("propose thresholds that fire in none")),
-                   flag("--must", marked("propose thresholds that fire in all")))), JSON,
+            one_of(flag("--must-not", marked("propose thresholds that fire in none")),
+                   flag("--must", marked("propose thresholds that fire in all"))), JSON,
         )),
         SubCommand("decode", "app.cli.decode", marked("Explain captured bytes"), "decode 41 75 32 07 0A 00 01 44", (
             option("hex", nargs="*", metavar="HEX", text=marked("hex bytes, a capture, or - for standard input")),

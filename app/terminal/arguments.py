@@ -3,9 +3,8 @@
 import argparse
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from app.terminal.console import did_you_mean, flush_messages
@@ -24,41 +23,34 @@ MAX_NAME_LENGTH: Final = 200
 _HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
-class Argument:
+Argument = Callable[[argparse._ActionsContainer], None]
+"""Adds one argument."""
+Describe = Callable[["Parser"], None]
+"""Adds arguments or a description: an `Argument`, `one_of`, or a function for what is not loaded before."""
+
+
+def option(*names: str, text: str = "", **options: Any) -> Argument:
     """As `add_argument` of argparse takes it; `text` is its help: marked English, or the same in all languages."""
 
-    names: tuple[str, ...]
-    text: str
-    options: Mapping[str, Any]
+    def add(parser: argparse._ActionsContainer) -> None:
+        parser.add_argument(*names, help=tr(text) or None, **options)
 
-    def __call__(self, parser: argparse._ActionsContainer) -> None:
-        parser.add_argument(*self.names, help=tr(self.text) or None, **self.options)
-
-
-@dataclass(frozen=True, slots=True)
-class OneOf:
-    """At most one of these may be given."""
-
-    arguments: Sequence[Argument]
-    is_required: bool = False
-
-    def __call__(self, parser: argparse.ArgumentParser) -> None:
-        group = parser.add_mutually_exclusive_group(required=self.is_required)
-        for argument in self.arguments:
-            argument(group)
-
-
-Describe = Callable[["Parser"], None]
-"""Adds arguments or a description to a parser: `Argument`, `OneOf`, or a function for what is not loaded before."""
-
-
-def option(*names: str, text: str = "", **options: object) -> Argument:
-    return Argument(names, text, options)
+    return add
 
 
 def flag(name: str, text: str = "") -> Argument:
     return option(name, text=text, action="store_true")
+
+
+def one_of(*arguments: Argument, is_required: bool = False) -> Describe:
+    """At most one of these may be given."""
+
+    def add(parser: Parser) -> None:
+        group = parser.add_mutually_exclusive_group(required=is_required)
+        for argument in arguments:
+            argument(group)
+
+    return add
 
 
 class Parser(argparse.ArgumentParser):
