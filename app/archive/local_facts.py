@@ -26,7 +26,7 @@ from app.stations.station import Station
 from app.store.database import Clock, Database, open_database, utc_now
 from app.store.facts import FactKind, Facts
 from app.store.former import ARCHIVE
-from app.text.messages import UserMessage, clean
+from app.text.messages import clean
 from app.text.user_error import UserError
 
 _log = logging.getLogger(__name__)
@@ -53,11 +53,9 @@ class LastExchange(NamedTuple):
 class LocalFacts:
     """This station's facts in its store, and those of others. Thread-safe. Raises `UserError`."""
 
-    def __init__(self, own: Facts, others: Database, notice: UserMessage | None = None) -> None:
+    def __init__(self, own: Facts, others: Database) -> None:
         self.own = own
         self.others = others
-        self.notice = notice
-        """Set if a damaged file was set aside."""
         self._unreadable: set[str] = set()
 
     def close(self) -> None:
@@ -180,14 +178,13 @@ class LocalFacts:
 
 def open_facts(own: Facts, *, clock: Clock = utc_now) -> LocalFacts:
     """Open or create the file beside the store; a damaged one is set aside. Raises `UserError`."""
-    opened = open_database(own.database.path.parent, ARCHIVE, clock=clock, name=FACTS_FILE)
-    return LocalFacts(own, opened.database, opened.set_aside.message if opened.set_aside is not None else None)
+    return LocalFacts(own, open_database(own.database.path.parent, ARCHIVE, clock=clock, name=FACTS_FILE))
 
 
 def find_others(folder: Path) -> Database | None:
     """The facts of other stations; None if there are none or they cannot be read. Creates no file."""
     try:
-        return open_database(folder, ARCHIVE, name=FACTS_FILE).database if (folder / FACTS_FILE).exists() else None
+        return open_database(folder, ARCHIVE, name=FACTS_FILE) if (folder / FACTS_FILE).exists() else None
     except UserError as error:
         _log.warning("The archive cannot be read: %s", error)
         return None

@@ -106,8 +106,11 @@ class Database:
         *,
         reading: sqlite3.Connection,
         copies: Copier | None = None,
+        notice: UserMessage | None = None,
     ) -> None:
+        """`notice`: that an old file was set aside when it was opened."""
         self.path = path
+        self.notice = notice
         self._copies = copies
         self._clock = clock
         self._connection = connection
@@ -185,27 +188,21 @@ class Database:
                 connection.close()
 
 
-@dataclass(frozen=True, slots=True)
-class Opened:
-    database: Database
-    set_aside: SetAside | None = None
-
-
-def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, name: str = FILE_NAME) -> Opened:
+def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, name: str = FILE_NAME) -> Database:
     """Raises `StoreTrouble` if it cannot be used. Only the store itself, not the archive, is copied every hour."""
     path = folder / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
         try:
             if not _has_content(path) and (gone := _restored(path, None, was_damaged=False)) is not None:
-                return Opened(_open(path, clock, layout), gone)
-            return Opened(_open(path, clock, layout))
+                return _open(path, clock, layout, gone)
+            return _open(path, clock, layout)
         except (Foreign, sqlite3.DatabaseError) as error:
             if not _is_bad_file(error):
                 raise
             aside = _set_aside(path, clock, was_damaged=not isinstance(error, Foreign))
             aside = _restored(path, aside.path, was_damaged=aside.was_damaged) or aside
-            return Opened(_open(path, clock, layout), aside)
+            return _open(path, clock, layout, aside)
     except sqlite3.Error as error:
         raise trouble_of(error, path) from error
     except OSError as error:
@@ -263,7 +260,7 @@ def _check_copy(connection: sqlite3.Connection) -> None:
         raise sqlite3.DatabaseError("empty")
 
 
-def _open(path: Path, clock: Clock, layout: StoreLayout) -> Database:
+def _open(path: Path, clock: Clock, layout: StoreLayout, set_aside: SetAside | None = None) -> Database:
     had_content = path.exists() and path.stat().st_size > 0
     if had_content:
         with path.open("rb") as file:
@@ -282,7 +279,8 @@ def _open(path: Path, clock: Clock, layout: StoreLayout) -> Database:
     copies = Copier(path.absolute(), clock, is_good=_check_copy) if path.name == FILE_NAME else None
     if had_content and copies is not None:
         copies.start_if_due()
-    return Database(path, connection, clock, reading=reading, copies=copies)
+    notice = set_aside.message if set_aside is not None else None
+    return Database(path, connection, clock, reading=reading, copies=copies, notice=notice)
 
 
 def _connect(path: Path) -> sqlite3.Connection:
@@ -314,9 +312,11 @@ def _migrate(connection: sqlite3.Connection, path: Path, layout: StoreLayout) ->
         connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         connection.execute(f"PRAGMA user_version = {layout.version}")
         connection.execute("COMMIT")
-    except BaseException:
+    except BaseException as error:
         with suppress(sqlite3.Error):
             connection.execute("ROLLBACK")
+        if isinstance(error, (sqlite3.IntegrityError, sqlite3.ProgrammingError, ValueError, TypeError, LookupError)):
+            raise StoreTrouble(StoreFault.FAILED, path, repr(error)) from error  # the file is not damaged
         raise
 
 

@@ -74,13 +74,16 @@ class PendingBaud:
 class Store:
     """Every method may be called from any thread and raises `StoreTrouble`."""
 
-    def __init__(self, database: Database, notice: UserMessage | None = None) -> None:
+    def __init__(self, database: Database) -> None:
         self.database = database
         self.facts = Facts(database)
-        self.notice = notice
-        """A sentence if an old file was set aside when the store was opened."""
         self.queue = WriteQueue()
         """For callers that must not wait for the disk."""
+
+    @property
+    def notice(self) -> UserMessage | None:
+        """A sentence if an old file was set aside when the store was opened."""
+        return self.database.notice
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
         """Write what is queued, then close; returns how many pieces were not written within `limit_s`. Never raises."""
@@ -226,5 +229,4 @@ def former_entry(entry: Sequence[Any]) -> AuditEntry:
 
 def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
     """Raises `StoreTrouble`."""
-    opened = open_database(folder or data_folder(), STORE, clock=clock)
-    return Store(opened.database, opened.set_aside.message if opened.set_aside is not None else None)
+    return Store(open_database(folder or data_folder(), STORE, clock=clock))

@@ -14,7 +14,7 @@ from app.terminal import console
 def opened_archive() -> Iterator[Archive]:
     """Raises `UserError` if the records of this computer cannot be read."""
     with closing(open_store()) as store, closing(open_archive(store)) as archive:
-        for notice in (store.notice, archive.facts.notice):
+        for notice in (store.notice, archive.facts.others.notice):
             if notice is not None:
                 console.notify(notice.translated())
         yield archive

@@ -204,9 +204,12 @@ def test_a_row_that_nobody_can_read_keeps_none_from_being_taken_over(folder: Pat
             archive.collect()
 
 
-def test_a_takeover_that_fails_changes_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("error", [sqlite3.OperationalError("disk I/O error"), sqlite3.IntegrityError(), KeyError("x")])
+def test_a_takeover_that_fails_changes_nothing(folder: Path, monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
+    """Neither is the file called damaged."""
+
     def full(*_: object) -> None:
-        raise sqlite3.OperationalError("disk I/O error")
+        raise error
 
     with monkeypatch.context() as broken:
         broken.setattr("app.store.former.add_migrated", full)

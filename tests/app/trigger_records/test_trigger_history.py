@@ -29,7 +29,7 @@ def raw(boot: int, uptime: int, source: int = 2, *, charge: int = 1, serial: int
 
 @pytest.fixture
 def database(tmp_path: Path) -> Iterator[Database]:
-    opened = open_database(tmp_path, STORE).database
+    opened = open_database(tmp_path, STORE)
     yield opened
     opened.close()
 
