@@ -152,16 +152,6 @@ def test_auto_finds_the_rate_first(port: str, capsys: pytest.CaptureFixture[str]
     assert shown["link"]["baud_rate"] == shown["settings"]["baud_rate"] == 57600
 
 
-def test_set_is_acknowledged(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["set", "serial_output=true", "--port", port, "--json"]) == 0
-    shown = json.loads(Printed(capsys).out)["results"]["serial_output"]
-    assert shown.pop("verified_age_s") is None
-    assert shown.pop("before") is None
-    assert shown == {"wanted": True, "acknowledged": True, "read_back": None, "verified": None, "error": None}
-    assert bench_of(port).state().is_streaming
-    assert "acknowledged (cannot be read back)" in run_here(capsys, ["set", "serial_output=false", "--port", port]).out
-
-
 def test_a_set_without_an_answer_is_not_said_to_stand(
     port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
@@ -170,11 +160,3 @@ def test_a_set_without_an_answer_is_not_said_to_stand(
     assert shown["acknowledged"] is False
     assert shown["error"] == "no reply within 1.0 s; may have been carried out"
     assert wire.count(SERIAL_OUTPUT.set(True).encode()) == 1
-
-
-def test_nothing_is_sent_when_one_value_is_unfit(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    assert program.main(["set", "serial_output=true", "tilt=3", "--port", port]) == 2
-    assert wire == []
-    assert "serial_output" in Printed(capsys).err

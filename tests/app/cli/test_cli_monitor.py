@@ -1,9 +1,12 @@
 """`dps-s monitor`, and what all read-only commands put onto the wire: nothing that changes it but the stream."""
 
+import csv
+import io
 import json
 import socket
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -12,12 +15,14 @@ from app.engine import transport
 from app.engine.procedure import Ask, Cancelled, Inspect
 from app.engine.worker import Worker
 from app.procedures import stream
+from app.recordings.library import RecordingLibrary
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
 from tests.support.line.sim_line import engine_view
+from tests.support.records.captures import read_session
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english")
+pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
 
 
 FORBIDDEN = {0x10, 0x11, 0x12, 0x24, 0x25}
@@ -152,3 +157,160 @@ def test_monitor_sends_only_the_switch_besides(
     sets = {frame[2] for frame in wire if frame[2] != 0x01 and frame[3] == 0x02}
     assert sets <= {SERIAL_OUTPUT.code}
     assert not FORBIDDEN & {frame[2] for frame in wire}
+
+
+# `dps-s record`, and `dps-s decode` of what it wrote.
+
+
+def record(port: str, path: Path, *more: str, seconds: str = "0.3") -> int:
+    return program.main(["record", "--port", f"{port}?rate=100", "--seconds", seconds, str(path), *more])
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
+
+
+def test_csv_holds_the_stream_and_says_what_is_simulated(
+    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.csv"
+    assert record(port, path) == 0
+    found = rows(path)
+    assert any(row["event"] == f"connected: {port}?rate=100 (simulated)" for row in found)
+    assert sum(bool(row["tilt_deg"]) for row in found) > 20
+    printed = Printed(capsys)
+    assert printed.out == f"Rows written to {path}: {len(found)}.\n"
+    assert "Simulated" in printed.err
+    (entry,) = RecordingLibrary().entries()
+    assert entry.is_simulated
+    assert not bench_of(port).state().is_streaming
+
+
+def test_a_file_is_never_replaced_unasked(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("precious", encoding="utf-8")
+    assert record(port, path) == 2
+    assert "--append" in Printed(capsys).err
+    assert record(port, path, "--append") == 2
+    assert "has other columns" in Printed(capsys).err
+    assert path.read_text(encoding="utf-8") == "precious"
+    assert record(port, path, "--force") == 0
+    assert rows(path)
+
+
+def test_what_is_added_stands_behind_what_was_there(port: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    assert record(port, path, "--append") == 0
+    before = path.read_bytes()
+    assert record(port, path, "--append") == 0
+    assert path.read_bytes().startswith(before)
+    assert not any(row["time_utc"] == "time_utc" for row in rows(path))
+
+
+@pytest.mark.parametrize(
+    "words", [["--append", "x.mcap"], ["x.txt"], ["no/folder/x.csv"], ["--append", "--force", "x.csv"]]
+)
+def test_used_wrongly(words: list[str], port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert program.main(["record", "--port", port, *words]) == 2
+    assert list(tmp_path.iterdir()) == []
+    assert RecordingLibrary().entries() == ()
+
+
+def test_where_the_line_goes_dead_what_came_is_kept(
+    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, bench = tmp_path / "a.mcap", bench_of(port)
+    with falls_after(bench, 20, bench.unplug):
+        assert program.main(["record", "--port", port, str(path)]) == 3
+    assert path.stat().st_size > 1000
+    assert "unplugged" in Printed(capsys).err
+
+
+def test_where_the_file_cannot_be_written_the_recording_is_kept(
+    port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_args: object, **_values: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("app.recordings.export.whole_file", full)
+    assert record(port, tmp_path / "a.mcap") == 4
+    (entry,) = RecordingLibrary().entries()
+    assert f"kept as recording {entry.name}" in Printed(capsys).err
+    assert entry.sample_count > 20
+
+
+def test_where_nothing_can_be_recorded_it_ends_at_once(
+    port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It went on until Ctrl-C, and only then said that nothing had been recorded."""
+    monkeypatch.setattr("app.recordings.recorder.RESERVE_BYTES", 2**70)
+    began = time.monotonic()
+    assert record(port, tmp_path / "a.csv", seconds="4") == 4
+    assert time.monotonic() - began < 4
+    assert "Not recording: the disk is full." in Printed(capsys).err
+    assert not bench_of(port).state().is_streaming
+
+
+def test_a_session_is_decoded_from_its_file(
+    port: str, wire: list[bytes], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.mcap"
+    assert record(port, path) == 0
+    Printed(capsys)
+    text = run_here(capsys, ["decode", str(path), "--json"]).out
+    lines = [json.loads(line) for line in text.splitlines()]
+    entries = read_session(path)
+    for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
+        raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction)
+        assert raw == b"".join(entry.raw for entry in entries if entry.way.value == way)
+    host = [line["hex"] for line in lines if line["direction"] == "host_to_module"]
+    assert host == [frame.hex(" ").upper() for frame in wire[-len(host) :]]
+    assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)
+    assert any(line["command"] == "cell_voltage" and "cell_voltage_v" in line for line in lines)
+    (tmp_path / "b.mcap").write_bytes(b"\x89MCAP0\r\n")
+    assert "not a recording by this program" in run_here(capsys, ["decode", str(tmp_path / "b.mcap")], 2).err
+
+
+def test_a_capture_is_decoded_from_standard_input(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        "sys.stdin", io.StringIO("# DPS-S capture 1\n0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44\n")
+    )
+    query, status = (json.loads(line) for line in run_here(capsys, ["decode", "-", "--json"]).out.splitlines())
+    assert (query["direction"], status["tilt_deg"], status["t_s"]) == ("host_to_module", 7, 0.2)
+
+
+def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.dpscap"
+    path.write_text("# DPS-S capture 1\n0.1 < 41 75 32 07 0A 00 01 45\nrubbish\n0.2 > 42 61 32 01 00 33\n", "utf-8")
+    printed = run_here(capsys, ["decode", str(path), "--json"], 4)
+    first, *_, last = (json.loads(line) for line in printed.out.splitlines())
+    assert (first["valid"], first["direction"]) == (False, "module_to_host")
+    assert last["command"] == "status"
+    assert printed.err == "Line 3 is left out: no time, direction and bytes.\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code", "said"),
+    [
+        ("bytes.txt", "\n41 75 32 07 0A\n00 01 44\n", 0, "status: tilt 7°"),
+    ],
+)
+def test_a_file_is_decoded_or_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, code: int, said: str
+) -> None:
+    (tmp_path / name).write_text(text, "utf-8")
+    printed = run_here(capsys, ["decode", str(tmp_path / name)], code)
+    assert said in (printed.err if code else printed.out)
+
+
+def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["record", "--port", port, "--seconds", "0.3", "-"]) == 0
+    printed = Printed(capsys)
+    table = list(csv.DictReader(io.StringIO(printed.out)))
+    assert len([row for row in table if row["tilt_deg"]]) > 10
+    assert {row["triggered"] for row in table} == {"", "false"}
+    assert "Simulated module" in printed.err
+    assert run_here(capsys, ["recordings", "export", "latest", "-"]).out == printed.out

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from app import __main__ as program
+import app.__main__ as program
 from tests.support.line.vectors import BY_ID, VALID, Vector
 
 ROOT = Path(__file__).parents[3]
