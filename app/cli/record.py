@@ -9,7 +9,6 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from app import version
 from app.engine.worker import Batch
 from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of
 from app.recordings.recorder import Heading, Recorder
@@ -56,8 +55,7 @@ class RecordedSession:
 
     def begin(self, conversation: Conversation) -> None:
         connection = conversation.connection
-        program = f"DPS-S Configurator {version()}"
-        self._recorder.begin(Heading(connection.port, connection.baud_rate, program=program))
+        self._recorder.begin(Heading(connection.port, connection.baud_rate))
 
     def on_batch(self, batch: Batch) -> None:
         if self._recorder.is_recording:

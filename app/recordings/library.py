@@ -205,36 +205,23 @@ def entry_of(path: Path) -> RecordingEntry:
     numbered = ((_PART.fullmatch(file.name), file) for file in _files(path.parent))
     further = sorted((int(part[2]), file) for part, file in numbered if part and part[2] and part[1] == path.stem)
     parts = (path, *(file for _, file in further))
-    size_bytes = sum(map(_size_of, parts))
-    is_pinned, is_running = _mark_of(path).exists(), any(map(is_held, parts))
+    is_running = any(map(is_held, parts))
+    found = RecordingEntry(
+        path=path, further=parts[1:], started_at=_modified_at(path), size_bytes=sum(map(_size_of, parts)),
+        is_pinned=_mark_of(path).exists(), is_running=is_running,
+    )  # fmt: skip
     try:
         files = [read_heading(part) for part in parts]
     except (OSError, UserError) as error:
-        return RecordingEntry(
-            path=path,
-            further=parts[1:],
-            started_at=_modified_at(path),
-            size_bytes=size_bytes,
-            is_pinned=is_pinned,
-            is_running=is_running,
-            trouble=unreadable(path, error),
-        )
+        return replace(found, trouble=unreadable(path, error))
     opening, ends = files[0].opening, files[-1]
-    return RecordingEntry(
-        path=path,
-        further=parts[1:],
-        started_at=opening.started_at,
-        port=opening.port,
-        baud_rate=opening.baud_rate,
+    return replace(
+        _headed(found, opening),
         module=ends.opening.module,
         duration_s=max(0.0, ends.end_ns / 1e9 - opening.started_at.timestamp()),
         sample_count=sum(file.reports for file in files),
-        size_bytes=size_bytes,
-        is_pinned=is_pinned,
-        is_running=is_running,
         was_cut_off=not (is_running or all(file.is_ended for file in files)),
         was_triggered=any(file.was_triggered for file in files),
-        sequence=opening.sequence,
     )
 
 
@@ -242,19 +229,19 @@ def running_entry(
     path: Path, number: int, opening: Opening, *, end_s: float, reports: int, size: int
 ) -> RecordingEntry:
     """The entry of the session that is being written, without access to the disk."""
-    return RecordingEntry(
-        path=path,
-        further=tuple(part_path(path, part) for part in range(2, number + 1)),
-        started_at=opening.started_at,
-        port=opening.port,
-        baud_rate=opening.baud_rate,
-        module=opening.module,
-        duration_s=max(0.0, end_s - opening.start_s),
-        sample_count=reports,
-        size_bytes=size,
-        is_running=True,
+    entry = RecordingEntry(
+        path=path, further=tuple(part_path(path, part) for part in range(2, number + 1)),
+        started_at=opening.started_at, duration_s=max(0.0, end_s - opening.start_s), sample_count=reports,
+        size_bytes=size, is_running=True,
+    )  # fmt: skip
+    return _headed(entry, opening)
+
+
+def _headed(entry: RecordingEntry, opening: Opening) -> RecordingEntry:
+    return replace(
+        entry, started_at=opening.started_at, port=opening.port, baud_rate=opening.baud_rate, module=opening.module,
         sequence=opening.sequence,
-    )
+    )  # fmt: skip
 
 
 def is_held(path: Path) -> bool:

@@ -14,6 +14,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+from app import version
 from app.engine.device import Sleep
 from app.engine.worker import Batch
 from app.recordings.library import (
@@ -120,7 +121,7 @@ class Recorder:
 
     def settle(self, deadline_s: float) -> bool:
         """Waits until everything before is on disk or given up; False on timeout."""
-        order = Settle()
+        order = Settle(threading.Event())
         with self._lock:
             if self._thread is None or self._is_stopped:
                 return True
@@ -240,7 +241,7 @@ class Recorder:
             baud_rate=heading.baud_rate,
             module=heading.module,
             station=_own_station(self.library.folder.parent),
-            program=heading.program,
+            program=f"DPS-S Configurator {version()}",
             sequence=self.library.next_sequence(),
         )
         self._begin_part(new_path(self.library.folder, opening.started_at), opening)
@@ -253,7 +254,7 @@ class Recorder:
 
     def _name(self, module: str) -> None:
         if self._heading is not None:
-            self._heading = replace(self._heading, heading=replace(self._heading.heading, module=module))
+            self._heading = self._heading._replace(heading=self._heading.heading._replace(module=module))
         if self._writer is not None:
             self._writer.name_module(module)
             self._refresh_entry()
@@ -280,7 +281,7 @@ class Recorder:
         """The next one begins with the next byte, not before `at`."""
         self._close()
         if self._heading is not None:
-            self._heading = replace(self._heading, at=at)
+            self._heading = self._heading._replace(at=at)
 
     def _next_part(self, now: float) -> None:
         """The session goes on in another file; both are one recording."""

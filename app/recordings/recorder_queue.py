@@ -1,23 +1,21 @@
 """Bounded, non-blocking queue of orders to the recorder."""
 
 import threading
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from app.engine.worker import Batch
 
 
-@dataclass(frozen=True, slots=True)
-class Heading:
+class Heading(NamedTuple):
     """What is known when a session begins."""
 
     port: str
     baud_rate: int
     module: str = ""
-    program: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Begin:
+class Begin(NamedTuple):
     """`number` counts the sessions, to tell a failure of this one from one of an earlier session."""
 
     heading: Heading
@@ -25,26 +23,22 @@ class Begin:
     number: int
 
 
-@dataclass(frozen=True, slots=True)
-class Name:
+class Name(NamedTuple):
     module: str
 
 
-@dataclass(frozen=True, slots=True)
-class Lost:
+class Lost(NamedTuple):
     """Number of status reports and events that did not fit."""
 
-    count: int
+    events: int
 
 
-@dataclass(frozen=True, slots=True)
-class End:
+class End(NamedTuple):
     is_stop: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Settle:
-    done: threading.Event = field(default_factory=threading.Event)
+class Settle(NamedTuple):
+    done: threading.Event
 
 
 Order = Batch | Begin | Name | Lost | End | Settle

@@ -13,7 +13,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app import version
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
 from app.text.messages import UserMessage
@@ -179,8 +178,7 @@ class SessionRecording:
 
         if self._recorder is None:
             self._recorder = Recorder(self.library)
-        program = f"DPS-S Configurator {version()}"
-        self._recorder.begin(Heading(connection.port, connection.baud_rate, self._module, program))
+        self._recorder.begin(Heading(connection.port, connection.baud_rate, self._module))
 
     def _end(self) -> None:
         if self._recorder is not None:

@@ -3,7 +3,6 @@
 import errno
 import io
 import threading
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -127,7 +126,7 @@ def test_a_failure_of_the_previous_session_does_not_end_this_one(
             sync(self)
 
         monkeypatch.setattr(SessionWriter, "sync", fail_once)
-        bench.recorder.begin(replace(HEADING, module="Bench 8"))
+        bench.recorder.begin(HEADING._replace(module="Bench 8"))
         bench.feed(batch(1001.0, report(1001.0)))
         assert (failures, bench.recorder.trouble) == ([], None)
         assert bench.recorder.entry is not None

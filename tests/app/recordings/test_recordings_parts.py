@@ -174,7 +174,7 @@ def test_each_begin_starts_a_new_recording(tmp_path: Path) -> None:
         for number in range(3):
             at = 1000.0 + 10 * number
             bench.clock.now_s = at
-            bench.recorder.begin(replace(HEADING, port=f"P{number}"))
+            bench.recorder.begin(HEADING._replace(port=f"P{number}"))
             bench.feed(batch(at + 1, report(at + 1)))
         assert [(one.port, one.is_running) for one in bench.library.entries()] == [
             ("P2", True), ("P1", False), ("P0", False)

@@ -31,7 +31,7 @@ OPEN = Connection(PortState.OPEN, PORT, 115200)
 CLOSED = replace(OPEN, state=PortState.CLOSED)
 LINE_HZ = 1440
 WAIT_S = 20.0
-HEADING = Heading(PORT, 115200, "Bench 7", "DPS-S Configurator 0.1.0")
+HEADING = Heading(PORT, 115200, "Bench 7")
 TENTHS = 26
 """Count of values of acceleration that occur: 0.0 … 2.5 g."""
 
