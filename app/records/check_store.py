@@ -215,13 +215,9 @@ class CheckStore:
                limit: int = 500) -> tuple[StoredCheck, ...]:  # fmt: skip
         """Newest first, of one module (None: modules without a name) or of one aircraft."""
         where, value = (f"{_of_record('aircraft')} = ?", aircraft) if aircraft is not None else ("module IS ?", module)
-        found = map(_stored_check, self._checks(f"AND {where}", (value, limit)))
-        return tuple(check for check in found if check is not None)
-
-    def _checks(self, which: str, values: Sequence[object]) -> list[Kept]:
-        """Newest first, without their frames."""
-        return self._facts.select(FactKind.CHECK, f"{which} ORDER BY number DESC LIMIT ?", values,
-                                  payload="json_remove(payload, '$.record.frames')")  # fmt: skip
+        facts = self._facts.select(FactKind.CHECK, f"AND {where} ORDER BY number DESC LIMIT ?", (value, limit),
+                                   payload="json_remove(payload, '$.record.frames')")  # fmt: skip
+        return tuple(check for check in map(_stored_check, facts) if check is not None)
 
     def aircraft(self) -> tuple[str, ...]:
         """Those of the last checks of all modules, the last checked first."""
@@ -254,11 +250,15 @@ class CheckStore:
         found = self._facts.select(FactKind.CHECK, which, values, payload="json_object('hash', link)")
         return found[0].content["hash"] if found else None
 
-    def measured(self, module: str | None, name: str, *, limit: int = 1000) -> tuple[Point, ...]:
-        """A measured value over time, the oldest first."""
-        checks = [fact.content["record"] for fact in reversed(self._checks("AND module IS ?", (module, limit)))]
-        values = ((str(record.get("at")), measured_in(record).get(name)) for record in checks)
-        return tuple(Point(at, value) for at, value in values if value is not None)
+    def measured(self, module: str | None, *, limit: int = 1000) -> Mapping[str, Sequence[Point]]:
+        """The measured values over time by their names, the oldest first."""
+        values = f"json_object('at', {_of_record('at')}, 'checks', {_of_record('checks')})"
+        which = "AND module IS ? ORDER BY number DESC LIMIT ?"
+        points: dict[str, list[Point]] = {}
+        for check in reversed(self._facts.select(FactKind.CHECK, which, (module, limit), payload=values)):
+            for name, value in measured_in(check.content).items():
+                points.setdefault(name, []).append(Point(str(check.content["at"]), value))
+        return points
 
 
 def _of_record(key: str) -> str:
@@ -287,7 +287,7 @@ def measured_in(record: Mapping[str, object]) -> dict[str, float]:
     """The values of `MEASURED` in a record."""
     checks = record.get("checks")
     found: dict[str, float] = {}
-    for one in checks if isinstance(checks, list) else []:
+    for one in filter(lambda check: isinstance(check, dict), checks if isinstance(checks, list) else []):
         name, value = MEASURED.get(str(one.get("id"))), one.get("measured")
         if name is not None and isinstance(value, int | float) and not isinstance(value, bool):
             found[name] = float(value)

@@ -71,7 +71,7 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
             f"SELECT number, hash, verdict, at FROM preflight_checks {of_module} ORDER BY id DESC"
         )
         for value in ("light_v", "cell_voltage_v"):
-            assert [point.value for point in checks.measured(name, value)] == [
+            assert [point.value for point in checks.measured(name).get(value, ())] == [
                 row[0] for row in rows(f"SELECT value FROM measured_values JOIN preflight_checks c ON c.id = check_id "
                                        f"{of_module} AND name = '{value}' ORDER BY c.id")
             ]  # fmt: skip

@@ -1,5 +1,6 @@
 """Past checks of a module or an aircraft, with trends of the measured values."""
 
+from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
@@ -145,7 +146,7 @@ class CheckHistory(QWidget):
         kind, which = self.filter.currentData() or ("module", None)
         store = self._services.storage.store
         self.checks = ()
-        points: dict[str, tuple[Point, ...]] = {}
+        points: Mapping[str, Sequence[Point]] = {}
         said = ""
         if isinstance(store, Store):
             try:
@@ -154,7 +155,7 @@ class CheckHistory(QWidget):
                     self.checks = kept.checks(aircraft=which)
                 else:
                     self.checks = kept.checks(which)
-                    points = {one.name: kept.measured(which, one.name) for one in TRENDED}
+                    points = kept.measured(which)
             except StoreTrouble as trouble:
                 said = trouble.sentence
         else:
