@@ -28,7 +28,7 @@ def open_bench(url: str) -> SimulatedBench:
 
 
 class Serial(SerialBase):
-    """A port of pyserial's shape; `open`, `read`, `write` … as there. Modem lines are constant; no write waits."""
+    """A port of pyserial's shape; `open`, `read`, `write` … as there. There are no modem lines; no write waits."""
 
     BAUDRATES = tuple(rate for rate in SerialBase.BAUDRATES if rate >= 1200)
 
@@ -142,36 +142,8 @@ class Serial(SerialBase):
             with bench.changed:
                 bench.wire.host_baud = self.baudrate
 
-    def flush(self) -> None:
-        self._source()
-
     def reset_output_buffer(self) -> None:
         self._source()
 
     def cancel_write(self) -> None:
         """Nothing to cancel."""
-
-    def _update_rts_state(self) -> None:
-        """No such wire."""
-
-    def _update_dtr_state(self) -> None:
-        """No such wire."""
-
-    def _update_break_state(self) -> None:
-        """No such wire."""
-
-    @property
-    def cts(self) -> bool:
-        return True
-
-    @property
-    def dsr(self) -> bool:
-        return True
-
-    @property
-    def ri(self) -> bool:
-        return False
-
-    @property
-    def cd(self) -> bool:
-        return True
