@@ -80,7 +80,7 @@ SUITES: Final = (*_NAMED, *([Suite("Everything else", _NEW, "offscreen", 1800)] 
 QUICK: Final = Suite(
     "A short part",
     ("tests/protocol/test_frame.py", "tests/protocol/test_messages.py", "tests/app/settings/test_profile_file.py",
-     "tests/app/system/test_file_locks.py"),
+     "tests/app/system/test_logs.py"),
     "offscreen",
     150,
 )  # fmt: skip
@@ -95,8 +95,6 @@ NOT_JUDGED: Final[dict[str, str]] = {
         "needs a pseudo-terminal"
     ),
     "tests/app/diagnosis/test_adapter_facts.py::test_the_latency_timer_and_the_rule_are_found": "a file of Linux'",
-    "tests/app/simulator/test_simulator_options.py::"
-    "test_lines_from_a_pipe_in_pieces_and_the_last_one_without_an_end": "pipes cannot be waited for on Windows",
     "tests/app/cli/test_cli_shapes.py::test_csv_file_is_replaced_as_a_whole": _LINKS,
     "tests/scenarios/test_hostile_input.py::test_the_target_of_a_link_is_replaced_and_the_link_kept": _LINKS,
     "tests/scenarios/test_hostile_input.py::"

@@ -1,23 +1,33 @@
-"""The search for a module's baud rate: "no" is said only after the vendor's second."""
+"""Finding the rate, reading all settings, calibrating the light: questions only."""
 
 from collections import Counter
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 from app.engine.procedure import Ask, Effect, EngineView, Pause, Procedure, Report, Slept, UseRate
 from app.engine.run import Run
+from app.engine.setting_changes import changed_settings
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import ROUNDS, SETTLE_S, find_rate, look_for
 from app.procedures.handshake import NoAnswer, Silence, _silence
-from app.procedures.light_calibration import measure_light
+from app.procedures.light_calibration import (
+    ENOUGH_SAMPLES,
+    Band,
+    CalibrationFault,
+    LightDirection,
+    Proposal,
+    measure_light,
+    propose,
+)
 from app.procedures.read import READABLE, read_everything
-from app.procedures.settings_reading import read_settings
+from app.procedures.settings_reading import ReadFault, SettingsReading, read_settings
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import Act
 from app.safety.journal import NoJournal
 from app.text.messages import UserMessage
-from protocol.catalogue import BAUD_RATES, BY_NAME
+from protocol.catalogue import BAUD_RATES, BY_NAME, Hazard
 from protocol.events import Counters, Role, Unanswered
 from protocol.frame import Reason
 from tests.support.journals import FakeJournal
@@ -117,3 +127,177 @@ def test_after_each_change_of_the_rate_the_line_settles(look: Callable[[], Proce
     assert len(changes) >= len(BAUD_RATES)
     assert {effects[number + 1] for number in changes} == {Pause(SETTLE_S)}
     assert isinstance(effects[-1], UseRate)
+
+
+# All settings in one reading, on one start of the module, and what differs between two readings
+
+
+ALL = {"light_threshold_v": 1.8, "attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
+
+
+def read(rig: Rig) -> SettingsReading:
+    return rig.run(read_settings())
+
+
+def at_question(rig: Rig, code: int, number: int, act: Any) -> None:
+    """Call `act` when the question with this code arrives for the `number`th time."""
+    line_write, seen = rig.line.write, 0
+
+    def watched(data: bytes) -> None:
+        nonlocal seen
+        seen += data[2] == code
+        if data[2] == code and seen == number:
+            act()
+        line_write(data)
+
+    rig.line.write = watched  # type: ignore[method-assign]
+
+
+def test_all_settings_and_the_boot_count_are_read_by_questions_only() -> None:
+    rig = Rig()
+    reading = read(rig)
+    assert reading.values == ALL
+    assert reading.boot_count == rig.bench.module.memory.boot_count
+    assert reading.is_complete
+    assert {request.hazard for request in rig.line.requests} == {Hazard.NONE}
+    codes = [request.command.code for request in rig.line.requests]
+    assert codes[:2] == codes[-2:] == [0x23, 0x23]
+    assert all(codes.count(BY_NAME[key].code) == 2 for key in ("freefall_time", "attitude_threshold"))
+
+
+def test_a_restart_in_the_middle_leaves_no_boot_count() -> None:
+    rig = Rig()
+    at_question(rig, 0x20, 1, rig.bench.restart)
+    reading = read(rig)
+    assert (reading.is_restarted, reading.boot_count, reading.is_complete) == (True, None, False)
+
+
+def test_a_restart_that_nobody_heard_is_seen_in_the_boot_count() -> None:
+    rig = Rig()
+
+    def restart_unheard() -> None:
+        rig.bench.module.memory.boot_count += 1
+
+    at_question(rig, 0x21, 1, restart_unheard)
+    reading = read(rig)
+    assert (reading.is_restarted, reading.boot_count) == (True, None)
+
+
+def test_an_unanswered_setting_is_named_and_the_others_are_read() -> None:
+    reading = read(Rig({"mute_codes": frozenset((0x22,))}))
+    assert reading.faults == {"freefall_time_s": ReadFault.NO_REPLY}
+    assert reading.values == {key: value for key, value in ALL.items() if key != "freefall_time_s"}
+    assert not reading.is_complete
+    assert not reading.is_silent
+
+
+def test_a_module_that_falls_silent_is_asked_no_further() -> None:
+    rig = Rig()
+    at_question(rig, 0x20, 1, lambda: rig.bench.change(mute=True))
+    reading = read(rig)
+    assert reading.is_silent
+    assert not reading.is_complete
+    assert [request.command.code for request in rig.line.requests].count(0x21) == 0
+
+
+def test_what_changed_between_two_readings_is_named() -> None:
+    rig = Rig()
+    first = read(rig)
+    assert changed_settings(first.values, read(rig).values) == ()
+    rig.bench.module.memory.attitude_threshold = 200
+    rig.bench.module.memory.freefall_time = 20
+    changed = changed_settings(first.values, read(rig).values)
+    assert [(one.command.key, one.before, one.after) for one in changed] == [
+        ("attitude_threshold_deg", 60, 200),
+        ("freefall_time_s", 1.6, 0.2),
+    ]
+    assert changed_settings({}, first.values) == ()
+
+
+# A light threshold by measurement, whichever way light moves the reading
+
+
+def band(low: int, high: int, count: int = ENOUGH_SAMPLES) -> Band:
+    return Band(tuple(low if number % 2 else high for number in range(count)))
+
+
+@pytest.mark.parametrize(("inverted", "direction"), [(False, LightDirection.RISES), (True, LightDirection.FALLS)])
+def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, direction: LightDirection) -> None:
+    rig = Rig({"light_inverted": inverted, "noise": 1.0})
+    closed = rig.run(measure_light())
+    rig.bench.set_bay(is_open=True)
+    opened = rig.run(measure_light())
+    proposal = propose(closed, opened)
+    assert isinstance(proposal, Proposal)
+    assert proposal.direction is direction
+    assert len(closed.raws) == len(opened.raws) == 20
+    low, high = sorted((closed, opened), key=lambda one: one.low_v)
+    assert low.high_v < proposal.threshold_v < high.low_v
+    assert proposal.margin_closed_v == pytest.approx(proposal.margin_open_v, abs=0.11)
+    assert proposal.is_steady
+    assert proposal.vendors_v == pytest.approx(0.3 if inverted else 2.5, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("closed", "opened", "found"),
+    [
+        (band(3, 5), band(5, 9), CalibrationFault.TOO_CLOSE),
+        (band(5, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
+        (band(3, 9), band(5, 6), CalibrationFault.TOO_CLOSE),
+        (band(3, 5), band(6, 9), CalibrationFault.TOO_CLOSE),
+        (band(6, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
+        (band(3, 5, 9), band(20, 21), CalibrationFault.TOO_FEW),
+        (band(3, 5), band(20, 21, 9), CalibrationFault.TOO_FEW),
+        (Band(band(3, 5).raws, has_restarted=True), band(20, 21), CalibrationFault.TOO_FEW),
+        (Band(()), Band(()), CalibrationFault.TOO_FEW),
+    ],
+)
+def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: CalibrationFault) -> None:
+    assert propose(closed, opened) is found
+
+
+@pytest.mark.parametrize(("closed", "opened"), [((3, 5), (7, 9)), ((7, 9), (3, 5)), ((0, 0), (255, 255))])
+def test_the_smallest_gap_and_the_widest(closed: tuple[int, int], opened: tuple[int, int]) -> None:
+    proposal = propose(band(*closed), band(*opened))
+    assert isinstance(proposal, Proposal)
+    assert min(proposal.margin_closed_v, proposal.margin_open_v) >= 0.1
+    assert f"{proposal.threshold_v:.1f} V" in proposal.sentence
+
+
+def test_light_that_is_not_steady_is_said() -> None:
+    proposal = propose(band(0, 9), band(20, 21))
+    assert isinstance(proposal, Proposal)
+    assert not proposal.is_steady
+
+
+def test_a_measurement_ends_where_nothing_answers() -> None:
+    found = Rig({"mute_codes": frozenset((0x14,))}).run(measure_light())
+    assert (found.raws, found.lost, found.is_enough) == ((), 10, False)
+
+
+def test_a_restart_spoils_the_measurement() -> None:
+    rig = Rig()
+    write = rig.line.write
+    seen = 0
+
+    def watched(data: bytes) -> None:
+        nonlocal seen
+        write(data)
+        seen += 1
+        if seen == 5:
+            rig.bench.restart()
+
+    rig.line.write = watched  # type: ignore[method-assign]
+    found = rig.run(measure_light())
+    assert found.has_restarted
+    assert not found.is_enough
+
+
+def test_a_band_of_light_at_its_limits() -> None:
+    assert Band((5, 8)).is_steady
+    assert not Band((5, 9)).is_steady
+    assert not Band(()).is_steady
+    assert Band((5,) * 10).is_enough
+    assert not Band((5,) * 9).is_enough
+    band = Band((5, 8, 6))
+    assert (band.low_v, band.median_v, band.high_v) == (0.5, 0.6, 0.8)

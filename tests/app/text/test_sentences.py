@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from app.text.csv_cells import cell, defused
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from app.text.messages import UserMessage, joined
 from app.text.sentences import capitalised, join_names, join_sentences, with_units
@@ -52,3 +53,32 @@ def test_a_number_keeps_its_unit() -> None:
     assert with_units("Below 0.5 g for 2.00 s: 3 steps, 低于 0.5 g 达") == (
         "Below 0.5\u00a0g for 2.00\u00a0s: 3 steps, 低于 0.5\u00a0g 达"
     )
+
+
+# CSV cells: none is a formula in a spreadsheet
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("=1+1", "+1", "-1", "@SUM(A1)", "|cmd", "%1", "'=1"),
+        *("＝1+1", "＋1", "－1", "＠SUM(A1)"),
+        *("\t=1", "\r=1", "  =1", " ＋1"),
+    ],
+)
+def test_no_cell_is_a_formula(text: str) -> None:
+    assert defused(text) == f"'{text}"
+    assert cell(text) == f"'{text}"
+    assert cell([text, 1]) == f"'{text} 1"
+
+
+@pytest.mark.parametrize("text", ["41 75", "a=1", "", "激活"])
+def test_other_text_is_left_as_it_is(text: str) -> None:
+    assert defused(text) == cell(text) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"), [(None, ""), (True, "true"), (False, "false"), (-1.5, "-1.5"), (0, "0"), ([1, 2], "1 2")]
+)
+def test_a_number_stays_a_number(value: object, expected: str) -> None:
+    assert cell(value) == expected
