@@ -34,9 +34,10 @@ _BEGUN: Final = FORMER_ENTRY.index("settled_at")
 class _New(NamedTuple):
     kind: FactKind
     at: str
-    content: Mapping[str, object]
-    module: str | None = None
+    content: Mapping[str, Any]
     link: str | None = None
+    module: str | None = None
+    """Where it is not in the content."""
 
 
 def convert_store(connection: sqlite3.Connection) -> None:
@@ -83,7 +84,9 @@ def _add(connection: sqlite3.Connection, new: _New) -> str | None:
     hash_ = fact_hash(new.kind.value, new.at, payload)
     if connection.execute("SELECT 1 FROM facts WHERE hash = ?", (hash_,)).fetchone():
         return None
-    connection.execute(ADD_FACT, (new.kind.value, new.at, payload, new.module, new.link, hash_))
+    module = new.module or new.content.get("module")
+    name = module if isinstance(module, str) else None
+    connection.execute(ADD_FACT, (new.kind.value, new.at, payload, name, new.link, hash_))
     return hash_
 
 
@@ -175,49 +178,45 @@ def link_hash(previous: str, entry: "list[Any] | tuple[Any, ...]") -> str:
 
 
 def _module(_old: _Former, row: _Row) -> Iterator[_New]:
-    name = row["name"]
-    yield _New(FactKind.MODULE, _time(row["first_seen_at"]), {"module": name, "adapter": row["adapter"]}, name)
+    content = {"module": row["name"], "adapter": row["adapter"]}
+    yield _New(FactKind.MODULE, _time(row["first_seen_at"]), content)
     if row.get("said_new_at") is not None:
-        yield _New(FactKind.SAID_NEW, _time(row["said_new_at"]), {"module": name, "is_new": True}, name)
+        yield _New(FactKind.SAID_NEW, _time(row["said_new_at"]), {"module": row["name"], "is_new": True})
 
 
 def _trigger_record(old: _Former, row: _Row) -> Iterator[_New]:
-    module = old.name(row)
-    content = {"module": module, "place": row["place"], "raw": _hex(row["raw"])}
-    yield _New(FactKind.TRIGGER_RECORD, _time(row["first_seen_at"]), content, module)
+    content = {"module": old.name(row), "place": row["place"], "raw": _hex(row["raw"])}
+    yield _New(FactKind.TRIGGER_RECORD, _time(row["first_seen_at"]), content)
     if row["judged_at"] is not None:
         judged = {**content, "judgement": row["judgement"], "note": row["note"]}
-        yield _New(FactKind.JUDGEMENT, _time(row["judged_at"]), judged, module)
+        yield _New(FactKind.JUDGEMENT, _time(row["judged_at"]), judged)
 
 
 def _visit(old: _Former, row: _Row) -> Iterator[_New]:
-    module = old.name(row)
     content = {
-        **{key: row[key] for key in ("port", "boot_count", "known")}, "number": row["id"], "module": module,
+        **_taken(row, "port", "boot_count", "known"), "number": row["id"], "module": old.name(row),
         "slots": _json(row["slots"]), "is_confirmed": bool(row["is_confirmed"]),
     }  # fmt: skip
-    yield _New(FactKind.VISIT, _time(row["at"]), content, module)
+    yield _New(FactKind.VISIT, _time(row["at"]), content)
 
 
 def _snapshot(old: _Former, row: _Row) -> Iterator[_New]:
-    module = old.name(row)
-    content = {"number": row["id"], "module": module, "port": row["port"], "reason": row["reason"],
-               "boot_count": row["boot_count"], "settings": _json(row["settings"])}  # fmt: skip
-    yield _New(FactKind.SNAPSHOT, _time(row["taken_at"]), content, module)
+    content = {**_taken(row, "port", "reason", "boot_count"), "number": row["id"], "module": old.name(row),
+               "settings": _json(row["settings"])}  # fmt: skip
+    yield _New(FactKind.SNAPSHOT, _time(row["taken_at"]), content)
 
 
 def _check(old: _Former, row: _Row) -> Iterator[_New]:
-    module = old.name(row)
-    content = {"number": row["id"], "module": module, "record": _json(row["record"])}
-    yield _New(FactKind.CHECK, _time(row["at"]), content, module, row["hash"])
+    content = {"number": row["id"], "module": old.name(row), "record": _json(row["record"])}
+    yield _New(FactKind.CHECK, _time(row["at"]), content, row["hash"])
 
 
 def _guided_test(old: _Former, row: _Row) -> Iterator[_New]:
-    module = old.name(row)
-    content = {"number": row["id"], "module": module, "adapter": row["adapter"], "who": row["who"],
-               "test": row["kind"], "verdict": row["verdict"], "is_simulated": bool(row["is_simulated"]),
-               "program": row["program"], "measured": _json(row["measured"])}  # fmt: skip
-    yield _New(FactKind.GUIDED_TEST, _time(row["at"]), content, module)
+    content = {
+        **_taken(row, "adapter", "who", "verdict", "program"), "number": row["id"], "module": old.name(row),
+        "test": row["kind"], "is_simulated": bool(row["is_simulated"]), "measured": _json(row["measured"]),
+    }  # fmt: skip
+    yield _New(FactKind.GUIDED_TEST, _time(row["at"]), content)
 
 
 def _audit_link(old: _Former, link: _Row) -> _New | None:
@@ -229,7 +228,7 @@ def _audit_link(old: _Former, link: _Row) -> _New | None:
     of = dict(zip(FORMER_ENTRY, entry, strict=True))
     name = object_in(of["detail"]).get("module")
     at = _time(of["settled_at"] or of["at"])
-    return _New(FactKind.AUDIT, at, content, name if isinstance(name, str) else None, of["act"])
+    return _New(FactKind.AUDIT, at, content, of["act"], name if isinstance(name, str) else None)
 
 
 def _settlement(_old: _Former, row: _Row) -> Iterator[_New]:
@@ -238,12 +237,12 @@ def _settlement(_old: _Former, row: _Row) -> Iterator[_New]:
 
 
 def _baud(_old: _Former, row: _Row) -> Iterator[_New]:
-    kept = ("port", "adapter", "old_rate", "new_rate")
-    intent = _New(FactKind.BAUD, _time(row["at"]), {"number": row["id"], **{key: row[key] for key in kept}})
+    content = {"number": row["id"], **_taken(row, "port", "adapter", "old_rate", "new_rate")}
+    intent = _New(FactKind.BAUD, _time(row["at"]), content)
     yield intent
     if row["settled_at"] is not None:
         of = fact_hash(intent.kind.value, intent.at, payload_of(intent.content))
-        yield _New(FactKind.OUTCOME, _time(row["settled_at"]), {"outcome": row["outcome"], "of": of}, None, of)
+        yield _New(FactKind.OUTCOME, _time(row["settled_at"]), {"outcome": row["outcome"], "of": of}, of)
 
 
 _SOURCES: Final[tuple[tuple[str, Callable[[_Former, _Row], Iterator[_New]]], ...]] = (
@@ -251,6 +250,10 @@ _SOURCES: Final[tuple[tuple[str, Callable[[_Former, _Row], Iterator[_New]]], ...
     ("settings_snapshots", _snapshot), ("preflight_checks", _check), ("guided_tests", _guided_test),
     ("module_settlements", _settlement), ("pending_baud", _baud),
 )  # fmt: skip
+
+
+def _taken(row: _Row, *names: str) -> dict[str, Any]:
+    return {name: row[name] for name in names}
 
 
 def _time(text: str) -> str:

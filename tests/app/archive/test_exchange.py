@@ -16,6 +16,7 @@ from app.archive.facts import Fact, FactRefused, RefusedFact, checked, fact_id, 
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, NamedModule, _names, names_of
 from app.guided.results import GuidedVerdict
+from app.records.record import seal
 from app.records.verification import Chain, verify
 from app.stations.station import Station, encoded
 from app.store.database import FILE_NAME
@@ -264,6 +265,16 @@ def test_a_chain_is_verified_after_an_exchange_and_a_missing_link_is_counted(
     assert sorted((one.is_audit, one.count, one.missing, one.faults) for one in chains) == [
         (False, 3, 0, ()), (False, 3, 0, ()), (True, 4, 0, ()), (True, 10, 0, ())
     ]  # fmt: skip
+
+
+def test_an_unsigned_record_of_another_station_doubles_none_of_this_one(stations: list[ArchiveStation]) -> None:
+    one, other = stations[:2]
+    record = one.check("M-07")
+    unsigned = seal({key: value for key, value in record.items() if key not in ("hash", "signature", "station")}, None)
+    one.facts.add([made(FactKind.CHECK, {"module": "M-07", "record": unsigned}, other.station)])
+    kept = ArchivedRecords(one.store.database, one.facts.others)
+    assert kept.record(str(unsigned["hash"])) == unsigned
+    assert verify(record, kept).chain is Chain.FIRST
 
 
 def test_all_stations_ask_the_same_questions_in_the_same_order() -> None:

@@ -193,6 +193,8 @@ def test_what_is_altered_after_it_was_taken_over_is_found(folder: Path) -> None:
         "UPDATE audit SET detail = '[]', frame = 'zz'",
         "UPDATE modules SET adapter = CAST(x'ff' AS TEXT)",
         "UPDATE module_states SET settings = '['",
+        """UPDATE module_settlements SET content = '{"module": [], "x": 1e999}'""",
+        """UPDATE module_settlements SET content = '{"module": []}'""",
     ],
 )
 def test_a_row_that_nobody_can_read_keeps_none_from_being_taken_over(folder: Path, odd: str) -> None:
