@@ -246,6 +246,14 @@ class Device:
         self._motion.clear()
         self._clear_suspicion()
 
+    def forget(self, before: float) -> None:
+        """Forget what was known of another module, which nothing is of since `before`, in monotonic seconds."""
+        self._settle()
+        self._values = {key: one for key, one in self._values.items() if one.at >= before and not one.is_stale}
+        for former in (self._unconfirmed, self._stray_records, self._samples, self._motion):
+            former.clear()
+        self._clear_suspicion()
+
     def note_sleep(self, slept_s: float, at: float) -> None:
         """Keep the sleep for the view; its consequences come as events."""
         self._last_sleep = Sleep(at, slept_s)
@@ -281,10 +289,6 @@ class Device:
     def is_streaming(self, now: float) -> bool:
         """Whether status reports came unasked, the last one within 1.5 s."""
         return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
-
-    def value(self, key: str) -> Known | None:
-        self._settle()
-        return self._values.get(key)
 
     def _set_presence(self, presence: Presence, at: float) -> None:
         self._presence, self._presence_since = presence, at
@@ -332,7 +336,7 @@ class Device:
             if boots > self._restarts_not_read:
                 self._on_restart()  # it was switched off and on while nobody listened
             elif before is not None and not boots:
-                self._dismiss_suspicion()
+                self._values = self._suspected | self._values
             self._clear_suspicion()
             self._restarts_not_read = 0
         self._values[key] = Known(reading.value, How.READ, at)
@@ -378,10 +382,6 @@ class Device:
             known = self._values.get(key)
             if known is not None and not known.is_stale:
                 self._suspected[key] = self._values.pop(key)
-
-    def _dismiss_suspicion(self) -> None:
-        for key, known in self._suspected.items():
-            self._values.setdefault(key, known)
 
     def _clear_suspicion(self) -> None:
         self._is_restart_suspected = False

@@ -2,12 +2,14 @@
 
 `same_module` is the only rule. A boot count never falls, the settings are those last read, and the trigger records
 follow each other: what differs refutes. Proof is a conversation that never broke, or a person who has read the label
-and said so for this connection. Until a person decides about a named module, only questions and LOCK are sent.
+and said so for this connection. Until a person decides, about a named module after each break and about any after a
+lost port, only questions and LOCK are sent.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from math import inf
 
 from app.engine.device import BOOTS, Device, Known, StaleReason
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
@@ -31,7 +33,7 @@ class Trust(Enum):
     OPEN = "open"
     """What may refute it is still being read."""
     UNNAMED = "unnamed"
-    """Nobody said which module it is, so there is nothing to prove, and nothing is kept under a name."""
+    """Nothing is expected and nobody said which module it is: nothing is kept under a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +82,8 @@ class Identity:
     is_named: bool = False
 
     @property
-    def is_proven(self) -> bool:
-        """No question is open, so everything may be sent: a person said so, or it has no name to be proven."""
+    def is_settled(self) -> bool:
+        """No question is open, so everything may be sent: a person said so, or nothing is expected of it."""
         return self.trust in (Trust.PROVEN, Trust.UNNAMED)
 
     @property
@@ -143,15 +145,17 @@ class IdentityCheck:
         return self._identity
 
     @property
-    def is_proven(self) -> bool:
-        return self._identity.is_proven
+    def since(self) -> float:
+        """When what answers now may have taken the place of another module; monotonic seconds."""
+        return -inf if self._answered_at is None else self._answered_at
 
-    def confirm(self, seen: Identity | None = None, *, is_named: bool = True) -> None:
-        """A person said which module it is, or with `is_named` false that it has no name; nothing is done if it
-        differs from what the person had `seen`."""
+    def confirm(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
+        """A person said that it is the expected module or, by `is_named`, that it has a name or none; nothing is done
+        if it differs from what the person had `seen`."""
         if seen is None or self._identity.is_as_seen(seen):
             self._expected = None
-            self._identity = Identity(Trust.PROVEN, is_named=True) if is_named else NO_EXPECTATION
+            proven = Identity(Trust.PROVEN, is_named=self._identity.is_named if is_named is None else is_named)
+            self._identity = NO_EXPECTATION if is_named is False else proven
 
     def _expect(self, expected: Expected, answered_at: float | None) -> None:
         self._expected, self._answered_at = expected, answered_at
@@ -167,15 +171,12 @@ class IdentityCheck:
         view = device.view(now)
         if view.presence is Presence.ONLINE and self._answered_at is None:
             self._answered_at = now
-        before, found = expected.evidence, evidence_of(view.values, is_fresh=True)
-        trust = same_module(before, found)
+        found = evidence_of(view.values, is_fresh=True)
+        trust = same_module(expected.evidence, found)
         is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
         if trust is Trust.UNPROVEN and not (found.is_complete or is_late):
             trust = Trust.OPEN
-        is_like_before = before.is_complete and found.is_complete and expected.is_adapter_same
-        if trust is Trust.UNPROVEN and not expected.is_named and is_like_before:
-            self.confirm(is_named=False)
-        elif (trust, found) != (self._identity.trust, self._identity.now):
+        if (trust, found) != (self._identity.trust, self._identity.now):
             self._identity = replace(self._identity, trust=trust, now=found)
 
     def on_event(self, event: Event, device: Device, now: float) -> None:

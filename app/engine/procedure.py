@@ -126,7 +126,7 @@ class EngineView:
     """Another procedure changes the port's rate: the module may be at any rate."""
     overtaken_at: float | None
     """When something urgent (LOCK) last overtook the rest: confirmations before it no longer count."""
-    is_proven: bool
+    is_settled: bool
     """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
 
 

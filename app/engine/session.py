@@ -39,7 +39,7 @@ class Session:
     `step` raises `PortError` when the port is lost; the owner then calls `close`. Everything received before stays in
     `take_events` and in the device. `asleep_s` returns for how long the computer slept since the last call.
 
-    Until `identity` is proven only questions and LOCK are sent.
+    Until `identity` is settled only questions and LOCK are sent.
     """
 
     def __init__(
@@ -115,6 +115,11 @@ class Session:
             ask = run.pending_ask
             if ask is not None and ask.request.hazard is Hazard.DANGEROUS and run is not self._asking:
                 run.resume(Unanswered(ask.request, 0, 0.0, now), now)
+
+    def treat_as_new(self, *, is_named: bool) -> None:
+        """A person said that it is another module than before."""
+        self.device.forget(self.identity.since)
+        self.identity.confirm(is_named=is_named)
 
     def run_in_background(self, procedure: Procedure[None]) -> None:
         self._background = Run(procedure)
@@ -211,7 +216,7 @@ class Session:
         ask = active.pending_ask
         if ask is None:
             return
-        is_refused = not (self.identity.is_proven or ask.request == LOCK)
+        is_refused = not (self.identity.identity.is_settled or ask.request == LOCK)
         if is_refused and not ask.request.is_repeatable:
             active.resume(Unanswered(ask.request, 0, 0.0, now), now)  # who wanted the stream continues by polling
             self._serve(now)
@@ -306,7 +311,7 @@ class Session:
             proven_rate=self._proven_rate,
             is_rate_searched=any(run.searches_rate and not run.is_urgent for run in self._foreground),
             overtaken_at=self._overtaken_at,
-            is_proven=self.identity.is_proven,
+            is_settled=self.identity.identity.is_settled,
         )
 
     def _use_rate(self, baud_rate: int, now: float) -> None:

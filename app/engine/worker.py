@@ -45,7 +45,7 @@ class PortState(Enum):
 @dataclass(frozen=True, slots=True)
 class Connection:
     """`trouble`: why the port is not open, unless it was closed on purpose. `opening`: the number of the `Worker.open`
-    that it belongs to, from 1."""
+    or `treat_as_new` that it belongs to, from 1."""
 
     state: PortState = PortState.CLOSED
     port: str = ""
@@ -153,7 +153,7 @@ class Worker:
         """Open `port`, closing the previous one; return the number of this opening, by which its batches are known.
         `background` makes the procedure that keeps the device fresh.
 
-        `expected`: the module expected there; until its identity is proven only questions are sent.
+        `expected`: the module expected there; until its identity is settled only questions are sent.
 
         `is_another`: another module is expected, so the values of the previous one are discarded at once; else they
         stay, as stale, until the port is open.
@@ -163,14 +163,25 @@ class Worker:
         self._order(lambda: self._enter(connection, background, expected, is_another=is_another))
         return connection.opening
 
-    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool = True) -> None:
+    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
         """Accept the module because a person said which it is; see `IdentityCheck.confirm`."""
+        self._decide(lambda session: session.identity.confirm(seen, is_named=is_named))
 
-        def confirm() -> None:
+    def treat_as_new(self, *, is_named: bool) -> int:
+        """A person said that it is another module; return the number by which the batches from then on are known."""
+        self._openings += 1
+        self._decide(lambda session: session.treat_as_new(is_named=is_named))
+        return self._openings
+
+    def _decide(self, decide: Callable[[Session], None]) -> None:
+        number = self._openings
+
+        def act() -> None:
+            self._connection = replace(self._connection, opening=number)
             if self._session is not None:
-                self._session.identity.confirm(seen, is_named=is_named)
+                decide(self._session)
 
-        self._order(confirm)
+        self._order(act)
 
     def close(self) -> None:
         """Close the port, after the background procedure has undone its changes."""

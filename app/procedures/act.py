@@ -231,7 +231,7 @@ def conditions_open(
         sight.device,
         sight.now,
         must_be_proven=True,
-        is_the_one_meant=sight.is_proven,
+        is_identity_settled=sight.is_settled,
         permit=permit,
         overtaken_at=sight.overtaken_at,
         opened_at=sight.opened_at,

@@ -177,7 +177,7 @@ def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
 def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineView) -> Procedure[None]:
     memory, listened_s = course.memory, sight.now - sight.opened_at
     boots = sight.device.fresh(_BOOT_COUNT.command.key, sight.now)
-    if memory.was_left_on and course.switched_on_at is None and sight.is_proven:
+    if memory.was_left_on and course.switched_on_at is None and sight.is_settled:
         if memory.boot_count is not None and boots not in (None, memory.boot_count):
             memory.clear()  # another module's, or before a restart: the stream was not switched on here
         elif sight.device.is_streaming and memory.boot_count in (None, boots):
@@ -197,7 +197,7 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
         if not sight.device.is_streaming and waited_s > STREAM_STARTS_S:
             course.has_given_up = True
         return
-    if sight.device.is_streaming or course.has_given_up or not sight.is_proven or _is_listening(course, sight):
+    if sight.device.is_streaming or course.has_given_up or not sight.is_settled or _is_listening(course, sight):
         return
     if course.intent is None:
         course.intent = memory.note_on(None if boots is None else int(boots))

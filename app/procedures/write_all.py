@@ -281,7 +281,7 @@ def _refusals(leave: WriteContext) -> Procedure[tuple[Refusal, ...]]:
         sight: EngineView = yield Inspect()
         armed = leave.armed.act if leave.armed is not None else None
         now_is = interlock_inputs(
-            sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven, armed=armed,
+            sight.device, sight.now, must_be_proven=True, is_identity_settled=sight.is_settled, armed=armed,
             is_unlocked=leave.is_unlocked,
         )  # fmt: skip
         found = refusals(Act.WRITE, now_is)

@@ -23,7 +23,7 @@ from protocol.translatable import marked
 class Interlock(Enum):
     ONLINE = auto()
     """The module answers."""
-    IS_PROVEN_MODULE = auto()
+    IS_IDENTITY_SETTLED = auto()
     """It is proven which module answers, or a person confirmed it; see `app.engine.identity`."""
     FRESH_STATUS = auto()
     """The last status report is at most a second old, or one and a half periods of a slower stream."""
@@ -49,7 +49,7 @@ class Interlock(Enum):
     """A person accepted what the values take away; `write_all`, which knows them, checks it."""
 
 
-_PRESENT = (Interlock.ONLINE, Interlock.IS_PROVEN_MODULE)
+_PRESENT = (Interlock.ONLINE, Interlock.IS_IDENTITY_SETTLED)
 _ALWAYS = (*_PRESENT, Interlock.FRESH_STATUS)
 _EXPLICIT = (Interlock.NOTHING_ELSE_ARMED, Interlock.CONFIRMED, Interlock.INTENT_DURABLE)
 
@@ -81,7 +81,7 @@ class InterlockInputs:
 
     now: float
     presence: Presence = Presence.UNKNOWN
-    is_proven_module: bool = True
+    is_identity_settled: bool = True
     status_at: float | None = None
     """When the last status report arrived; if it must be proven, the time after which the module sent it."""
     status_fault: StaleReason | None = None
@@ -113,7 +113,7 @@ def interlock_inputs(
     now: float,
     *,
     must_be_proven: bool,
-    is_the_one_meant: bool = True,
+    is_identity_settled: bool = True,
     permit: Permit | None = None,
     overtaken_at: float | None = None,
     opened_at: float | None = None,
@@ -134,7 +134,7 @@ def interlock_inputs(
     return InterlockInputs(
         now=now,
         presence=device.presence,
-        is_proven_module=is_the_one_meant,
+        is_identity_settled=is_identity_settled,
         status_at=None if tilt is None else tilt.sent_after if must_be_proven else tilt.at,
         status_fault=None if tilt is None else tilt.stale_reason,
         status_fresh_for_s=fresh_for_s or FRESH_FOR_S["tilt_deg"],
@@ -187,8 +187,8 @@ def _online(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     return None if now_is.presence is Presence.ONLINE else message(marked("The module does not answer."))
 
 
-def _is_proven_module(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return None if now_is.is_proven_module else message(marked("Module not proven: only queries are sent."))
+def _is_identity_settled(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
+    return None if now_is.is_identity_settled else message(marked("Module not proven: only queries are sent."))
 
 
 def _unknown(what: str) -> UserMessage:
@@ -317,7 +317,7 @@ def _may_write(act: Act, now_is: InterlockInputs) -> UserMessage | None:
 
 _CHECKS: Mapping[Interlock, _Check] = MappingProxyType({
     Interlock.ONLINE: _online,
-    Interlock.IS_PROVEN_MODULE: _is_proven_module,
+    Interlock.IS_IDENTITY_SETTLED: _is_identity_settled,
     Interlock.FRESH_STATUS: _fresh_status,
     Interlock.IS_LOCKED: _is_locked,
     Interlock.IS_ACTIVE: _is_active,

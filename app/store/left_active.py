@@ -1,11 +1,15 @@
 """Modules that the audit log leaves ACTIVE: activated or not confirmed as locked, and not reported LOCKED since."""
 
 from dataclasses import dataclass
+from datetime import datetime
 
 from app.safety.acts import Act
 from app.safety.journal import Outcome
+from app.safety.last_known import keep_away
 from app.store.store import Store
-from app.store.store_journal import RUN, StoreJournal
+from app.store.store_journal import KnownAs, detail_of
+from app.text.i18n import tr
+from app.text.sentences import join_sentences
 
 _SIMULATED = "sim:"
 _LEAVES_ACTIVE = {
@@ -16,20 +20,31 @@ _LEAVES_ACTIVE = {
 
 @dataclass(frozen=True, slots=True)
 class LeftActive:
-    """`module`: its name, "" where it has none; it is then known only within the `run` of the program that wrote the
-    entry. `at`: when, ISO 8601 in UTC. `is_lock_unconfirmed`: LOCK was sent, and the module did not report LOCKED."""
+    """`at`: when, ISO 8601 in UTC. `is_lock_unconfirmed`: LOCK was sent, and the module did not report LOCKED."""
 
-    module: str
+    known_as: KnownAs
     port: str
     adapter: str
-    run: str
-    at: str
-    is_lock_unconfirmed: bool
+    at: str = ""
+    is_lock_unconfirmed: bool = False
 
     @property
-    def key(self) -> tuple[str, ...]:
-        """What two entries about one module have in common."""
-        return (self.module,) if self.module else ("", self.run, self.adapter or self.port)
+    def keys(self) -> tuple[tuple[str, ...], ...]:
+        """What entries about one module have in common: its name, or the connection in which it had none yet."""
+        unnamed = ("", self.known_as.run, self.adapter or self.port)
+        return ((self.known_as.name,), unnamed) if self.known_as.name else (unnamed,)
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use."""
+        when = datetime.fromisoformat(self.at).astimezone().strftime("%Y-%m-%d %H:%M")
+        module = self.known_as.name or tr("The module at {port}", port=self.port)
+        text = (
+            tr("{module}: LOCK not confirmed on {time}.", module=module, time=when)
+            if self.is_lock_unconfirmed
+            else tr("{module} was left ACTIVE on {time}.", module=module, time=when)
+        )
+        return join_sentences((text, keep_away()))
 
 
 def left_active(store: Store) -> tuple[LeftActive, ...]:
@@ -39,32 +54,30 @@ def left_active(store: Store) -> tuple[LeftActive, ...]:
         if entry.port.startswith(_SIMULATED):
             continue
         name, adapter, run = (str(entry.detail.get(key, "")) for key in ("module", "adapter", "run"))
-        seen = LeftActive(name, entry.port, adapter, run, entry.at, is_lock_unconfirmed=entry.act is Act.LOCK)
+        known_as = KnownAs(name, run, is_in_doubt=bool(entry.detail.get("is_in_doubt")))
+        seen = LeftActive(known_as, entry.port, adapter, entry.at, is_lock_unconfirmed=entry.act is Act.LOCK)
         if entry.outcome in _LEAVES_ACTIVE.get(entry.act, ()):
-            left[seen.key] = seen
-        elif entry.act in (Act.LOCK, Act.SHUTDOWN) and entry.outcome is Outcome.CONFIRMED:
-            left.pop(seen.key, None)
-            left.pop(("", run, adapter or entry.port), None)  # activated before it got its name
+            left[seen.keys[0]] = seen
+        elif entry.act is not Act.ACTIVATE and entry.outcome is Outcome.CONFIRMED and not known_as.is_in_doubt:
+            for key in seen.keys:
+                left.pop(key, None)
     return tuple(sorted(left.values(), key=lambda one: one.at, reverse=True))
 
 
-def note_report(store: Store, *, port: str, adapter: str, module: str, origin: str, is_active: bool) -> None:
+def note_report(store: Store, here: LeftActive, origin: str, *, is_active: bool) -> None:
     """Logs what a known module reports where it differs from what the log says; to be run in the store's thread."""
-    here = LeftActive(module, port, adapter, RUN, "", is_lock_unconfirmed=False)
-    keys = {one.key for one in left_active(store)}
-    is_left = here.key in keys or ("", RUN, adapter or port) in keys
-    if is_left is not is_active:
-        _log(StoreJournal(store, port=port, origin=origin, adapter=adapter, module=module), RUN, "module", is_active)
+    left = {one.keys[0] for one in left_active(store)}
+    if any(key in left for key in here.keys) is not is_active:
+        _log(store, here, origin, "module", is_active)
 
 
 def note_locked(store: Store, left: LeftActive, origin: str) -> None:
-    """Logs that a person says that it is locked, or switched off."""
-    journal = StoreJournal(store, port=left.port, origin=origin, adapter=left.adapter, module=left.module)
-    _log(journal, left.run, "person", False)
+    """Logs that a person says that it is locked, or switched off; to be run in the store's thread."""
+    _log(store, left, origin, "person", False)
 
 
-def _log(journal: StoreJournal, run: str, said_by: str, is_active: bool) -> None:
+def _log(store: Store, where: LeftActive, origin: str, said_by: str, is_active: bool) -> None:
     """An entry without a frame: nothing was sent."""
+    detail = detail_of(KnownAs(where.known_as.name, where.known_as.run), where.adapter) | {"reported_by": said_by}
     act = Act.ACTIVATE if is_active else Act.LOCK
-    entry = journal.begin(act, b"", {"run": run, "reported_by": said_by})
-    journal.settle(entry, Outcome.CONFIRMED, {"sent": 0})
+    store.settle(store.begin(act, b"", detail, port=where.port, origin=origin), Outcome.CONFIRMED, {"sent": 0})

@@ -3,7 +3,7 @@
 import logging
 import secrets
 from collections.abc import Callable, Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.safety.acts import Act
 from app.safety.journal import Entry, Journal, NoJournal, Outcome
@@ -12,27 +12,49 @@ from app.store.store import Store
 
 _log = logging.getLogger(__name__)
 RUN: Final = secrets.token_hex(4)
-"""Names this run of the program: a module without a name is not known beyond it."""
+
+
+def new_run() -> str:
+    """Names one connection: a module without a name is not known beyond it."""
+    return secrets.token_hex(4)
+
+
+class KnownAs(NamedTuple):
+    """By what a module is known in the audit log: `name`, "" where it has none, and the `run`, its connection."""
+
+    name: str = ""
+    run: str = RUN
+    is_in_doubt: bool = False
+    """It may be another module than the one of this connection."""
+
+
+THIS_RUN: Final = KnownAs()
+
+
+def detail_of(known_as: KnownAs, adapter: str) -> dict[str, object]:
+    """As part of an entry."""
+    where = {"adapter": adapter, "module": known_as.name, "run": known_as.run, "is_in_doubt": known_as.is_in_doubt}
+    return {name: value for name, value in where.items() if value}
 
 
 class StoreJournal:
     """The journal of one connection, written by the store's own thread."""
 
-    def __init__(self, store: Store, *, port: str, origin: str, adapter: str = "", module: str = "") -> None:
-        """`module`: its name, where it has one."""
+    def __init__(
+        self, store: Store, *, port: str, origin: str, adapter: str = "", known_as: KnownAs = THIS_RUN
+    ) -> None:
         self._store = store
         self._port = port
         self._origin = origin
         self._adapter = adapter
-        self._module = module
+        self._known_as = known_as
 
     @property
     def is_ready(self) -> bool:
         return True
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
-        where = {"adapter": self._adapter, "module": self._module, "run": RUN}
-        store, kept = self._store, {**{name: text for name, text in where.items() if text}, **detail}
+        store, kept = self._store, {**detail_of(self._known_as, self._adapter), **detail}
         return self._write(lambda: store.begin(act, frame, kept, port=self._port, origin=self._origin))
 
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
@@ -69,8 +91,10 @@ class StoreJournal:
         self._store.queue.submit(work)
 
 
-def journal_for(store: Store | StoreTrouble, *, port: str, origin: str, adapter: str = "", module: str = "") -> Journal:
+def journal_for(
+    store: Store | StoreTrouble, *, port: str, origin: str, adapter: str = "", known_as: KnownAs = THIS_RUN
+) -> Journal:
     """The journal of a connection, whether there is a store or not."""
     if isinstance(store, Store):
-        return StoreJournal(store, port=port, origin=origin, adapter=adapter, module=module)
+        return StoreJournal(store, port=port, origin=origin, adapter=adapter, known_as=known_as)
     return NoJournal(store.message)

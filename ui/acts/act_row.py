@@ -76,7 +76,7 @@ class ActRow(QFrame):
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
         # One condition at a time: a second line would move the rows below. Without a module, or with perhaps another
         # one, all other conditions follow from that.
-        is_first = (Interlock.ONLINE, Interlock.IS_PROVEN_MODULE)
+        is_first = (Interlock.ONLINE, Interlock.IS_IDENTITY_SETTLED)
         told.sort(key=lambda one: one.condition not in is_first)
         self.conditions.setText(told[0].sentence if told else "")
         # An old status does not disable the button: the engine asks for a new one before it decides.

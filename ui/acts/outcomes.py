@@ -27,7 +27,7 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         connector.device,
         connector.clock(),
         must_be_proven=False,
-        is_the_one_meant=connector.identity.is_proven,
+        is_identity_settled=connector.identity.is_settled,
         armed=services.armed.act,
         # Without a port there is no log; the condition that a module answers is open then anyway.
         is_audit_ready=connector.target is None or services.storage.journal(connector.target).is_ready,

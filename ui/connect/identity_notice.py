@@ -22,7 +22,7 @@ def identity_notice(identity: Identity, naming: ModuleName) -> Notice | None:
     elif name:
         what = tr("{module}? Read its label.", module=name)
     else:
-        what = tr("This may be another module: too little is known.")
+        what = tr("This may be another module: the port was lost.")
     same = tr("It is {module}", module=name) if name else tr("Same module")
     choices = (
         Choice("identity_new", tr("New module"), naming.treat_as_new, is_step=True),

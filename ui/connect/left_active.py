@@ -1,21 +1,20 @@
-"""Says at the start which module was left ACTIVE, until that module, known by its name, reports LOCKED."""
+"""Says which module was left ACTIVE, until that module, known by its name, reports LOCKED."""
 
-from datetime import datetime
+from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.device import How
 from app.engine.worker import Batch
-from app.safety.last_known import Activation, keep_away
-from app.store.database import StoreTrouble
+from app.safety.last_known import Activation
 from app.store.left_active import LeftActive, left_active, note_locked, note_report
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
 from ui.core.port_connection import PortConnection
-from ui.services.module_name import ModuleName
+from ui.services.module_name import ModuleName, known_as
 from ui.services.storage import ORIGIN, Storage
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -30,70 +29,74 @@ class LeftActiveWatch(QObject):
     def __init__(self, connector: Connector, storage: Storage, naming: ModuleName, parent: QObject) -> None:
         super().__init__(parent)
         self._connector, self._storage, self._naming = connector, storage, naming
-        self._left: list[LeftActive] = []
-        """Of former runs of the program."""
-        self._seen: dict[PortConnection, tuple[str, bool]] = {}
+        self._left: tuple[LeftActive, ...] = ()
+        self._is_loaded = False
+        self._logging: BackgroundTask[tuple[LeftActive, ...]] = BackgroundTask("dps-s left active", self)
+        self._seen: dict[PortConnection, tuple[LeftActive, bool]] = {}
         for connection in connector.connections:
             self._add(connection)
         connector.added.connect(self._add)
-        connector.removed.connect(lambda connection: self._seen.pop(connection, None))
+        connector.removed.connect(self._on_removed)
 
     def load(self) -> None:
         """Once the store is open."""
-        store = self._storage.store
-        try:
-            self._left = list(left_active(store)) if isinstance(store, Store) else []
-        except StoreTrouble:
-            self._left = []  # the notice about the store says it
-        self.changed.emit()
+        self._is_loaded = True
+        self._update(lambda _store: None)
 
     def notice(self) -> Notice | None:
-        """In the language in use; None while the module itself reports that it is active."""
-        is_active = self._connector.activation.state is Activation.ACTIVE
-        shown = self._naming.name if is_active else ""
-        left = next((one for one in self._left if not shown or one.module != shown), None)
+        """In the language in use; None while the module itself, or its LOCK or link, says it."""
+        left = next((one for one in self._left if not any(self._is_at(port, one) for port in self._ports)), None)
         if left is None:
             return None
-        when = datetime.fromisoformat(left.at).astimezone().strftime("%Y-%m-%d %H:%M")
-        module = left.module or tr("The module at {port}", port=left.port)
-        text = (
-            tr("{module}: LOCK not confirmed on {time}.", module=module, time=when)
-            if left.is_lock_unconfirmed
-            else tr("{module} was left ACTIVE on {time}.", module=module, time=when)
-        )
-        locked = Choice("left_active_locked", tr("It is locked"), partial(self._end, left), is_step=True)
-        return Notice(Meaning.ATTENTION, join_sentences((text, keep_away())), (locked,))
+        act = partial(self._update, partial(note_locked, left=left, origin=ORIGIN))
+        locked = Choice("left_active_locked", tr("It is locked"), act, is_step=True)
+        return Notice(Meaning.ATTENTION, left.sentence, (locked,))
+
+    @property
+    def _ports(self) -> list[PortConnection]:
+        return [one for one in self._connector.connections if one.is_requested]
+
+    def _is_at(self, port: PortConnection, left: LeftActive) -> bool:
+        if left.known_as.run == port.kept.run:
+            return True
+        is_said = port.activation.state is Activation.ACTIVE or (port is self._connector.current and port.is_active)
+        return is_said and left.known_as.name == self._naming.of(port).name != ""
+
+    def _update(self, note: Callable[[Store], object]) -> None:
+        """Does this in the store's thread, and takes what is left ACTIVE then."""
+        store = self._storage.store
+        if isinstance(store, Store):
+            # Where the store is in trouble, its own notice says it.
+            self._logging.run_in(store.queue, partial(_after, note, store), self._take, lambda _trouble: None)
+
+    def _take(self, left: tuple[LeftActive, ...]) -> None:
+        self._left = left
+        self.changed.emit()
 
     def _add(self, connection: PortConnection) -> None:
         connection.batch.connect(partial(self._on_batch, connection))
+        connection.invalidated.connect(self._on_another_module)
+
+    def _on_removed(self, connection: PortConnection) -> None:
+        self._seen.pop(connection, None)
+        self._on_another_module()
+
+    def _on_another_module(self) -> None:
+        if self._is_loaded:  # else the store is still being opened
+            self.load()
 
     def _on_batch(self, connection: PortConnection, batch: Batch) -> None:
         known, target = batch.device.known("active", batch.at), connection.target
         if known is None or known.is_stale or known.how is How.ACKNOWLEDGED or target is None or target.is_simulated:
             return
-        if not connection.identity.is_proven:
-            self._seen.pop(connection, None)
+        here = LeftActive(known_as(connection, self._naming.of(connection).name), target.device, target.identity)
+        is_active = known.value is True
+        if here.known_as.is_in_doubt or (here, is_active) == self._seen.get(connection):
             return
-        seen = self._naming.of(connection).name, known.value is True
-        if seen == self._seen.get(connection):
-            return
-        self._seen[connection] = seen
-        name, is_active = seen
-        store = self._storage.store
-        if isinstance(store, Store):
-            where = {"port": target.device, "adapter": target.identity, "module": name, "origin": ORIGIN}
-            store.queue.submit(partial(note_report, store, **where, is_active=is_active))
-        if not is_active and name:
-            self._drop([one for one in self._left if one.module == name])
+        self._seen[connection] = here, is_active
+        self._update(partial(note_report, here=here, origin=ORIGIN, is_active=is_active))
 
-    def _end(self, left: LeftActive) -> None:
-        """A person says that it is locked or switched off."""
-        store = self._storage.store
-        if isinstance(store, Store):
-            store.queue.submit(partial(note_locked, store, left, ORIGIN))
-        self._drop([left])
 
-    def _drop(self, ended: list[LeftActive]) -> None:
-        if ended:
-            self._left = [one for one in self._left if one not in ended]
-            self.changed.emit()
+def _after(note: Callable[[Store], object], store: Store) -> tuple[LeftActive, ...]:
+    note(store)
+    return left_active(store)

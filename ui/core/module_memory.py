@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.snapshots import Snapshot
 from app.settings.settings_watch import SettingsWatch
+from app.store.store_journal import new_run
 
 if TYPE_CHECKING:
     from app.preflight.verdict import Void
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 class ModuleMemory:
     """Belongs to its `PortConnection`, which begins another one with each connection and each other module."""
 
+    run: str = field(default_factory=new_run)
+    """Names the connection in the audit log."""
     watch: SettingsWatch = field(default_factory=SettingsWatch)
     statistics: LinkStatistics = field(default_factory=LinkStatistics)
     as_found: Snapshot | None = None

@@ -89,8 +89,6 @@ class PortConnection(QObject):
         self._is_left_on_emitted = False
         self._lost = NO_EXPECTATION
         """Identity of the module on the lost port; `now` holds what was last read of it where it was proven."""
-        self._new_modules = 0
-        """How many modules a person has called new on the port of another one."""
         self._trouble: PortError | None = None
         """The last error; shown until the port is open again."""
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
@@ -224,17 +222,17 @@ class PortConnection(QObject):
         """`memory_of` returns where it is stored that the serial output was switched on."""
         self._memory_of = memory_of
 
-    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool = True) -> None:
-        """A person says which module this is, or that it has no name; `seen` is the identity that was shown to them."""
+    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
+        """A person says which module this is, see `IdentityCheck.confirm`; `seen` is what was shown to them."""
         self._worker.confirm_identity(seen, is_named=is_named)
 
-    def treat_as_new(self, seen: Identity | None = None, *, is_named: bool = False) -> None:
-        """A person says that this is another module: what was known of the first one is dropped."""
-        self._new_modules += 1
-        target = self._target
-        self._adapter_key = f"{target.key if target is not None else ''}#{self._new_modules}"
-        self._forget()
-        self._worker.confirm_identity(seen, is_named=is_named)
+    def treat_as_new(self, *, is_named: bool = False) -> None:
+        """A person says that this is another module: what was known of the first one is dropped, and what is still
+        under way of it ignored."""
+        number = self._worker.treat_as_new(is_named=is_named)
+        self._adapter_key = f"{'' if self._target is None else self._target.key}#{number}"
+        self._forget(replace(self.connection, opening=number))
+        self._opening = number
         self.changed.emit()
 
     def run(
@@ -260,15 +258,13 @@ class PortConnection(QObject):
 
     # What happens
 
-    def _forget(self, connection: Connection | None = None, *, is_adapter_same: bool = False) -> None:
+    def _forget(self, connection: Connection, *, is_adapter_same: bool = False) -> None:
         """Nothing of the last module, nor of what is still under way from it, is taken for the next one's; only that it
-        may fire is not forgotten at the same adapter. Without a `connection` the port stays open, and the values are
-        the next one's already."""
+        may fire is not forgotten at the same adapter."""
         if not is_adapter_same:
             self._last_known.clear()
-        if connection is not None:
-            self._opening += 1
-            self._last = Batch(self.clock(), connection, DeviceView(), None)
+        self._opening += 1
+        self._last = Batch(self.clock(), connection, DeviceView(), None)
         self.kept = ModuleMemory()
         self.invalidated.emit()
 
@@ -337,7 +333,7 @@ class PortConnection(QObject):
         self._is_listing = False
         if connection.trouble is not None:
             self._lost = lost = self._last.identity
-            if lost.is_proven:
+            if lost.is_settled:
                 self._lost = replace(lost, now=evidence_of(self._last.device.values, is_fresh=False))
         self._return.feed(connection, self.clock())
         if self._return.absence is not None or connection.state is PortState.OPEN:

@@ -50,7 +50,7 @@ class PortLock(QObject):
         self._adapter_key = connector.adapter_key
         self._ended_at = 0.0
         self._shown_count = 0
-        self._was_proven = True
+        self._was_settled = True
         """When LOCK was pressed it was known which module it is, or it had no name."""
         self._was_lost = False
         """The port was lost since LOCK was pressed."""
@@ -95,7 +95,7 @@ class PortLock(QObject):
             self._then.append(then)
         self.failed = self.confirmed = self._reported = None
         self._adapter_key, self._shown_count, self._was_lost = self._connector.adapter_key, 0, False
-        self._was_proven = self._connector.identity.is_proven
+        self._was_settled = self._connector.identity.is_settled
         self._send(LockRepeat())
         self.notified.emit(waiting_sentence(1))
         self.changed.emit()
@@ -170,13 +170,13 @@ class PortLock(QObject):
     @property
     def _is_in_doubt(self) -> bool:
         """What answers now may be another module than the one that LOCK was pressed for."""
-        return (self._was_lost or self._was_proven) and not self._is_the_one_meant
+        return (self._was_lost or self._was_settled) and not self._is_the_one_meant
 
     @property
     def _is_the_one_meant(self) -> bool:
         """After a lost port only a person can say so, and of a module without a name nobody can."""
         identity = self._connector.identity
-        return identity.is_proven if not self._was_lost else identity.trust is Trust.PROVEN
+        return identity.is_settled if not self._was_lost else identity.trust is Trust.PROVEN
 
     def _identify(self) -> None:
         """Take what was reported for the module that was meant, or not, once that is known."""

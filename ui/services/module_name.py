@@ -7,11 +7,12 @@ from math import inf
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.identity import Expected, Identity, IdentityEvidence, evidence_of
+from app.engine.identity import Expected, IdentityEvidence, evidence_of
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.store.database import StoreTrouble
 from app.store.store import Module, Store
+from app.store.store_journal import KnownAs
 from app.text.i18n import tr
 from app.text.messages import clean
 from ui.core.background_task import BackgroundTask
@@ -75,11 +76,11 @@ class PortModule(QObject):
     def choose(self, name: str) -> None:
         name = clean(name.strip(), longest=MAX_NAME_LENGTH)
         connector = self._connector
-        if name and connector is not None and connector.is_open and not connector.identity.is_proven:
+        if name and connector is not None and connector.is_open and not connector.identity.is_settled:
             if name == self.expected_name:
                 connector.confirm_identity()
             else:
-                self.before_new(partial(self._begin_new, name, None))
+                self.before_new(partial(self._begin_new, name))
         else:
             self._use(name)
             if connector is not None and connector.is_open:
@@ -93,12 +94,12 @@ class PortModule(QObject):
     def treat_as_new(self) -> None:
         """A person says that it is another module; it has no name yet."""
         if self._connector is not None:
-            self.before_new(partial(self._begin_new, "", self._connector.identity))
+            self.before_new(partial(self._begin_new, ""))
 
-    def _begin_new(self, name: str, seen: Identity | None) -> None:
+    def _begin_new(self, name: str) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too
         if self._connector is not None:
-            self._connector.treat_as_new(seen, is_named=bool(name))
+            self._connector.treat_as_new(is_named=bool(name))
 
     @property
     def adapter(self) -> str:
@@ -165,7 +166,7 @@ class PortModule(QObject):
             return
         if not connector.is_open:
             return
-        if not connector.identity.is_proven:
+        if not connector.identity.is_settled:
             self.expected_name = self.name or self.expected_name
             self._use("")
         elif self.expected_name:
@@ -175,7 +176,7 @@ class PortModule(QObject):
     # What was last read of it
 
     def _on_batch(self, batch: Batch) -> None:
-        is_module = batch.connection.state is PortState.OPEN and batch.identity.is_proven and bool(self.name)
+        is_module = batch.connection.state is PortState.OPEN and batch.identity.is_settled and bool(self.name)
         if not is_module or self._connector is None:
             return
         evidence = evidence_of(batch.device.values, is_fresh=True)
@@ -215,7 +216,7 @@ class ModuleName(QObject):
             self._connector, self._storage = connector, storage
             self._modules[connector.current] = self._shown
             self._shown.bind(connector.current, storage)
-            storage.name_at = self._name_at
+            storage.known_at = self._known_at
             connector.added.connect(self.of)
             connector.removed.connect(self._on_removed)
             connector.chosen.connect(self._show)
@@ -263,8 +264,9 @@ class ModuleName(QObject):
     def store_evidence(self) -> None:
         self._shown.store_evidence()
 
-    def _name_at(self, target: Target) -> str:
-        return next((module.name for port, module in self._modules.items() if port.target == target), "")
+    def _known_at(self, target: Target) -> KnownAs:
+        at = ((port, module.name) for port, module in self._modules.items() if port.target == target)
+        return next((known_as(port, name) for port, name in at), KnownAs())
 
     def _show(self) -> None:
         if self._connector is not None:
@@ -279,6 +281,10 @@ class ModuleName(QObject):
         module = self._modules.pop(connection, None)
         if module is not None:
             module.deleteLater()
+
+
+def known_as(port: PortConnection, name: str) -> KnownAs:
+    return KnownAs(name, port.kept.run, is_in_doubt=not port.identity.is_settled)
 
 
 def _at_once(act: Callable[[], object]) -> None:

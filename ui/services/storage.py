@@ -13,7 +13,7 @@ from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store
-from app.store.store_journal import journal_for
+from app.store.store_journal import KnownAs, journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
@@ -30,8 +30,8 @@ class Storage:
     """The store is opened by `open_store`, else when it is first asked for."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.name_at: Callable[[Target], str] = lambda _target: ""
-        """Name of the module that is known to be there, else ""."""
+        self.known_at: Callable[[Target], KnownAs] = lambda _target: KnownAs()
+        """By what the module there is known."""
         self._folder = folder
         self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
         self.recordings = RecordingJobs(self.sessions)
@@ -72,11 +72,11 @@ class Storage:
         return None if notice is None else notice.translated()
 
     def journal(self, target: Target | None) -> Journal:
-        """For one connection, with the name that its module has now."""
+        """For one connection, with what its module is known by now."""
         if target is None:
             return NoJournal()
-        name = self.name_at(target)
-        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=name)
+        at, known_as = target.device, self.known_at(target)
+        return journal_for(self.store, port=at, origin=ORIGIN, adapter=target.identity, known_as=known_as)
 
     def store_snapshot(self, snapshot: Snapshot, port: str, module: str = "") -> Future[int] | None:
         """Any thread may call; the future is done when the snapshot is on disk. None if there is no store.

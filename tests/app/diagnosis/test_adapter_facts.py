@@ -220,7 +220,7 @@ def test_a_write_that_is_cancelled_makes_the_known_value_stale_if_it_was_sent(
     rig.step_until(lambda: run.is_done)
     assert isinstance(run.error, Cancelled)
     assert (THRESHOLD.set(75) in rig.line.requests) is is_sent
-    known = rig.session.device.value(THRESHOLD.key)
+    known = rig.session.device.view(rig.clock()).values.get(THRESHOLD.key)
     assert known is not None
     assert known.stale_reason is reason
 
@@ -258,7 +258,7 @@ def test_values_reported_before_an_act_are_stale_after_it(
         device.apply(Answered(request, (Acknowledgement(request, 0x01),), 1, None, rig.clock.now_s))
     else:
         device.apply(OutcomeUnknown(request, 1.0, rig.clock.now_s))
-    known = device.value(key)
+    known = device.view(rig.clock()).values.get(key)
     assert known is not None
     assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
 

@@ -121,7 +121,6 @@ def test_every_report_is_a_sample_and_the_last_one_the_value(device: Device) -> 
     assert device.take_samples() == []
     known = view(device).values["tilt_deg"]
     assert (known.value, known.how, known.at) == (4, How.STREAMED, NOW + 0.04)
-    assert device.value("tilt_deg") == known
 
 
 def test_two_streamed_reports_prove_the_serial_output_and_one_does_not(device: Device) -> None:

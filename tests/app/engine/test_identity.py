@@ -33,7 +33,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT
-from protocol.events import Answered, Received, Role, Unanswered, WentOnline
+from protocol.events import Answered, OutcomeUnknown, Received, Role, Unanswered, WentOnline
 from protocol.messages import Reading
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, watched
@@ -103,18 +103,39 @@ def ask(request: object) -> Procedure[object]:
 
 
 @pytest.mark.parametrize("is_named", [False, True])
-def test_a_name_needs_a_person_and_what_has_none_streams_again_by_itself(is_named: bool) -> None:
+def test_after_a_lost_port_a_person_says_whether_it_is_the_same(*, is_named: bool) -> None:
+    """A batch of new modules: the next one on the same adapter reads exactly like the last."""
     rig = Rig(OPTIONS, expected=Expected(FOUND, is_named=is_named))
     watched(rig)
     assert trust(rig) is Trust.OPEN
     rig.step_until(lambda: trust(rig) is not Trust.OPEN, limit_s=2)
-    assert changes(rig) == []
-    if is_named:
-        rig.step_for(30)
-        assert (trust(rig), changes(rig)) == (Trust.UNPROVEN, [])
-        rig.session.identity.confirm(rig.session.identity.identity)
-    assert trust(rig) is (Trust.PROVEN if is_named else Trust.UNNAMED)
+    rig.step_for(30)
+    assert (trust(rig), changes(rig)) == (Trust.UNPROVEN, [])
+    rig.session.identity.confirm(rig.session.identity.identity)
+    assert (trust(rig), rig.session.identity.identity.is_named) == (Trust.PROVEN, is_named)
     rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
+
+
+@pytest.mark.parametrize("is_restarted", [False, True])
+def test_of_the_former_module_nothing_is_known_once_a_person_says_that_it_is_another(*, is_restarted: bool) -> None:
+    rig = Rig(OPTIONS)
+    rig.run(read_everything())
+    rig.session.identity.confirm(is_named=True)
+    rig.session.device.apply(OutcomeUnknown(BY_NAME["attitude_trigger"].set(True), 0.0, rig.clock()))
+    rig.bench.change(mute=True)
+    rig.run(ask(BY_NAME["light"].query()))
+    if is_restarted:
+        rig.bench.restart()
+    rig.bench.end_faults()
+    rig.step_until(lambda: trust(rig) is Trust.UNPROVEN, limit_s=30)
+    assert "freefall_time_s" in rig.session.device.view(rig.clock()).values
+    rig.run(ask(BY_NAME["light"].query()))
+    rig.session.treat_as_new(is_named=False)
+    view = rig.session.device.view(rig.clock())
+    assert set(view.values) >= {"light_v"}, "it is the next one's"
+    assert not set(view.values) & {*FOUND.settings, "cell_voltage_v", "charging"}
+    assert (view.unconfirmed, view.motion) == (frozenset(), None)
+    assert trust(rig) is Trust.UNNAMED
 
 
 @pytest.mark.parametrize(
@@ -161,7 +182,7 @@ def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
     rig.step_for(5)
     permit = Permit(act, Origin.RITUAL, rig.clock())
     done = rig.run(perform(act, FakeJournal(), permit=permit))
-    assert Interlock.IS_PROVEN_MODULE in [one.condition for one in done.refusals]
+    assert Interlock.IS_IDENTITY_SETTLED in [one.condition for one in done.refusals]
     assert NOT_PROVEN in done.sentence
     assert changes(rig) == []
 
@@ -278,7 +299,7 @@ def test_only_a_boot_count_that_answers_what_was_just_asked_tells_of_another_mod
     lower = Reading(BY_NAME["boot_count"], 12)
     frame = next(e.frame for e in rig.session.take_events() if isinstance(e, Received) and e.frame.code == 0x23)
     check.on_event(Received(frame, lower, role, rig.clock()), rig.session.device, rig.clock())
-    assert check.is_proven is (role is not Role.ANSWER)
+    assert check.identity.is_settled is (role is not Role.ANSWER)
 
 
 @pytest.mark.parametrize("role", Role)
@@ -312,7 +333,7 @@ def test_a_person_is_asked_again_for_a_name_once_the_conversation_broke(
     watched(rig)
     rig.step_for(5)
     if is_named:
-        rig.session.identity.confirm()
+        rig.session.identity.confirm(is_named=True)
     rig.step_for(60)
     assert trust(rig) is (Trust.PROVEN if is_named else Trust.UNNAMED)
     broken(rig)

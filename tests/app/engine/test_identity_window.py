@@ -104,7 +104,7 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         assert one.assembly.window.top_bar._module == ""
         assert one.changes == []
         one.answer(answer)
-        one.wait(lambda: one.asked == "" and connector.identity.is_proven)
+        one.wait(lambda: one.asked == "" and connector.identity.is_settled)
         assert one.naming.name == name
         assert (connector.adapter_key == whose) is bool(name)
         one.wait(lambda: one.changes == [SERIAL_OUTPUT.set(True)])

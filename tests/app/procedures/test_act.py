@@ -54,7 +54,7 @@ def test_a_boot_count_that_only_lets_late_answers_pass_tells_of_a_restart_too() 
     heard = [event for event in rig.session.take_events() if isinstance(event, Received)]
     assert any(event.frame.code == 0x23 and event.frame.raw[4] == 38 for event in heard), "the fence brought it"
     assert rig.session.device.view(rig.clock()).restarts == 1
-    known = rig.session.device.value("boot_count")
+    known = rig.session.device.view(rig.clock()).values.get("boot_count")
     assert known is not None
     assert known.value == 38
     assert done.outcome in (Outcome.NOT_SENT, Outcome.CONFIRMED)

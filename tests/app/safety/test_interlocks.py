@@ -18,7 +18,7 @@ from protocol.link_states import Presence
 NOW = 1000.0
 WORDS = {
     "online": Interlock.ONLINE,
-    "meant": Interlock.IS_PROVEN_MODULE,
+    "meant": Interlock.IS_IDENTITY_SETTLED,
     "fresh": Interlock.FRESH_STATUS,
     "locked": Interlock.IS_LOCKED,
     "active": Interlock.IS_ACTIVE,
@@ -118,7 +118,7 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
             active=row["active"], triggered=row["triggered"], tilt_deg=TILT[tilt][0],
             attitude_threshold_deg=TILT[tilt][1], armed=row["armed"], permit=given[permit],
             is_unlocked=row["is_unlocked"], is_audit_ready=row["is_audit_ready"], motion=MOTIONS[motion],
-            is_proven_module=row["is_meant"],
+            is_identity_settled=row["is_meant"],
         )  # fmt: skip
         holds = {
             "online": row["presence"] is Presence.ONLINE,

@@ -15,9 +15,9 @@ from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble
 from app.store.facts import FactKind
-from app.store.left_active import left_active, note_locked, note_report
+from app.store.left_active import LeftActive, left_active, note_locked, note_report
 from app.store.store import Store, data_folder, open_store
-from app.store.store_journal import StoreJournal, journal_for
+from app.store.store_journal import KnownAs, StoreJournal, journal_for
 from app.text.user_error import UserError
 from tests.support.records.kept_facts import kept_settings
 
@@ -287,7 +287,7 @@ def store(folder: Path) -> Iterator[Store]:
 
 def left(store: Store) -> list[tuple[str, str]]:
     found = left_active(store)
-    return [(one.module or one.port, LOCK_IN_DOUBT if one.is_lock_unconfirmed else ACTIVE) for one in found]
+    return [(one.known_as.name or one.port, LOCK_IN_DOUBT if one.is_lock_unconfirmed else ACTIVE) for one in found]
 
 
 def log(store: Store, act: Act, outcome: Outcome | None, module: str, run: str, port: str = USB) -> None:
@@ -331,7 +331,7 @@ def test_a_simulated_module_is_never_left(store: Store) -> None:
 
 
 def note(store: Store, module: str, *, is_active: bool) -> None:
-    note_report(store, port=USB, adapter="", module=module, origin="window", is_active=is_active)
+    note_report(store, LeftActive(KnownAs(module), USB, ""), "window", is_active=is_active)
 
 
 def wait(store: Store) -> None:

@@ -149,7 +149,7 @@ def engine_view(
         "proven_rate": None,
         "is_rate_searched": False,
         "overtaken_at": None,
-        "is_proven": True,
+        "is_settled": True,
     }
     link = LinkView(counters or Counters(), None, None, 0, None)
     return EngineView(now, 0.0, 115200, device or DeviceView(), link, **(known | more))

@@ -18,7 +18,7 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.stations.station import Station, own_station
 from app.store.store import Store, open_store
-from app.store.store_journal import StoreJournal
+from app.store.store_journal import KnownAs, StoreJournal
 from app.text.messages import UserMessage
 from app.trigger_records.history import Judgement
 from tests.support.records.preflight_rig import check
@@ -78,7 +78,7 @@ class ArchiveStation:
         )
 
     def act(self, module: str = "", *, is_settled: bool = True) -> None:
-        journal = StoreJournal(self.store, port="p", origin="window", module=module)
+        journal = StoreJournal(self.store, port="p", origin="window", known_as=KnownAs(module))
         entry = journal.begin(Act.LOCK, FRAME, {"tilt_deg": 1})
         if is_settled:
             journal.settle(entry, Outcome.CONFIRMED, {"active": False})

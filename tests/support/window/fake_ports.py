@@ -61,7 +61,12 @@ class FakeWorker:
         self.jobs.append((job, is_urgent))
         return job
 
-    def confirm_identity(self, _seen: Identity | None = None, *, is_named: bool = False) -> None: ...
+    def confirm_identity(self, _seen: Identity | None = None, *, is_named: bool | None = None) -> None: ...
+
+    def treat_as_new(self, *, is_named: bool) -> int:
+        self.opened.append(self.connection.port)
+        self.connection = replace(self.connection, opening=len(self.opened))
+        return len(self.opened)
 
     def stop(self, _deadline_s: float = 2.0) -> bool:
         self.is_stopped = True

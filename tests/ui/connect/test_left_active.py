@@ -8,6 +8,8 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.identity import NO_EXPECTATION, Identity, Trust
+from app.engine.target import Target
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
@@ -15,6 +17,7 @@ from app.store.left_active import left_active
 from app.store.store import Store, open_store
 from tests.support.window.fake_ports import FakePorts
 from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.steps import press
 from ui.connect.left_active import LeftActiveWatch
 from ui.services.module_name import ModuleName
 from ui.services.storage import Storage
@@ -45,10 +48,7 @@ def test_it_stands_first_at_the_next_start(
         assert bar.notice is not None
         assert keep_away() in bar.notice.text
         assert assembly.window.panel.isVisible()  # the list of ports is no reason to be silent about it
-        button = bar.button("left_active_locked")
-        assert button is not None
-        qtbot.waitUntil(button.isEnabled, timeout=WAIT_MS)
-        assembly.left_active._end(assembly.left_active._left[0])
+        press(qtbot, bar.button("left_active_locked"))
         qtbot.waitUntil(lambda: bar.notice is None or "ACTIVE" not in bar.notice.text, timeout=WAIT_MS)
     store = open_store()
     assert left_active(store) == ()
@@ -68,11 +68,13 @@ class Bench:
         self.parent = QObject()
         self.watch = LeftActiveWatch(self.ports.connector, self.storage, self.naming, self.parent)
         self.watch.load()
+        self.left()
+        QApplication.processEvents()
 
     def left(self) -> list[str]:
         self.store.queue.submit(lambda: None).result(5)
         self.store.queue.submit(lambda: None).result(5)
-        return [one.module for one in left_active(self.store)]
+        return [one.known_as.name for one in left_active(self.store)]
 
 
 @pytest.fixture
@@ -96,10 +98,15 @@ def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench
     module.say(active=True)
     qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)  # the top bar says it
     module.unplug()
+    qtbot.wait(50)
+    assert bench.watch.notice() is None, "that the link is lost says it"
+    bench.ports.connector.connect_to(Target("/dev/ttyUSB1", 115200))
     qtbot.waitUntil(lambda: bench.watch.notice() is not None, timeout=WAIT_MS)
+    bench.ports.connector.connect_to(Target(USB, 115200))
+    bench.naming.choose("M-07")
     module.say(active=False)
     qtbot.waitUntil(lambda: bench.left() == [], timeout=WAIT_MS)
-    assert bench.watch.notice() is None
+    qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)
 
 
 def test_what_was_activated_by_its_switch_is_logged_too(qtbot: QtBot, bench: Bench) -> None:
@@ -107,5 +114,50 @@ def test_what_was_activated_by_its_switch_is_logged_too(qtbot: QtBot, bench: Ben
     bench.naming.choose("M-09")
     module.say(active=True)
     qtbot.waitUntil(lambda: "M-09" in bench.left(), timeout=WAIT_MS)
+    module.say(active=False)
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)
+
+
+NEW = Identity(Trust.UNPROVEN)
+
+
+@pytest.mark.parametrize("name", ["", "M-09"])
+def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Bench, name: str) -> None:
+    """LOCK of the first was not confirmed; on the same adapter another one answers, which is locked."""
+    connection, module = bench.ports.plug_in(USB, active=False)
+    bench.naming.choose(name)
+    module.say(active=True)
+    qtbot.waitUntil(lambda: name in bench.left(), timeout=WAIT_MS)
+    journal = bench.storage.journal(connection.target)
+    journal.settle(journal.begin(Act.LOCK, b"", {}), Outcome.UNKNOWN, {})
+    module.unplug()
+    module.identity = NEW
+    module.say(active=False)
+    qtbot.waitUntil(lambda: connection.identity.is_for_a_person, timeout=WAIT_MS)
+    in_doubt = bench.storage.journal(connection.target)
+    in_doubt.settle(in_doubt.begin(Act.LOCK, b"", {}), Outcome.CONFIRMED, {})
+    assert name in bench.left()
+    bench.naming.treat_as_new()
+    module.identity = NO_EXPECTATION
+    for _ in range(3):
+        module.say(active=False)
+        qtbot.wait(20)
+    assert sorted(bench.left()) == sorted([name, "M-07"]), "what another one reports ends nothing"
+    said = bench.watch.notice()
+    assert said is not None
+    assert said.text.startswith(f"{name or 'The module at /dev/ttyUSB0'}: LOCK not confirmed on ")
+    said.choices[0].act()
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)
+
+
+def test_a_person_who_says_that_it_is_the_same_lets_its_report_count(qtbot: QtBot, bench: Bench) -> None:
+    connection, module = bench.ports.plug_in(USB, active=True)
+    qtbot.waitUntil(lambda: "" in bench.left(), timeout=WAIT_MS)
+    module.unplug()
+    module.identity = NEW
+    module.say(active=False)
+    qtbot.waitUntil(lambda: connection.identity.is_for_a_person, timeout=WAIT_MS)
+    assert "" in bench.left()
+    module.identity = Identity(Trust.PROVEN)
     module.say(active=False)
     qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)

@@ -122,7 +122,7 @@ class BaudPanel(QFrame):
         """Once the same module answers, its rate is known."""
         connector, since = self._connector, self._doubtful_since
         known = connector.device.known("baud_rate", connector.clock())
-        if since is None or known is None or known.is_stale or known.at <= since or not connector.identity.is_proven:
+        if since is None or known is None or known.is_stale or known.at <= since or not connector.identity.is_settled:
             return
         self._doubtful_since = None
         found, port, store = int(known.value), connector.connection.port, self._services.storage.store

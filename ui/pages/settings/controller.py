@@ -38,7 +38,7 @@ class SettingsController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.form = SettingsForm(lambda: not services.connector.identity.is_proven, services.connector.kept.watch)
+        self.form = SettingsForm(lambda: not services.connector.identity.is_settled, services.connector.kept.watch)
         self._services = services
         self._connector = services.connector
         services.pending_edits.changed = self._changed_settings
@@ -204,7 +204,7 @@ class SettingsController(QObject):
             connector.device,
             connector.clock(),
             must_be_proven=False,
-            is_the_one_meant=connector.identity.is_proven,
+            is_identity_settled=connector.identity.is_settled,
             armed=armed,
             is_unlocked=is_unlocked,
         )

@@ -78,7 +78,7 @@ class TriggersController(QObject):
         self.reads_by_itself = True
         """Reads each module once as soon as the page is visible, and again when it came back or fired."""
         self._has_read = False
-        self._was_proven, self._had_fired = True, False
+        self._was_settled, self._had_fired = True, False
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new module", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
@@ -267,12 +267,12 @@ class TriggersController(QObject):
     def _watch_port(self) -> None:
         connector = self._connector
         is_requested = connector.is_requested
-        is_proven = not connector.is_open or connector.identity.is_proven
+        is_settled = not connector.is_open or connector.identity.is_settled
         has_fired = connector.device.reported[0] is True
-        is_over = is_requested != self._was_requested or is_proven < self._was_proven
+        is_over = is_requested != self._was_requested or is_settled < self._was_settled
         if has_fired > self._had_fired:
             self._has_read = False
-        self._was_requested, self._was_proven, self._had_fired = is_requested, is_proven, has_fired
+        self._was_requested, self._was_settled, self._had_fired = is_requested, is_settled, has_fired
         if is_over:
             self._forget()
         self.changed.emit()
