@@ -12,8 +12,9 @@ from typing import Any
 
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
-from app.simulator.options import OptionTarget, Setup, fields_of, setup_from
+from app.simulator.options import Setup, fields_of, setup_from
 from app.simulator.physics import Physics
+from app.simulator.quirks import Quirks
 from app.simulator.wire import Faults, Wire
 from protocol.catalogue import BAUD
 from protocol.messages import Source
@@ -180,8 +181,8 @@ class SimulatedBench:
     def change(self, **values: Any) -> None:
         """Set quirks, line faults and `rate`, by option name."""
         with self._act():
-            self.module.quirks = replace(self.module.quirks, **fields_of(values, OptionTarget.QUIRKS))
-            self.wire.faults = replace(self.wire.faults, **fields_of(values, OptionTarget.FAULTS))
+            self.module.quirks = replace(self.module.quirks, **fields_of(values, Quirks))
+            self.wire.faults = replace(self.wire.faults, **fields_of(values, Faults))
             if "rate" in values:
                 self.module.rate_hz = values["rate"]
 

@@ -16,15 +16,6 @@ from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATES, BY_CODE
 from protocol.translatable import marked
 
-
-class OptionTarget(Enum):
-    """What an option is a field of."""
-
-    QUIRKS = "quirks"
-    FAULTS = "faults"
-    SETUP = "setup"
-
-
 _module, _physical = partial(option, Group.MODULE), partial(option, Group.PHYSICAL)
 
 
@@ -56,11 +47,10 @@ class Setup:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """One option. `name` is the field of its target; on the command line `_` becomes `-`."""
+    """One option. `name` is the field of `Setup`, `Quirks` or `Faults`; on the command line `_` becomes `-`."""
 
     name: str
     group: Group
-    target: OptionTarget
     text: str
     """In English; begins with the E-number if there is one."""
     parse: Callable[[str], Any]
@@ -122,13 +112,12 @@ _TYPED: Mapping[str, Callable[[str], Any]] = {
 }
 
 
-def _option_of(source: "Field[Any]", target: OptionTarget) -> Option:
+def _option_of(source: "Field[Any]") -> Option:
     kind = source.metadata["kind"]
     make = partial(
         Option,
         name=source.name,
         group=source.metadata["group"],
-        target=target,
         text=source.metadata["text"],
         default=source.default,
     )
@@ -147,8 +136,8 @@ def _option_of(source: "Field[Any]", target: OptionTarget) -> Option:
 
 
 def _options() -> Iterator[Option]:
-    for kind, target in ((Setup, OptionTarget.SETUP), (Quirks, OptionTarget.QUIRKS), (Faults, OptionTarget.FAULTS)):
-        yield from (_option_of(source, target) for source in fields(kind) if source.metadata)
+    for kind in (Setup, Quirks, Faults):
+        yield from (_option_of(source) for source in fields(kind) if source.metadata)
 
 
 OPTIONS: tuple[Option, ...] = tuple(sorted(_options(), key=lambda option: list(Group).index(option.group)))
@@ -195,15 +184,15 @@ def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[
     return {option.name: parse_value(option, text) for option, text in found}
 
 
-def fields_of(values: Mapping[str, Any], target: OptionTarget) -> dict[str, Any]:
-    """Those of `values` that are fields of this target."""
-    return {name: value for name, value in values.items() if BY_NAME[name].target is target}
+def fields_of(values: Mapping[str, Any], kind: type[Setup | Quirks | Faults]) -> dict[str, Any]:
+    """Those of `values` that are fields of this class; raises `UserError` for a name that is no option."""
+    return {name: value for name, value in values.items() if find_option(name).name in kind.__slots__}
 
 
 def setup_from(values: Mapping[str, Any]) -> Setup:
     """A setup with these values, by option name, and defaults for the rest."""
     return Setup(
-        quirks=Quirks(**fields_of(values, OptionTarget.QUIRKS)),
-        faults=Faults(**fields_of(values, OptionTarget.FAULTS)),
-        **fields_of(values, OptionTarget.SETUP),
+        quirks=Quirks(**fields_of(values, Quirks)),
+        faults=Faults(**fields_of(values, Faults)),
+        **fields_of(values, Setup),
     )
