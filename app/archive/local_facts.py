@@ -24,7 +24,7 @@ from app.archive.facts import (
 )
 from app.stations.station import Station
 from app.store.database import Clock, Database, open_database, utc_now
-from app.store.facts import FactKind, Facts
+from app.store.facts import FactKind, Facts, fact_hash
 from app.store.former import ARCHIVE
 from app.text.messages import clean
 from app.text.user_error import UserError
@@ -40,7 +40,7 @@ PAGE: Final = 200
 _TO_SIGN: Final = (
     "SELECT number, kind, made_at, payload, hash FROM facts WHERE id IS NULL AND number > ? ORDER BY number LIMIT ?"
 )
-_SIGN: Final = "UPDATE facts SET id = ?, station = ?, signature = ?, digest = ? WHERE number = ?"
+_SIGN: Final = "UPDATE facts SET id = ?, station = ?, signature = ?, digest = ? WHERE number = ? AND id IS NULL"
 
 
 class LastExchange(NamedTuple):
@@ -91,22 +91,26 @@ class LocalFacts:
     def sign(self, station: Station) -> int:
         """Sign this station's facts that are not signed yet; returns their number. Those that were altered, or that
         nobody could read, are left out."""
-        own, signed, last = self.own, 0, 0
-        while rows := own.database.read(_TO_SIGN, (last, PAGE)):
+        database, count, last = self.own.database, 0, 0
+        while rows := database.read(_TO_SIGN, (last, PAGE)):
             last = rows[-1][0]
-            with own.database.transaction():
-                for number, kind, made_at, payload, hash_ in rows:
-                    try:
-                        fact = make_fact(kind, made_at, payload, station)
-                        if fact.hash != hash_:
-                            raise ValueError("it was altered")
-                    except ValueError as error:
-                        self._warn(str(number), error)
-                        continue
-                    values = (fact.id, fact.station, fact.signature, row_digest(fact.row), number)
-                    own.database.write(_SIGN, values)
-                    signed += 1
-        return signed
+            signed = [values for row in rows if (values := self._signed(station, *row)) is not None]
+            with database.transaction():  # short: acts wait for it
+                database.write_all(_SIGN, signed)
+            count += len(signed)
+        return count
+
+    def _signed(
+        self, station: Station, number: int, kind: str, made_at: str, payload: str, hash_: str
+    ) -> tuple[object, ...] | None:
+        try:
+            if fact_hash(kind, made_at, payload) != hash_:
+                raise ValueError("it was altered")
+            fact = make_fact(kind, made_at, payload, station)
+        except ValueError as error:
+            self._warn(str(number), error)
+            return None
+        return fact.id, fact.station, fact.signature, row_digest(fact.row), number
 
     # Queries
 
@@ -130,8 +134,9 @@ class LocalFacts:
     # Progress of exchanges
 
     def last_number(self) -> int:
-        """Of this station's facts."""
-        return int(self.own.database.read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
+        """Of this station's facts that are signed: later ones cannot have been exchanged."""
+        query = "SELECT coalesce(max(number), 0) FROM facts WHERE id IS NOT NULL"
+        return int(self.own.database.read(query)[0][0])
 
     def not_shared(self, place: str | None) -> int:
         """Number of this station's facts that are not known to be on this server."""

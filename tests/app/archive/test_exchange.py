@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from itertools import permutations
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from app.archive.chains import ArchivedRecords, chains_in
 from app.archive.exchange import Exchanged
 from app.archive.fact_file import export_facts, facts_in, import_facts
 from app.archive.facts import Fact, FactRefused, RefusedFact, checked, fact_id, make_fact
+from app.archive.local_facts import _TO_SIGN, open_facts
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, NamedModule, _names, names_of
 from app.guided.results import GuidedVerdict
@@ -21,6 +22,7 @@ from app.records.verification import Chain, verify
 from app.stations.station import Station, encoded
 from app.store.database import FILE_NAME
 from app.store.facts import FactKind, payload_of
+from app.store.store import open_store
 from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
@@ -275,6 +277,29 @@ def test_an_unsigned_record_of_another_station_doubles_none_of_this_one(stations
     kept = ArchivedRecords(one.store.database, one.facts.others)
     assert kept.record(str(unsigned["hash"])) == unsigned
     assert verify(record, kept).chain is Chain.FIRST
+
+
+def test_two_programs_may_sign_at_once(stations: list[ArchiveStation]) -> None:
+    one = stations[0]
+    one.act()
+    seen = one.facts.own.database.read(_TO_SIGN, (0, 9))
+    rows = iter([seen, []])
+    with closing(open_store(one.folder)) as store, closing(open_facts(store.facts)) as other:
+        assert other.sign(one.station) == 2
+    one.facts.own.database.read = lambda *_: next(rows)  # type: ignore[method-assign]
+    one.collect()
+    del one.facts.own.database.read
+    assert len(one.ids()) == 2
+
+
+def test_what_is_recorded_during_an_exchange_is_not_called_shared(stations: list[ArchiveStation]) -> None:
+    one = stations[0]
+    one.meet("M-07")
+    one.collect()
+    one.act()  # after the facts were signed that are exchanged now
+    one.facts.note_exchange("server", one.facts.last_number())
+    one.collect()
+    assert one.facts.not_shared("server") == 2
 
 
 def test_all_stations_ask_the_same_questions_in_the_same_order() -> None:

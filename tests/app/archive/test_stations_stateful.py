@@ -34,7 +34,7 @@ from app.archive.archive import open_archive
 from app.store.database import Database
 from app.store.store import open_store
 
-left, write = int(sys.argv[3]), Database.write
+left, write = int(sys.argv[3]), Database.write_all
 
 def count_down(*_):
     global left
@@ -47,7 +47,7 @@ def counted(self, *written):
     if sys.argv[4] == "while signing":
         count_down()
 
-Database.write = counted
+Database.write_all = counted
 archive = open_archive(open_store(Path(sys.argv[1])))
 archive.sync(sys.argv[2], on_page=count_down)
 os.kill(os.getpid(), signal.SIGKILL)
