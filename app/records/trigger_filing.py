@@ -1,13 +1,17 @@
 """Files a reading of trigger records unless it may belong to another module."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import chain
 
-from app.engine.identity import IdentityEvidence, Trust, same_module, went_back
+from app.engine.identity import Identity, IdentityEvidence, Trust, same_module, went_back
 from app.limits.expectations import Past
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
+from app.settings.identity_words import differences
 from app.store.store import Store
+from app.text.i18n import tr
+from protocol.fields import Value
 
 
 def past_of(store: Store, name: str) -> Past:
@@ -25,35 +29,49 @@ def say_new(store: Store, names: Iterable[str]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class TriggersReading:
-    """The records on the module. `boot_count` is None where it did not answer."""
+    """The records on the module. `boot_count` is None where it did not answer; `settings`: what was read of them."""
 
     history: History
     boot_count: int | None
+    settings: Mapping[str, Value] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class PossiblyOther:
-    """It may be another module, so nothing was stored. `boot_count`: of the last visit, where it is lower now."""
+    """It may be another module, so nothing was stored. `boot_count`: of before, where it is lower now."""
 
     boot_count: int | None
+    differences: tuple[str, ...] = ()
+    """In the language in use."""
 
 
 def file_triggers(
-    store: Store, reading: TriggersReading, name: str, *, adapter: str, port: str, is_same_module: bool
+    store: Store, reading: TriggersReading, name: str, *, port: str, is_same_module: bool, adapter: str = ""
 ) -> Visit | PossiblyOther:
     """`is_same_module`: confirmed by a person. To be called in the store's thread. Raises `StoreTrouble`."""
     history, checks = reading.history, CheckStore(store.database)
     slots = [one.raw for one in history.records]
+    now = IdentityEvidence(reading.boot_count, reading.settings)
     with store.database.transaction():
-        known = store.module_named(name)
-        if known is not None and not is_same_module:
+        if store.module_named(name) is not None and not is_same_module:
             past = checks.past(name, slots, is_confirmed=history.is_confirmed)
-            before, now = IdentityEvidence(past.boot_count), IdentityEvidence(reading.boot_count)
-            trust = same_module(before, now, do_records_follow=past.do_records_follow, is_said=True)
-            if trust is not Trust.PROVEN:
-                is_lower = went_back(past.boot_count, reading.boot_count)
-                return PossiblyOther(past.boot_count if is_lower else None)
+            befores = (IdentityEvidence(past.boot_count), store.evidence(name))
+            against = [refuted_by(before, now, do_records_follow=past.do_records_follow) for before in befores]
+            if any(against):
+                lower = (before.boot_count for before in befores if went_back(before.boot_count, now.boot_count))
+                return PossiblyOther(next(lower, None), tuple(dict.fromkeys(chain(*against))))
         store.register_module(name, adapter)
+        if now.is_complete:
+            store.store_evidence(name, now)
         return checks.store_visit(
             name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed
         )
+
+
+def refuted_by(before: IdentityEvidence, now: IdentityEvidence, *, do_records_follow: bool = True) -> list[str]:
+    """What refutes a person's word that it is the same module, in the language in use; empty where nothing does."""
+    trust = same_module(before, now, do_records_follow=do_records_follow, is_said=True)
+    if trust is Trust.PROVEN:
+        return []
+    words = differences(Identity(trust, before, now))
+    return words if do_records_follow else [*words, tr("the records do not follow those of its last visit")]

@@ -1,13 +1,13 @@
 """Stores trigger records under the name of their module and reports new ones."""
 
+from collections.abc import Iterable
 from contextlib import closing
 
-from app.engine.identity import Identity, IdentityEvidence, Trust, same_module
+from app.engine.identity import IdentityEvidence
 from app.engine.procedure import Procedure
 from app.procedures.history import History
 from app.procedures.settings_reading import read_settings
-from app.records.check_store import CheckStore
-from app.settings.identity_words import differences
+from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, refuted_by
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.terminal.command_journal import open_store_or_notify
@@ -32,9 +32,9 @@ def may_be_another(conversation: Conversation, store: Store | None, module: str)
     except StoreTrouble as error:
         notify(error.sentence)
         return True
-    against = [] if known is None else _against(known, conversation.run(read_evidence()))
+    against = [] if known is None else refuted_by(known, conversation.run(read_evidence()))
     if against:
-        _notify_other_module(name, join_names(against))
+        _notify_other_module(name, against)
     return bool(against)
 
 
@@ -46,46 +46,27 @@ def store_visit(
 
     `is_same_module`: confirmed by a person.
     """
-
     name = clean(module.strip())
     if not name:
         return True
-    slots = [record.raw for record in history.records]
     store = open_store_or_notify(tr("Not kept."))
     if store is None:
         return False
+    reading = TriggersReading(history, found.boot_count, found.settings)
     try:
         with closing(store):
-            checks, known = CheckStore(store.database), store.module_named(name)
-            if known is not None and not is_same_module:
-                follow = checks.past(name, slots, is_confirmed=history.is_confirmed).do_records_follow
-                against = _against(store.evidence(name), found, do_records_follow=follow)
-                if against:
-                    _notify_other_module(name, join_names(against))
-                    return False
-            store.register_module(name)
-            visit = checks.store_visit(
-                name, slots, port=port, boot_count=found.boot_count, is_confirmed=history.is_confirmed
-            )
-            if found.is_complete:
-                store.store_evidence(name, found)
+            visit = file_triggers(store, reading, name, port=port, is_same_module=is_same_module)
     except StoreTrouble as error:
         notify(join_sentences((error.sentence, tr("Not kept."))))
+        return False
+    if isinstance(visit, PossiblyOther):
+        _notify_other_module(name, visit.differences)
         return False
     new = visit.records if visit.new is None else visit.new
     note(tr("{module}: {new} new; records: {count}.", module=name, new=len(new), count=len(visit.records)))
     return True
 
 
-def _notify_other_module(module: str, differences: str) -> None:
+def _notify_other_module(module: str, differences: Iterable[str]) -> None:
     notify(tr("Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.",
-           module=module, differences=differences))  # fmt: skip
-
-
-def _against(known: IdentityEvidence, found: IdentityEvidence, *, do_records_follow: bool = True) -> list[str]:
-    """What refutes the person's word that it is the module of that name."""
-    trust = same_module(known, found, do_records_follow=do_records_follow, is_said=True)
-    if trust is Trust.PROVEN:
-        return []
-    words = differences(Identity(trust, known, found))
-    return words if do_records_follow else [*words, tr("the records do not follow those of its last visit")]
+           module=module, differences=join_names(differences)))  # fmt: skip
