@@ -56,6 +56,7 @@ class LocalFacts:
     def __init__(self, own: Facts, others: Database) -> None:
         self.own = own
         self.others = others
+        others.attach(own.database.path, "own")
         self._unreadable: set[str] = set()
 
     def close(self) -> None:
@@ -178,7 +179,8 @@ class LocalFacts:
 
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
         """Of both files: after a store was restored from a copy, later facts of this station may come from others."""
-        return [row for database in (self.others, self.own.database) for row in database.read(query, values)]
+        queries = (query.replace("FROM facts", f"FROM {file}.facts") for file in ("main", "own"))
+        return [row for one in queries for row in self.others.read(one, values)]
 
 
 def open_facts(own: Facts, *, clock: Clock = utc_now) -> LocalFacts:

@@ -146,6 +146,14 @@ class Database:
             except sqlite3.Error as error:
                 raise trouble_of(error, self.path) from error
 
+    def attach(self, path: Path, name: str) -> None:
+        """Another file to read from, under its own name; whoever reads there otherwise does not wait for it."""
+        with self._reading_lock:
+            try:
+                self._reading.execute(f"ATTACH ? AS {name}", (str(path),))
+            except sqlite3.Error as error:
+                raise trouble_of(error, path) from error
+
     @contextmanager
     def transaction(self) -> Iterator[None]:
         """One transaction: durable as a whole when it ends, or not at all. Other threads wait meanwhile.

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from itertools import permutations
 from pathlib import Path
@@ -290,6 +291,14 @@ def test_two_programs_may_sign_at_once(stations: list[ArchiveStation]) -> None:
     one.collect()
     del one.facts.own.database.read
     assert len(one.ids()) == 2
+
+
+def test_who_looks_at_the_archive_keeps_no_reader_of_the_store_waiting(stations: list[ArchiveStation]) -> None:
+    one = stations[0]
+    one.act()
+    one.collect()
+    with ThreadPoolExecutor(1) as pool, one.store.database._reading_lock:
+        assert len(pool.submit(one.facts.of_kind, None).result(10)) == 2
 
 
 def test_what_is_recorded_during_an_exchange_is_not_called_shared(stations: list[ArchiveStation]) -> None:
