@@ -83,7 +83,7 @@ class Past:
     boot_count: int | None = None
     """At its last visit."""
     reviewed: Counter[bytes] = field(default_factory=Counter)
-    """Raw trigger records known at the last GO, or reviewed by a person."""
+    """Raw trigger records with a person's judgement."""
     has_check: bool = False
     """There was a GO before."""
     settings: Mapping[str, Value] = field(default_factory=dict)

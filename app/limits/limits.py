@@ -28,7 +28,7 @@ SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
     "attitude_threshold_deg": SettingBound("attitude_threshold", 55, 90, 30, 90),
     "freefall_acceleration_g": SettingBound("freefall_acceleration", 0.1, 0.6, 0.1, 0.8),
     "freefall_time_s": SettingBound("freefall_time", SHORT_FALL_S, 2.55, 0.2, 2.55),
-    "light_threshold_v": SettingBound("light_threshold", 0.1, 25.5, 0.1, 25.5),
+    "light_threshold_v": SettingBound("light_threshold", 0.1, 25.4, 0.1, 25.5),
 })  # fmt: skip
 
 

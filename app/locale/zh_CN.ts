@@ -234,10 +234,6 @@
         <translation>激活状态</translation>
     </message>
     <message>
-        <source>Activation unknown</source>
-        <translation>激活状态未知</translation>
-    </message>
-    <message>
         <source>Active</source>
         <translation>已激活</translation>
     </message>
@@ -352,6 +348,10 @@
     <message>
         <source>Apply {count} ticked</source>
         <translation>应用 {count} 项</translation>
+    </message>
+    <message>
+        <source>Approve these settings</source>
+        <translation>认可这些参数</translation>
     </message>
     <message>
         <source>Archive</source>
@@ -770,6 +770,10 @@
         <translation>命令</translation>
     </message>
     <message>
+        <source>Compare</source>
+        <translation>对比</translation>
+    </message>
+    <message>
         <source>Compare settings; exit code 1: they differ</source>
         <translation>比较参数；退出码 1：不一致</translation>
     </message>
@@ -904,10 +908,6 @@
     <message>
         <source>Decisions are signed with your name</source>
         <translation>认定以您的姓名签名</translation>
-    </message>
-    <message>
-        <source>Decrease</source>
-        <translation>减小</translation>
     </message>
     <message>
         <source>Default {value}</source>
@@ -1250,6 +1250,14 @@
         <translation>查找波特率</translation>
     </message>
     <message>
+        <source>Fired. Find out why (Triggers), repack, restart.</source>
+        <translation>已开伞。查明原因（触发记录），重新叠伞装仓后重启。</translation>
+    </message>
+    <message>
+        <source>Fired. Treat it as ready to fire until it reports LOCKED.</source>
+        <translation>已开伞。在其上报“已锁定”之前，请视为随时可能开伞。</translation>
+    </message>
+    <message>
         <source>Fires</source>
         <translation>触发</translation>
     </message>
@@ -1480,10 +1488,6 @@
     <message>
         <source>In standby.</source>
         <translation>待机。</translation>
-    </message>
-    <message>
-        <source>Increase</source>
-        <translation>增大</translation>
     </message>
     <message>
         <source>Interpretation</source>
@@ -1918,10 +1922,6 @@
         <translation>维护</translation>
     </message>
     <message>
-        <source>Make safe</source>
-        <translation>转入安全状态</translation>
-    </message>
-    <message>
         <source>Make sure which module this is.</source>
         <translation>确认是哪个模块。</translation>
     </message>
@@ -2144,6 +2144,10 @@
     <message>
         <source>Never delete automatically</source>
         <translation>不自动删除</translation>
+    </message>
+    <message>
+        <source>Never tells an open bay from a closed one.</source>
+        <translation>无法区分伞仓打开与关闭。</translation>
     </message>
     <message>
         <source>Never written: baud rate, serial output, an active module.</source>
@@ -4162,10 +4166,6 @@
         <translation>模块上电后触发开关状态未知。请启用触发以确定状态。</translation>
     </message>
     <message>
-        <source>Trigger unknown</source>
-        <translation>触发状态未知</translation>
-    </message>
-    <message>
         <source>Triggered</source>
         <translation>已触发</translation>
     </message>
@@ -4514,6 +4514,14 @@
         <translation>在“参数设置”页面写入。</translation>
     </message>
     <message>
+        <source>Write the default</source>
+        <translation>写入默认值</translation>
+    </message>
+    <message>
+        <source>Write the profile's value</source>
+        <translation>写入配置文件的值</translation>
+    </message>
+    <message>
         <source>Write the settings again; if they change, do not fly.</source>
         <translation>重新写入参数；若再次变化，禁止飞行。</translation>
     </message>
@@ -4788,10 +4796,6 @@
     <message>
         <source>boot count {now}, was {before}</source>
         <translation>开机次数为 {now}，原为 {before}</translation>
-    </message>
-    <message>
-        <source>boot {boot} · {uptime}</source>
-        <translation>第 {boot} 次开机 · {uptime}</translation>
     </message>
     <message>
         <source>broken off</source>
@@ -5790,6 +5794,10 @@
         <translation>从回收站恢复一条</translation>
     </message>
     <message>
+        <source>reviewed</source>
+        <translation>已复核</translation>
+    </message>
+    <message>
         <source>revoked</source>
         <translation>已吊销</translation>
     </message>
@@ -6298,6 +6306,10 @@
         <translation>{group}：余量 {what}（{name}）</translation>
     </message>
     <message>
+        <source>{hours} h {minutes} min {seconds} s</source>
+        <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
         <source>{kind} of {at} ({id}): {why}.</source>
         <translation>{kind}，{at}（{id}）：{why}。</translation>
     </message>
@@ -6328,6 +6340,10 @@
     <message>
         <source>{median:.1f} V ({low:.1f} to {high:.1f} V)</source>
         <translation>{median:.1f} V（{low:.1f} 至 {high:.1f} V）</translation>
+    </message>
+    <message>
+        <source>{minutes} min {seconds} s</source>
+        <translation>{minutes} 分 {seconds} 秒</translation>
     </message>
     <message>
         <source>{module} was left ACTIVE on {time}.</source>
@@ -6560,6 +6576,10 @@
     <message>
         <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
         <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
+    </message>
+    <message>
+        <source>{uptime} · boot {boot}</source>
+        <translation>{uptime} · 第 {boot} 次开机</translation>
     </message>
     <message>
         <source>{used} of {size} used; kept for {days} days.</source>

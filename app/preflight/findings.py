@@ -32,7 +32,7 @@ RESULT_WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Input of the checks. `are_records_reviewed` and `is_same_module` are a person's statements."""
+    """Input of the checks. The last three are a person's statements."""
 
     evidence: Evidence
     expectations: Expectations
@@ -40,6 +40,7 @@ class Case:
     fingerprint: Fingerprint | None = None
     are_records_reviewed: bool = False
     is_same_module: bool = False
+    are_settings_approved: bool = False
 
     def fault(self, key: str) -> UserMessage:
         """Why a value is not known."""

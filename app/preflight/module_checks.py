@@ -170,6 +170,8 @@ def settings_fingerprint(case: Case) -> Finding:
     code = case.fingerprint(settings)
     if approved is None:
         return Finding(CheckResult.WARN, code, UserMessage(code), limit)
+    if code != approved and case.are_settings_approved:
+        return judged(code, _by_a_person(UserMessage(code)), limit, is_fine=True)
     return judged(code, code, limit, is_fine=code == approved)
 
 

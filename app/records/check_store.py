@@ -1,7 +1,7 @@
 """Trigger records and pre-flight checks in the store. Every method raises `StoreTrouble`."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,6 +135,13 @@ class CheckStore:
                        "note": clean(note, longest=MAX_NOTE_LENGTH)}  # fmt: skip
             self._facts.add(FactKind.JUDGEMENT, content, module=record.content["module"])
 
+    def mark_reviewed(self, module: str, raws: Iterable[bytes]) -> None:
+        """Stores a person's word that these records are known, for those without a judgement."""
+        known = frozenset(raws)
+        for record in self.records(module):
+            if record.judgement is None and record.raw in known:
+                self.judge(record.id, Judgement.REVIEWED, record.note)
+
     def _about(self, kind: FactKind, module: str) -> list[Kept]:
         return self._facts.select(kind, "AND module = ? ORDER BY number", (module,))
 
@@ -178,17 +185,13 @@ class CheckStore:
         booted = self._facts.last_visit(module, "boot_count")
         go = next((one for one in self.checks(module) if not one.is_void and one.verdict in _HOLDS), None)
         last, last_slots, known = self._last(module)
-        reviewed = Counter(one.raw for one in self.records(module) if one.judgement is not None)
-        record = self.record(go.hash) if go is not None else None
-        if record is not None:
-            reviewed |= Counter(_records_in(record))
         merged = None
         if slots is not None and last is not None:
             merged = merge([one.raw for one in known], last_slots, slots, is_confirmed=is_confirmed)
         return Past(
             module=module,
             boot_count=booted.content["boot_count"] if booted is not None else None,
-            reviewed=reviewed,
+            reviewed=Counter(one.raw for one in self.records(module) if one.judgement is not None),
             has_check=go is not None,
             do_records_follow=merged is None or merged.is_continuation,
             last_answer=self.last_answer(module),
@@ -292,9 +295,3 @@ def measured_in(record: Mapping[str, object]) -> dict[str, float]:
         if name is not None and isinstance(value, int | float) and not isinstance(value, bool):
             found[name] = float(value)
     return found
-
-
-def _records_in(record: Mapping[str, object]) -> list[bytes]:
-    """The trigger records that were on the module at a check."""
-    values = record.get("trigger_records")
-    return [bytes.fromhex(value) for value in values] if isinstance(values, list) else []

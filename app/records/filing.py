@@ -40,6 +40,8 @@ class Person:
     """The trigger records on the module have been reviewed or, where it is silent to the query, it is new."""
     is_same_module: bool = False
     """Confirmed by the person although boot count or records say otherwise."""
+    are_settings_approved: bool = False
+    """Approved by the person although they are not those of the last check that passed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +91,7 @@ def file_check(
     case = Case(
         evidence=evidence, expectations=expectations, past=past, fingerprint=settings_code,
         are_records_reviewed=person.are_records_reviewed, is_same_module=person.is_same_module,
+        are_settings_approved=person.are_settings_approved,
     )  # fmt: skip
     assessment = assess(case)
     circumstances = RecordContext(
@@ -164,8 +167,11 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances
 
 
 def _keep_word(checks: CheckStore, name: str, case: Case) -> None:
-    """Keeps a person's word that the module is new, until it reports a trigger."""
+    """Keeps what a person said of the records: they are reviewed, or the module is new, until it reports a trigger."""
+    history, word = case.evidence.history, records_word(case) if case.are_records_reviewed else None
     if any(status.triggered for status in case.evidence.statuses):
         checks.say_new(name, is_new=False)
-    elif case.are_records_reviewed and records_word(case) is RecordsWord.NEW_MODULE:
+    elif word is RecordsWord.NEW_MODULE:
         checks.say_new(name)
+    if history is not None and word is RecordsWord.REVIEWED:
+        checks.mark_reviewed(name, [record.raw for record in history.records])

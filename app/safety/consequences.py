@@ -20,6 +20,8 @@ UPRIGHT_DEG = 90
 SHORT_FALL_S = 0.5
 """The shortest that the pre-flight check advises. Below it a jolt may last as long: a hop of 30 cm has no weight for
 half a second."""
+LIGHT_MAX_V = 25.5
+"""Largest reading and threshold; all readings are on one side of it, as of 0 V."""
 _JOLT = marked("A jolt may fire it.")
 
 
@@ -126,6 +128,8 @@ def _time(value: Value) -> Consequence:
 
 
 def _light(value: Value) -> Consequence:
+    if not 0 < float(value) < LIGHT_MAX_V:
+        return Consequence(message(marked("Never tells an open bay from a closed one.")), weight=Weight.GRAVE)
     text = marked("Measure which side of {limit:.1f} V means open, with the bay closed and open.")
     return Consequence(message(text, limit=float(value)))
 

@@ -187,6 +187,17 @@ class SettingsForm:
     def has_drafts(self) -> bool:
         return bool(self._drafts.now)
 
+    def would_change(self, values: Mapping[str, Value], device: DeviceView, now: float) -> bool:
+        """Whether `fill` with these would leave something to write that is not edited already."""
+
+        def is_new(key: str, value: Value) -> bool:
+            draft = self._drafts.now.get(key)
+            return (
+                not is_confirmed(_BY_KEY[key], device.known(key, now), value) if draft is None else draft.value != value
+            )
+
+        return any(is_new(key, value) for key, value in values.items() if key in _BY_KEY)
+
     def changes(self, device: DeviceView, now: float) -> tuple[SettingChange, ...]:
         """What a write would send: edits that are valid and not known to be on the module."""
         rows = self.rows(device, now)
@@ -257,8 +268,9 @@ class SettingsForm:
             self._verified.pop(key, None)
             self._retentions.pop(key, None)
 
-    def on_written(self, results: Iterable[Written]) -> None:
-        """Takes the outcome of each change. What was refused before it was sent stays edited."""
+    def on_written(self, results: Iterable[Written], device: DeviceView | None = None, now: float = 0.0) -> None:
+        """Takes the outcome of each change. What was refused before it was sent stays edited; of the rest, what the
+        `device` holds already is no edit any more."""
         self.watch.accept(self._writing)
         self._writing = {}
         settled = []
@@ -273,6 +285,11 @@ class SettingsForm:
                     self._verified[key] = written.wanted
             else:
                 self._failures[key] = _Failure(written.wanted, written.fault.value, written.stands)
+        if device is not None and not self._is_in_doubt():
+            settled += [
+                key for key, draft in self._drafts.now.items()
+                if draft.value is not None and is_confirmed(_BY_KEY[key], device.known(key, now), draft.value)
+            ]  # fmt: skip
         self._drafts.drop(settled)
 
     def abort_write(self, results: Iterable[Written], begun: Iterable[Command]) -> None:

@@ -209,6 +209,20 @@ def _snapshot(old: _Former, row: _Row) -> Iterator[_New]:
 def _check(old: _Former, row: _Row) -> Iterator[_New]:
     content = {"number": row["id"], "module": old.name(row), "record": _json(row["record"])}
     yield _New(FactKind.CHECK, _time(row["at"]), content, row["hash"])
+    if row["verdict"] in ("GO", "READY") and not row["is_void"]:
+        yield from _reviewed(old, row)
+
+
+def _reviewed(old: _Former, check: _Row) -> Iterator[_New]:
+    """The records that a person had reviewed for a check that passed: only the check's record said so."""
+    content = _json(check["record"])
+    known = content.get("trigger_records") if isinstance(content, dict) else None
+    for row in old.rows("trigger_records"):
+        is_of_module = row["module_id"] == check["module_id"] and row["judged_at"] is None
+        if is_of_module and isinstance(known, list) and _hex(row["raw"]) in known:
+            said = {"module": old.name(row), "place": row["place"], "raw": _hex(row["raw"])}
+            said |= {"judgement": "reviewed", "note": ""}
+            yield _New(FactKind.JUDGEMENT, _time(check["at"]), said)
 
 
 def _guided_test(old: _Former, row: _Row) -> Iterator[_New]:

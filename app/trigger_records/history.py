@@ -11,7 +11,6 @@ from enum import Enum
 
 from app.engine.device import BOOTS
 from app.limits.out_of_limits import record_outside
-from app.text.durations import stopwatch
 from app.text.messages import UserMessage, joined, message
 from app.trigger_records.fields import source_message
 from protocol.catalogue import MAX_RECORDS, RECORD_PART
@@ -28,12 +27,15 @@ class Judgement(Enum):
     BENCH_TEST = "bench test"
     REAL = "real"
     FALSE = "false"
+    REVIEWED = "reviewed"
+    """Looked at, and known; also the word with which a person passes a pre-flight check."""
 
 
 JUDGEMENT_WORDS = {
     Judgement.BENCH_TEST: marked("bench test"),
     Judgement.REAL: marked("real"),
     Judgement.FALSE: marked("false trigger"),
+    Judgement.REVIEWED: marked("reviewed"),
 }
 
 
@@ -129,11 +131,11 @@ def record_of(raw: bytes) -> TriggerRecord:
 
 
 def sentence(record: TriggerRecord) -> UserMessage:
-    """ "tipped past 60° 1:48 after power-on of boot 1, serial link connected, 4.70 V (implausible)" """
+    """ "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)" """
     return message(
         marked("{what} {uptime} after power-on of boot {boot}, {link}, {voltage}"),
         what=cause_message(record),
-        uptime=uptime_text(record),
+        uptime=uptime_message(record),
         boot=str(record.boot_count),
         link=message(
             marked("serial link connected") if record.serial_connected else marked("serial link not connected")
@@ -142,9 +144,17 @@ def sentence(record: TriggerRecord) -> UserMessage:
     )
 
 
-def uptime_text(record: TriggerRecord) -> str:
-    """ "1:48"; the counter stops at its largest value, which is shown as "at least"."""
-    return ("≥ " if record.uptime_s >= MAX_UPTIME_S else "") + stopwatch(record.uptime_s)
+def uptime_message(record: TriggerRecord) -> UserMessage:
+    """ "1 min 48 s"; the counter stops at its largest value, which is shown as "at least"."""
+    minutes, seconds = divmod(record.uptime_s, 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        text = message(marked("{hours} h {minutes} min {seconds} s"), hours=hours, minutes=minutes, seconds=seconds)
+    elif minutes:
+        text = message(marked("{minutes} min {seconds} s"), minutes=minutes, seconds=seconds)
+    else:
+        text = message(marked("{value} s"), value=seconds)
+    return message("≥ {time}", time=text) if record.uptime_s >= MAX_UPTIME_S else text
 
 
 def cause_message(record: TriggerRecord) -> UserMessage:

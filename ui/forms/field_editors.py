@@ -1,11 +1,12 @@
 """Editors for numbers, flags and choices."""
 
 from abc import abstractmethod
+from collections.abc import Callable
 from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QIcon, QKeyEvent, QValidator, QWheelEvent
+from PySide6.QtGui import QIcon, QKeyEvent, QValidator
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QToolButton, QWidget
 
 from app.settings.drafts import Draft
@@ -20,13 +21,9 @@ from ui.style.theme import Space
 from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.sliders import NUMBER_PX, WheelGuard
 
-_NUMBER_PX: Final = 72
-_STEP_PX: Final = 28
 _FLAG_PX: Final = 92
-BIG_STEP: Final = 10
-"""Steps of Page Up and Page Down."""
 
 
 class FieldEditor(QWidget):
@@ -45,26 +42,23 @@ class FieldEditor(QWidget):
 
 
 class NumberEditor(FieldEditor):
-    """A number with its unit. Arrow and page keys, two buttons and, with the focus, the wheel change it in steps."""
+    """A number with its unit. Arrow and page keys, its buttons and, with the focus, the wheel change it in steps."""
 
-    def __init__(self, command: Command, field: Quantity, texts: Texts) -> None:
+    def __init__(self, command: Command, field: Quantity, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
         self._command, self._field = command, field
         self._draft: Draft | None = None
         self._stands: Value | None = None
-        self.box = _NumberBox(command, field, self)
-        self.line = self.box.lineEdit()
-        self.less = self._stepper(texts, "less", "−", marked("Decrease"), "Down", -1)
-        self.more = self._stepper(texts, "more", "+", marked("Increase"), "Up", 1)
-        texts.bind(partial(_name_after, self.less, command), "Decrease")
-        texts.bind(partial(_name_after, self.more, command), "Increase")
-        control(self.box, texts, self.box.objectName(), says=command.title, tip=command.explanation)
+        self.box = control(_NumberBox(field, self.step), texts, f"{command.name}_number", says=command.title,
+                           tip=command.explanation)  # fmt: skip
+        guard.guard(self.box)
+        self.line = named(self.box.lineEdit(), f"{command.name}_wanted")
         texts.bind(self.line.setAccessibleName, command.title)
         limits = {"low": field.text(0), "high": field.text(255)}
         texts.bind(self.box.setAccessibleDescription, "{low} to {high}", **limits)
         unit = named(QLabel(field.unit), f"{command.name}_unit", "muted")
         unit.setMinimumWidth(14)
-        in_row(self.less, self.box, self.more, unit, 1, of=self, spacing=Space.XS, margins=0)
+        in_row(self.box, unit, 1, of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.box)
         self.line.textEdited.connect(self.typed)
         self.box.editingFinished.connect(self.left)
@@ -87,36 +81,21 @@ class NumberEditor(FieldEditor):
         raw = 0 if start is None else min(255, max(0, self._field.encode(start) + steps))
         self.chosen.emit(self._field.decode(raw))
 
-    def _stepper(self, texts: Texts, name: str, text: str, tip: str, key: str, steps: int) -> QToolButton:
-        button = control(QToolButton(), texts, f"{self._command.name}_{name}", tip=tip, key=key, role="choice",
-                         slot=lambda: self.step(steps))  # fmt: skip
-        button.setText(text)
-        button.setFixedWidth(_STEP_PX)
-        button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        button.setAutoRepeat(True)
-        return button
-
 
 class _NumberBox(QDoubleSpinBox):
-    """Handles the keys and the wheel. The text is whatever is typed, also if it is not a number; the value, for screen
-    readers, is the edited one, else the module's."""
+    """Keeps whatever is typed, also if it is not a number: the form says why, and nothing is written. The value, for
+    screen readers, is the edited one, else the module's."""
 
-    def __init__(self, command: Command, field: Quantity, editor: NumberEditor) -> None:
+    def __init__(self, field: Quantity, step: Callable[[int], None]) -> None:
         super().__init__()
-        self.setObjectName(f"{command.name}_number")
-        self._editor = editor
-        self.setButtonSymbols(QDoubleSpinBox.ButtonSymbols.NoButtons)
-        self.setStyleSheet("QDoubleSpinBox { padding-right: 4px; }")  # instead of the buttons
-        self.setKeyboardTracking(False)
+        self._step = step
         self.setDecimals(field.decimals)
         self.setRange(0.0, field.maximum)
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.setFixedWidth(_NUMBER_PX)
+        self.setFixedWidth(NUMBER_PX)
         self.setAcceptDrops(False)
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        line = named(self.lineEdit(), f"{command.name}_wanted")
-        line.setMaxLength(32)
-        line.setAcceptDrops(False)
+        self.lineEdit().setMaxLength(32)
+        self.lineEdit().setAcceptDrops(False)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         return QValidator.State.Acceptable, text, position
@@ -127,25 +106,11 @@ class _NumberBox(QDoubleSpinBox):
     def textFromValue(self, _value: float) -> str:
         return self.lineEdit().text()
 
+    def stepEnabled(self) -> QDoubleSpinBox.StepEnabledFlag:
+        return QDoubleSpinBox.StepEnabledFlag.StepUpEnabled | QDoubleSpinBox.StepEnabledFlag.StepDownEnabled
+
     def stepBy(self, steps: int) -> None:
-        self._editor.step(steps)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        steps = {
-            Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1, Qt.Key.Key_PageUp: BIG_STEP, Qt.Key.Key_PageDown: -BIG_STEP,
-        }.get(Qt.Key(event.key()))  # fmt: skip
-        if steps is None:
-            super().keyPressEvent(event)
-        else:
-            self._editor.step(steps)
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        if not self.hasFocus():
-            event.ignore()  # scrolls the page
-            return
-        if event.angleDelta().y():
-            self._editor.step(1 if event.angleDelta().y() > 0 else -1)
-        event.accept()
+        self._step(steps)
 
     def event(self, event: QEvent) -> bool:
         # Undo and redo belong to the form, not to the line edit.
@@ -154,11 +119,7 @@ class _NumberBox(QDoubleSpinBox):
             if has_control and event.key() in (Qt.Key.Key_Z, Qt.Key.Key_Y):
                 event.ignore()
                 return False
-        was_handled = super().event(event)
-        if event.type() in (QEvent.Type.Resize, QEvent.Type.Show, QEvent.Type.StyleChange, QEvent.Type.FontChange):
-            # With a style sheet and without buttons Qt leaves only one pixel for the text.
-            self.lineEdit().setGeometry(self.rect().adjusted(4, 2, -4, -2))
-        return was_handled
+        return super().event(event)
 
 
 class FlagEditor(FieldEditor):
@@ -239,7 +200,7 @@ def make_editor(command: Command, texts: Texts, guard: WheelGuard) -> FieldEdito
     """The editor for a command. Raises `LookupError` for one that cannot be set."""
     match command.write:
         case Quantity() as field:
-            return NumberEditor(command, field, texts)
+            return NumberEditor(command, field, texts, guard)
         case Flag():
             return FlagEditor(command, texts)
         case Choice() as field:

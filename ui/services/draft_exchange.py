@@ -14,6 +14,8 @@ class DraftExchange(QObject):
     """Values by the setting's key, to become drafts in Settings, unsent."""
     tried = Signal(object)
     """Values by the setting's key, to be tried on what was measured."""
+    measured = Signal()
+    """The light threshold is to be measured in Settings."""
 
     def __init__(self) -> None:
         super().__init__()

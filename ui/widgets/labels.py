@@ -88,6 +88,10 @@ class FittedLabel(QLabel):
 
     def _fit(self) -> None:
         text, note = self._texts
+        if not (text or note):
+            self.setText("")
+            self.setToolTip("")
+            return
         whole = join_sentences([text, note])
         below = f"{text}\n{note}".strip()
         sizes = [(below, Size.BODY), (whole, Size.BODY), (below, Size.SMALL), (whole, Size.SMALL)]

@@ -38,14 +38,14 @@ def database(tmp_path: Path) -> Iterator[Database]:
 
 
 _TOLD = (
-    "tipped past 60° 1:48 after power-on of boot 1, serial link connected, 4.70 V (implausible)",
-    "fell (below 0.5 g for 1.60 s) 0:09 after power-on of boot 7, serial link not connected, 4.00 V",
+    "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)",
+    "fell (below 0.5 g for 1.60 s) 9 s after power-on of boot 7, serial link not connected, 4.00 V",
     (
-        "fired by serial + fired by PWM ≥ 18:12:15 after power-on of boot 200, "
+        "fired by serial + fired by PWM ≥ 18 h 12 min 15 s after power-on of boot 200, "
         "serial link connected, on external power, 4.00 V"
     ),
-    ("tipped past 60° + fired by unnamed (bit4) 1:00:00 after power-on of boot 0, serial link connected, 4.00 V"),
-    "no cause stated 0:00 after power-on of boot 1, serial link connected, 4.00 V",
+    ("tipped past 60° + fired by unnamed (bit4) 1 h 0 min 0 s after power-on of boot 0, serial link connected, 4.00 V"),
+    "no cause stated 0 s after power-on of boot 1, serial link connected, 4.00 V",
 )
 _RECORDS = (WORKED, raw(7, 9, 8, serial=1), raw(200, 65535, 5, charge=0), raw(0, 3600, 0x12), raw(1, 0, 0))
 

@@ -137,7 +137,9 @@ def state(one: Desk, key: str) -> RowState:
 
 
 def reason(one: Desk, key: str) -> str:
-    return one.settings.rows[key].reason.text()
+    """The whole of it, also where the row elides it."""
+    label = one.settings.rows[key].reason
+    return label.toolTip() or label.text()
 
 
 def write(one: Desk) -> None:

@@ -23,7 +23,7 @@ from tests.support.window.spoken import untranslated
 from tests.support.window.walk import SMALL_SCREEN, Walk, walking
 from ui.forms.rows_table import RowsTable
 from ui.main import PAGES
-from ui.pages.settings import profile_compare
+from ui.pages.settings import profiles
 from ui.pages.settings import row as settings_row
 from ui.plots.gauge import TiltGauge
 from ui.shell import top_bar
@@ -214,7 +214,7 @@ def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
     ("states", "looks"),
     [
         pytest.param(tuple(RowState), settings_row.STYLES, id="settings"),
-        pytest.param(tuple(profile_compare._CHIPS), profile_compare._CHIPS, id="profile"),
+        pytest.param(tuple(profiles._CHIPS), profiles._CHIPS, id="profile"),
         pytest.param(tuple(Phase), top_bar._PHASE_ICONS, id="link"),
         pytest.param(tuple(Meaning), MEANING_ICONS, id="meanings"),
     ],

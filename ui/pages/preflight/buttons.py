@@ -38,6 +38,11 @@ class PreflightButtons(QWidget):
         row.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
         row.add_right(self.cancel, self.run, self.enable, self.print)
 
+    def press_main(self) -> None:
+        """Ctrl+Return is the main button, whichever that is."""
+        if self._main is not None and self._main.isVisible():
+            self._main.click()
+
     def show_work(self, work: PreflightController) -> None:
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
@@ -46,7 +51,7 @@ class PreflightButtons(QWidget):
         words = marked("Lock, enable and check again") if needs_lock else marked("Enable triggers and check")
         rename(self.enable, self._texts, words)
         self.print.setEnabled(work.record is not None)
-        is_enabling = work.can_enable and not work.are_triggers_known
+        is_enabling = needs_lock or (work.can_enable and not work.are_triggers_known)
         has_passed = work.standing in (Standing.GO, Standing.READY)
         self._emphasise(self.print if has_passed else self.enable if is_enabling else self.run)
         words = marked("Start") if self._main is self.run else marked("Check only")

@@ -11,7 +11,7 @@ from app.preflight.verdict import VALID_FOR_S
 from app.settings.profiles import ManualLine
 from app.text.i18n import tr
 from ui.pages.preflight.controller import PreflightController, Standing
-from ui.pages.preflight.row import CheckRow, ManualRow
+from ui.pages.preflight.row import CheckRow, ManualRow, remedy
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
@@ -21,9 +21,9 @@ from ui.widgets.naming import named
 
 
 class CheckList(QScrollArea):
-    """`check_wanted`: a `Statement` to check again with. `ticked`: a manual item was ticked or unticked."""
+    """`mend_wanted`: the `Remedy` of a row. `ticked`: a manual item was ticked or unticked."""
 
-    check_wanted = Signal(object)
+    mend_wanted = Signal(object)
     ticked = Signal()
 
     def __init__(self, services: Services) -> None:
@@ -45,7 +45,7 @@ class CheckList(QScrollArea):
         self.fold.toggled.connect(self._show_fold)
         for row in self.rows.values():
             self._passed.rows.addWidget(row)
-            row.act_wanted.connect(self.check_wanted)
+            row.act_wanted.connect(self.mend_wanted)
         content = named(QWidget(), "preflight_content")
         in_column(
             self._failed,
@@ -101,7 +101,8 @@ class CheckList(QScrollArea):
             if assessment is None or found is None:
                 row.show_waiting(is_checking=is_checking)
             else:
-                row.show_judged(found, assessment.case, is_void=is_void, can_act=work.can_check)
+                act = remedy(found, assessment.case, has_profile=work.entered.profile is not None)
+                row.show_judged(found, act, is_void=is_void, can_act=work.can_check)
         for item in self.manual:
             item.show_state(self.ticks.get(item.number), can_tick=not is_checking)
         passed = len(self.rows) - len(failed)

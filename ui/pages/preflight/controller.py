@@ -52,6 +52,7 @@ class Statement:
     is_enabling: bool = False
     are_records_reviewed: bool = False
     is_same_module: bool = False
+    are_settings_approved: bool = False
 
 
 @dataclass(slots=True)
@@ -312,6 +313,7 @@ class PreflightController(QObject):
             aircraft=entered.aircraft,
             are_records_reviewed=statement.are_records_reviewed,
             is_same_module=statement.is_same_module,
+            are_settings_approved=statement.are_settings_approved,
         )
         is_stored = evidence.is_complete and self.void is None
         file_in_background(

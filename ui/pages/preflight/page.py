@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QStackedLayout, QWidget
 
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
-from app.settings.profile_file import ProfileRefused
+from app.settings.profile_file import ProfileRefused, refusal_text, save_profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
@@ -26,6 +26,7 @@ from ui.pages.preflight.controller import PreflightController, Standing, Stateme
 from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
+from ui.pages.preflight.row import Mend, Remedy
 from ui.pages.preflight.texts import announcement
 from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner
 from ui.services.context import Services
@@ -136,6 +137,42 @@ class PreflightPage(Page):
             self._services.lock.press(then=check_locked)
         else:
             self.check(statement)
+
+    def mend(self, remedy: Remedy) -> None:
+        """Do what the button of a row says, here or on the page with the control for it."""
+        exchange = self._services.exchange
+        match remedy.mend:
+            case Mend.CHECK:
+                self.check(remedy.statement)
+            case Mend.NAME:
+                self.form.module.setFocus()
+            case Mend.APPROVE:
+                self._approve()
+            case Mend.WRITE:
+                self.page_wanted.emit("settings")
+                exchange.used.emit(remedy.values)
+            case Mend.MEASURE:
+                self.page_wanted.emit("settings")
+                exchange.measured.emit()
+            case Mend.TRIGGERS | Mend.TESTS:
+                self.page_wanted.emit(remedy.mend.value)
+
+    def _approve(self) -> None:
+        """Keep the code of the checked settings as the approved one in the profile, and check again."""
+        profile, path, filed = self.form.profile, self.form.path, self.work.filed
+        if profile is None or path is None or filed is None:
+            return
+        code = filed.record.get("fingerprint")
+        try:
+            save_profile(path, replace(profile, approved_fingerprint=str(code)), source=path)
+        except (OSError, ProfileRefused) as error:
+            fault = error  # the name of an except clause ends with it
+            self.result.notify(
+                Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault))
+            )
+            return
+        self.form.use_profile(path)
+        self.check()
 
     def print(self) -> None:
         """Export the check that is shown, while it holds."""
@@ -250,7 +287,7 @@ class PreflightPage(Page):
         buttons.print.clicked.connect(self.print)
         buttons.history.clicked.connect(self.show_history)
         buttons.verify.triggered.connect(self.files.choose_and_verify)
-        self.list.check_wanted.connect(self.check)
+        self.list.mend_wanted.connect(self.mend)
         self.list.ticked.connect(self._enter)
         self.form.changed.connect(self._on_form)
         self.form.refused.connect(self._show_faults)
@@ -265,7 +302,7 @@ class PreflightPage(Page):
         self._services.naming.changed.connect(self._reset_module)
         self._connector.changed.connect(self._timer.refresh_seen)
         self._connector.invalidated.connect(self._reset_check)
-        Shortcut("preflight_run_key", self, buttons.run)
+        Shortcut("preflight_run_key", self, buttons.run, buttons.press_main)
         Shortcut("preflight_print_key", self, buttons.print)
         Shortcut("preflight_history_key", self, buttons.history, self.show_history)
 

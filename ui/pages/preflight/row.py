@@ -1,16 +1,22 @@
 """Rows of the check list: a check with its result, limit and reason; a manual item with its two buttons."""
 
-from typing import Final, NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout
 
+from app.limits.limits import SETTING_BOUNDS
 from app.preflight.findings import RESULT_WORDS, Case, Check, CheckResult
 from app.preflight.module_checks import records_word
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
+from app.settings.setting_texts import DEFAULTS
 from app.text.i18n import tr
 from app.text.messages import clean
+from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.preflight.controller import Statement
@@ -35,30 +41,80 @@ STYLES: Final = {
 }
 
 
-class _Act(NamedTuple):
+class Mend(Enum):
+    """How a row is mended: by checking again with a statement, or on the page that is named."""
+
+    CHECK = "preflight"
+    NAME = "module"
+    APPROVE = "profile"
+    WRITE = "settings"
+    MEASURE = "light"
+    TRIGGERS = "triggers"
+    TESTS = "tests"
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """`words`: of the button, English, marked. `values`: what `WRITE` puts into Settings, by key."""
+
     words: str
-    statement: Statement
+    mend: Mend
+    statement: Statement = field(default_factory=Statement)
+    values: Mapping[str, Value] = field(default_factory=dict)
 
 
-_ENABLE: Final = _Act(marked("Enable now"), Statement(is_enabling=True))
-ACTS: Final = {
-    "attitude_trigger": _ENABLE,
-    "freefall_trigger": _ENABLE,
-    "boot_count": _Act(marked("It is this module"), Statement(is_same_module=True)),
-}
-"""What a person can do about a check with one click, which checks again."""
-_REVIEWED: Final = Statement(are_records_reviewed=True)
+_ENABLE: Final = Remedy(marked("Enable now"), Mend.CHECK, Statement(is_enabling=True))
+_SAME_MODULE: Final = Remedy(marked("It is this module"), Mend.CHECK, Statement(is_same_module=True))
+_APPROVE_ONCE: Final = Remedy(marked("Approve these settings"), Mend.CHECK, Statement(are_settings_approved=True))
+_APPROVE: Final = Remedy(marked("Approve these settings"), Mend.APPROVE)
+_NAME_IT: Final = Remedy(marked("Name it"), Mend.NAME)
+_MEASURE: Final = Remedy(marked("Measure the light threshold"), Mend.MEASURE)
+_TESTS: Final = Remedy(marked("Guided tests"), Mend.TESTS)
+_TRIGGERS: Final = Remedy(marked("Triggers"), Mend.TRIGGERS)
+_SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}
 
 
-def _act_on(judged: Judged, case: Case) -> _Act | None:
-    if not judged.blocks_go:
+def remedy(judged: Judged, case: Case, *, has_profile: bool) -> Remedy | None:
+    """What mends a row with one click, here or on the page that has the control; None where only hands can."""
+    id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
+    if judged.finding.result is CheckResult.PASS:
         return None
-    word = records_word(case) if judged.check.id == "trigger_records" else None
-    return ACTS.get(judged.check.id) if word is None else _Act(word.value, _REVIEWED)
+    match id_:
+        case "attitude_trigger" | "freefall_trigger":
+            return _ENABLE
+        case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
+            return Remedy(word.value, Mend.CHECK, Statement(are_records_reviewed=True))
+        case "trigger_records" | "triggered" if judged.blocks_go:
+            return _TRIGGERS
+        case "boot_count" | "guided_tests" if case.past.module is None:
+            return _NAME_IT
+        case "boot_count" if judged.blocks_go and is_known:
+            return _SAME_MODULE
+        case "guided_tests":
+            return _TESTS
+        case "fingerprint" if is_known and has_profile:
+            return _APPROVE
+        case "fingerprint" if is_known and judged.blocks_go:
+            return _APPROVE_ONCE
+        case "light":
+            return _MEASURE
+        case _ if id_ in _SETTING_KEYS:
+            return _write(_SETTING_KEYS[id_], judged, case)
+    return None
+
+
+def _write(key: str, judged: Judged, case: Case) -> Remedy | None:
+    """The profile's value, else the vendor's default; it is written in Settings, which asks what it always asks."""
+    value = case.expectations.settings.get(key)
+    if judged.blocks_go and value is not None:
+        return Remedy(marked("Write the profile's value"), Mend.WRITE, values={key: value})
+    if key == "light_threshold_v":
+        return _MEASURE
+    return Remedy(marked("Write the default"), Mend.WRITE, values={key: DEFAULTS[key]}) if judged.blocks_go else None
 
 
 class CheckRow(QFrame):
-    """Before a check it shows what is checked and why. `act_wanted`: a `Statement` to check again with."""
+    """Before a check it shows what is checked and why. `act_wanted`: the `Remedy` of its button."""
 
     act_wanted = Signal(object)
 
@@ -73,7 +129,7 @@ class CheckRow(QFrame):
         self.reason = text_label(f"check_{check.id}_why", "small")
         # A step: the end of a check scrolls its rows, and what comes to lie under the pointer then was not chosen.
         self.act = control(StepButton(), texts, f"check_{check.id}_act", slot=self._on_act)
-        self._act: _Act | None = None
+        self._act: Remedy | None = None
         policy = self.act.sizePolicy()
         policy.setRetainSizeWhenHidden(False)
         self.act.setSizePolicy(policy)
@@ -90,7 +146,7 @@ class CheckRow(QFrame):
 
     def _on_act(self) -> None:
         if self._act is not None:
-            self.act_wanted.emit(self._act.statement)
+            self.act_wanted.emit(self._act)
 
     def show_waiting(self, *, is_checking: bool) -> None:
         """No result yet."""
@@ -102,7 +158,7 @@ class CheckRow(QFrame):
         self._show_texts(tr(self.check.why), is_explained=False)
         set_role(self, "marked-row")
 
-    def show_judged(self, judged: Judged, case: Case, *, is_void: bool, can_act: bool) -> None:
+    def show_judged(self, judged: Judged, act: Remedy | None, *, is_void: bool, can_act: bool) -> None:
         finding = judged.finding
         look = STYLES[finding.result]
         word = tr(RESULT_WORDS[finding.result])
@@ -116,12 +172,12 @@ class CheckRow(QFrame):
         is_fine = finding.result is CheckResult.PASS
         do = "" if is_fine else f" → {judged.do.translated()}"
         self._show_texts(f"{tr(self.check.why)}{do}", is_explained=not is_fine)
-        self._show_act(_act_on(judged, case))
+        self._show_act(act)
         self.act.setEnabled(can_act)
         set_role(self, "marked-row-failed" if judged.blocks_go and not is_void else "marked-row")
         set_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
 
-    def _show_act(self, act: _Act | None) -> None:
+    def _show_act(self, act: Remedy | None) -> None:
         """Without a button the reason takes its column too."""
         self._act, is_shown = act, act is not None
         words = tr(act.words) if act is not None else ""

@@ -1,9 +1,9 @@
-"""Panel for changing the baud rate, framed because the change can cut the link."""
+"""The last row of the table: the baud rate, with a line of its own, because changing it can cut the link."""
 
 from dataclasses import replace
 from functools import partial
 
-from PySide6.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QStackedLayout
 
 from app.engine.worker import Job
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud, end_found
@@ -35,7 +35,7 @@ from ui.widgets.sliders import WheelGuard
 class BaudPanel(QFrame):
     def __init__(self, services: Services, guard: WheelGuard) -> None:
         super().__init__()
-        named(self, "baud_panel", "danger-corner")
+        named(self, "baud_panel", "marked-row")
         self._services, self._connector = services, services.connector
         self._job = RunningJob(services.connector, self)
         self._doubtful_since: float | None = None
@@ -134,10 +134,9 @@ class BaudPanel(QFrame):
     def _lay_out(self) -> None:
         for one in (self._warning, self.conditions, self.said):
             self._message.addWidget(one)
-        cells = aligned_cells(self.title, self.stands, self.editor, QWidget())[:3]
-        row = in_row(*cells, 1, spacing=CELL_GAP)
+        row = in_row(*aligned_cells(self.title, self.stands, self.editor), 1, spacing=CELL_GAP)
         below = in_row((self._message, 1), self.confirm, spacing=CELL_GAP)
-        in_column(row, below, of=self, spacing=0, margins=(Space.S + 2, Space.XS, Space.S, Space.XS))
+        in_column(row, below, of=self, spacing=0, margins=(Space.S, Space.XS))
 
 
 def _settle(store: Store, port: str, found: int) -> None:

@@ -1,6 +1,6 @@
 """Controller of the Settings page: reads, writes and verifies, tests a power cycle; one job at a time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import partial
 
@@ -21,6 +21,7 @@ from app.settings.form import RowState, SettingsForm
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from protocol.catalogue import Command
+from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.module_memory import ModuleMemory
@@ -52,8 +53,14 @@ class SettingsController(QObject):
 
     @property
     def initial(self) -> Snapshot | None:
-        """The settings before the first write to this module."""
-        return self._connector.kept.as_found
+        """The settings before the first write to this module; None while it may be another one."""
+        return self._connector.kept.as_found if self._connector.identity.is_settled else None
+
+    def can_fill(self, values: Mapping[str, Value] | None) -> bool:
+        """Whether these would change the form."""
+        connector = self._connector
+        is_new = values is not None and self.form.would_change(values, connector.device, connector.clock())
+        return self.can_edit and is_new
 
     @property
     def can_edit(self) -> bool:
@@ -156,7 +163,7 @@ class SettingsController(QObject):
                 self.job.run(read_everything(), lambda _job: self.job.set_notice(interrupted))
             return
         report = job.outcome()
-        self.form.on_written(report.results)
+        self.form.on_written(report.results, self._connector.device, self._connector.clock())
         if report.refusals:
             self.job.set_notice(partial(self._refused_notice, report.refusals, accepted))
         else:

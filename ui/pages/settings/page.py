@@ -1,6 +1,10 @@
 """Settings page: a table of parameters with the module's value and the new one; write and verify.
 
-Only the rows scroll: column headers, the pane of the chosen row, notices and buttons stay in sight.
+    head      the settings code, undo, redo, Read all, what is rare
+    table     groups of `SettingsRow` and the `BaudPanel`; beside or below it the `SettingPane` of the chosen row
+    foot      profiles; Discard edits, Write
+    instead   `ProfileCompare` or `CalibrationPanel`
+`SettingsController` owns the form and runs one job at a time. Only the rows scroll.
 """
 
 from collections.abc import Mapping
@@ -8,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
     QApplication,
     QBoxLayout,
@@ -19,7 +23,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.settings.fingerprint import Fingerprint, fingerprint_of
 from app.settings.form import FORM_COMMANDS, RowState
+from app.settings.setting_texts import DEFAULTS
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from protocol.catalogue import BY_NAME
@@ -30,9 +36,7 @@ from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.pages.settings.baud_panel import BaudPanel
 from ui.pages.settings.calibration_panel import CalibrationPanel
 from ui.pages.settings.controller import SettingsController
-from ui.pages.settings.fingerprint_view import FingerprintView
-from ui.pages.settings.profile_compare import ProfileCompare
-from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
+from ui.pages.settings.profiles import SUFFIX, ProfileCompare, ProfileFiles
 from ui.pages.settings.row import (
     CELL_GAP,
     EDITOR_PX,
@@ -42,9 +46,9 @@ from ui.pages.settings.row import (
     WIDE_NAME_PX,
     WIDE_VALUE_PX,
     WRONG,
+    SettingPane,
     SettingsRow,
 )
-from ui.pages.settings.setting_pane import SettingPane
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
@@ -63,10 +67,10 @@ _WIDE_FROM_PX: Final = 816
 """In a table of this width the names and the values have more room."""
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
-_TABLE_PX: Final = 722
+_TABLE_PX: Final = 800
 _BELOW_PX: Final = 56
-_CAPTIONS_FROM_PX: Final = 360
-"""A lower page gives the room of the captions to the rows."""
+_CAPTIONS_FROM_PX: Final = 540
+"""A lower page gives the room of the captions to the rows: the baud rate is in sight at 1024x600."""
 _SERIAL: Final = "serial_output"
 _LIGHT: Final = BY_NAME["light_threshold"].key
 _UNBOUNDED: Final = 16_777_215
@@ -87,13 +91,13 @@ class SettingsPage(Page):
         self.rows = {command.key: SettingsRow(command, texts, self._guard) for command in FORM_COMMANDS}
         self.baud = BaudPanel(services, self._guard)
         self.header = self.make_header(texts, marked("Settings"))
-        self.files = ProfileFiles(services, self, self.header, self.work.job)
+        self.files = ProfileFiles(services, self, self.work.job)
         self.pane = SettingPane(texts)
         self._chosen = FORM_COMMANDS[0].key
         self.compare = ProfileCompare(texts)
         self.calibration = CalibrationPanel(services)
         self.strip = named(NoticeBar(texts), "settings_notice")
-        self.fingerprint = FingerprintView(texts)
+        self.code = named(QLabel(), "settings_code", "small")
         self._make_buttons()
         self.rows[_LIGHT].add_beside_editor(self.measure)
         self._stack = QStackedLayout(self)
@@ -123,16 +127,23 @@ class SettingsPage(Page):
         self.write.setEnabled(work.can_write and count > 0 and not has_invalid)
         self.read.setEnabled(work.job.can_run)
         self.revert.setEnabled(work.can_edit and form.has_drafts)
-        self.defaults.setEnabled(work.can_edit)
-        self.as_found.setEnabled(work.can_edit and work.initial is not None)
+        self.defaults.setEnabled(work.can_fill(DEFAULTS))
+        self.as_found.setEnabled(work.can_fill(None if work.initial is None else work.initial.settings))
         self.undo.setEnabled(work.can_edit and form.can_undo)
         self.redo.setEnabled(work.can_edit and form.can_redo)
         self.strip.show_notice(work.notice() or self._idle_notice())
-        self.fingerprint.show_device(device, now)
+        self._show_code(fingerprint_of(device, now))
         self.files.refresh()
         self.compare.refresh(device, now, can_apply=work.can_write and work.can_edit)
         self.baud.refresh()
         self.calibration.refresh()
+
+    def _show_code(self, fingerprint: Fingerprint) -> None:
+        """To be read out over the radio; a dash while any covered setting is unknown."""
+        code = (fingerprint.code if fingerprint.is_complete else None) or "—"
+        self.code.setText(tr("{setting}: {what}", setting=tr("Settings code"), what=code))
+        missing = ", ".join(tr(command.title) for command in fingerprint.missing)
+        self.code.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))
 
     def _idle_notice(self) -> Notice | None:
         if not self._connector.is_requested:
@@ -221,8 +232,8 @@ class SettingsPage(Page):
                               slot=lambda: work.edit(form.revert))  # fmt: skip
         self.measure = control(QPushButton(), texts, "light_threshold_measure", says="Measure the light threshold",
                                picture=Icon.LIGHT, role="quiet", slot=self._measure)  # fmt: skip
-        self.header.add(self.fingerprint)
-        self.header.add(self.read)
+        for part in (self.code, self.undo, self.redo, self.read):
+            self.header.add(part)
         self.defaults = self.header.add_rare(
             "settings_defaults", marked("Load defaults"), lambda: work.edit(form.fill_defaults)
         )
@@ -247,8 +258,7 @@ class SettingsPage(Page):
         Shortcut("settings_redo_key", self, self.redo, keys=("Ctrl+Shift+Z", "Ctrl+Y"))
         Shortcut("settings_write_key", self, self.write, keys=("Ctrl+Return", "Ctrl+Enter"))
         Shortcut("settings_read_key", self, self.read)
-        self.files.open.setShortcut("Ctrl+O")
-        self.addAction(self.files.open)
+        Shortcut("settings_open_key", self, self.files.open)
         self.files.opened.connect(self.compare.show_profile)
         self.files.refused.connect(self.compare.show_faults)
         self.compare.shown.connect(self._show_compare)
@@ -260,6 +270,7 @@ class SettingsPage(Page):
         exchange.find_drafts = lambda: form.edited
         exchange.can_use = lambda: work.can_edit
         exchange.used.connect(self._use_drafts)
+        exchange.measured.connect(self._measure)
 
     def _lay_out(self) -> QWidget:
         texts = self._services.texts
@@ -288,7 +299,7 @@ class SettingsPage(Page):
         head = in_column(self.header, margins=(Space.M, 0))
         foot = FlowRow()
         foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        foot.add(self.undo, self.redo)
+        foot.add(self.files.title, self.files.open, self.files.recent, self.files.save)
         foot.add_right(self.revert, self.write)
         form = named(QWidget(), "settings_form")
         in_column(head, (self._body, 1), self.strip, foot, of=form, spacing=0, margins=0)
@@ -327,8 +338,11 @@ class SettingsPage(Page):
     def fit(self) -> None:
         """Puts the pane beside the table, or below it."""
         is_beside = self.width() >= scaled(SIDE_FROM_PX)
+        is_low, policy = self.height() < scaled(_CAPTIONS_FROM_PX), Qt.ScrollBarPolicy
         for caption in self._captions:
-            caption.setVisible(self.height() >= scaled(_CAPTIONS_FROM_PX))
+            caption.setVisible(not is_low)
+        # A notice below the table takes height, and must not make the rows narrower.
+        self.scroll_area.setVerticalScrollBarPolicy(policy.ScrollBarAlwaysOn if is_low else policy.ScrollBarAsNeeded)
         self.pane.heading.setVisible(is_beside)
         self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
         least, most = _SIDE_PX

@@ -1,4 +1,7 @@
-"""Row of one setting: parameter, module value, editor, state. Its height never changes."""
+"""Row of one setting: parameter, module value, editor, state with its reason; and the pane of the chosen one.
+
+The height of a row never changes.
+"""
 
 from typing import Final
 
@@ -10,9 +13,9 @@ from app.engine.device import How
 from app.procedures.power_cycle import Retention
 from app.safety.consequences import Weight
 from app.settings.form import FormRow, RowState
-from app.settings.setting_texts import value_text, what_is
+from app.settings.setting_texts import advice_text, value_text, what_is
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import capitalised, join_sentences, with_units
 from protocol.catalogue import Command
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
@@ -21,19 +24,20 @@ from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon, Look
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
-from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.labels import FittedLabel, text_label
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.naming import named, set_role
 from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
 
 ROW_PX: Final = 44
-NAME_PX: Final = 180
+NAME_PX: Final = 160
 WIDE_NAME_PX: Final = 212
 WIDE_VALUE_PX: Final = 136
 """Where the pane leaves the table room for them."""
 EDITOR_PX: Final = 192
 STATE_PX: Final = 128
+_REASON_PX: Final = 24
 BESIDE_PX: Final = 34
 """Width of an icon button beside an editor."""
 CELL_GAP: Final = Space.S
@@ -79,7 +83,7 @@ class SettingsRow(QFrame):
         self.stands = ValueLabel(command)
         self.editor: FieldEditor = make_editor(command, texts, guard)
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
-        self.reason = named(ElidedLabel(), f"{command.name}_reason", "small")
+        self.reason = named(FittedLabel(), f"{command.name}_reason", "small")
         self.name.setBuddy(self.editor)
         texts.bind(self._set_whats_this, command.explanation)
         key = command.key
@@ -88,7 +92,11 @@ class SettingsRow(QFrame):
         self.editor.left.connect(self.left)
         if isinstance(self.editor, FlagEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
-        in_row(*aligned_cells(self.name, self.stands, self.editor, self.state), (self.reason, 1),
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        state = QWidget()
+        in_column((self.state, left), of=state, spacing=0, margins=0).addStrut(STATE_PX)
+        self.reason.setMinimumWidth(_REASON_PX)
+        in_row(*aligned_cells(self.name, self.stands, self.editor), state, (self.reason, 1),
                of=self, spacing=CELL_GAP, margins=MARGINS)  # fmt: skip
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:
@@ -101,7 +109,7 @@ class SettingsRow(QFrame):
         self.state.show_state(tr(row.state.value), look.icon, look.meaning)
         reason, warning = reason_text(row), warning_text(row)
         is_wrong = row.state in WRONG
-        self.reason.setText(reason or warning)
+        self.reason.show_text(reason or warning)
         set_role(self.reason, "danger" if is_wrong else "attention" if warning and not reason else "small")
         set_role(self, "marked-row-failed" if is_wrong else "marked-row-chosen" if is_chosen else "marked-row")
 
@@ -120,14 +128,11 @@ class SettingsRow(QFrame):
         self.pressed.emit(self.command.key)
 
 
-def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget, state: QWidget) -> tuple[QWidget, ...]:
-    """The first four columns, with the same widths in every row; only the last grows where its text needs more."""
+def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget) -> tuple[QWidget, ...]:
+    """The first three columns, with the same widths in every row."""
     name.setFixedWidth(NAME_PX)
     stands.setFixedWidth(VALUE_PX)
-    state_cell = QWidget()
-    left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-    in_column((state, left), of=state_cell, spacing=0, margins=0).addStrut(STATE_PX)
-    return name, stands, editor, state_cell
+    return name, stands, editor
 
 
 def warning_text(row: FormRow) -> str:
@@ -150,3 +155,45 @@ def reason_text(row: FormRow) -> str:
     if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:
         return tr("cannot be read")
     return ""
+
+
+class SettingPane(QFrame):
+    """Explanation, consequences and vendor's advice of the chosen setting."""
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        named(self, "setting_pane", "card")
+        self.title = text_label("setting_title", "strong")
+        self.term = text_label("setting_term", "small")
+        self.what = text_label("setting_what")
+        self.meaning = text_label("setting_meaning")
+        self.reason = text_label("setting_reason", "small")
+        self.advice = text_label("setting_advice", "small")
+        self.heading = named(QWidget(), "setting_heading")
+        """Below the table the chosen row is heading enough."""
+        in_column(self.title, self.term, of=self.heading, spacing=0, margins=0)
+        content = named(QWidget(), "setting_content")
+        in_column(
+            self.heading, self.reason, self.meaning, self.what, self.advice, 1,
+            of=content, spacing=Space.XS, margins=(Space.M, Space.XS),
+        )  # fmt: skip
+        scroll = scroll_area(content, texts, "setting_scroll", "Parameter", is_transparent=True)
+        in_column(scroll, of=self, margins=1)
+
+    def show_row(self, row: FormRow) -> None:
+        command = row.command
+        title, term = tr(command.title), command.vendor_term
+        reason = "" if row.state is RowState.INVALID else reason_text(row)  # the notice says it
+        is_loud = any(one.weight is not Weight.PLAIN for one in row.consequences)
+        for label, text in (
+            (self.title, title),
+            (self.term, "" if term == title else term),  # in Chinese it is the title
+            (self.reason, reason),
+            (self.what, tr(command.explanation)),
+            (self.meaning, with_units(join_sentences(one.sentence for one in row.consequences))),
+            (self.advice, capitalised(advice_text(command))),
+        ):
+            label.setText(text)
+            label.setVisible(bool(text))
+        set_role(self.reason, "danger" if row.state in WRONG else "small")
+        set_role(self.meaning, "attention" if is_loud else "")

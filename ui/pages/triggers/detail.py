@@ -1,5 +1,6 @@
-"""Details of the selected trigger record: picture, cause, facts, review, note and bytes."""
+"""Details of the selected trigger record: picture, cause, facts, review, note and bytes; of several only the review."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Final
 
@@ -46,7 +47,7 @@ class TriggersDetail(QFrame):
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         named(self, "triggers_detail", "card")
-        self.row: TriggerRow | None = None
+        self._rows: Sequence[TriggerRow] = ()
         self._note_of: int | None = None
         self._has_picture = True
         self.picture = TriggerPicture("triggers_picture")
@@ -68,19 +69,26 @@ class TriggersDetail(QFrame):
         texts.bind(self.note.setPlaceholderText, "Note")
         self.note.editingFinished.connect(self._commit_note)
         self._lay_out()
-        self.show_row(None, "")
+        self.show_rows(())
 
-    def show_row(self, row: TriggerRow | None, otherwise: str) -> None:
-        """`otherwise`: text for no single row."""
-        self.row = row
-        has_row = row is not None
-        for widget in (self.facts, self.raw, self.note, *self.buttons.values()):
-            widget.setVisible(has_row)
-        self.picture.setVisible(has_row and self._has_picture)
-        self.seen.setVisible(has_row)
-        self.bytes.setVisible(has_row and self.raw.isChecked())
+    @property
+    def _row(self) -> TriggerRow | None:
+        return self._rows[0] if len(self._rows) == 1 else None
+
+    def show_rows(self, rows: Sequence[TriggerRow]) -> None:
+        """The selected rows; several are judged at once."""
+        self._rows, row = rows, rows[0] if len(rows) == 1 else None
+        for widget in (self.facts, self.raw, self.note, self.seen):
+            widget.setVisible(row is not None)
+        self.picture.setVisible(row is not None and self._has_picture)
+        self.bytes.setVisible(row is not None and self.raw.isChecked())
+        said = {one.seen.judgement for one in rows if one.is_stored}
+        for judgement, button in self.buttons.items():
+            button.setVisible(bool(rows))
+            button.setChecked(said == {judgement})
+            button.setEnabled(bool(said))
         if row is None:
-            self.cause.setText(otherwise)
+            self.cause.setText(tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
             self._note_of = None
             return
         self.cause.setText(with_units(capitalised(cause_message(row.record).translated())))
@@ -89,9 +97,6 @@ class TriggersDetail(QFrame):
         self.bytes.setText(row.record.raw.hex(" ").upper())
         self.bytes.setFont(fixed_font(Size.SMALL))
         self.seen.setText(self._seen_text(row))
-        for judgement, button in self.buttons.items():
-            button.setChecked(row.is_stored and row.seen.judgement is judgement)
-            button.setEnabled(row.is_stored)
         self.note.setEnabled(row.is_stored)
         if self._note_of != row.seen.id or not self.note.hasFocus():
             self.note.setText(row.seen.note)
@@ -109,21 +114,22 @@ class TriggersDetail(QFrame):
         return f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
 
     def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
-        row = self.row
-        if row is not None and row.is_stored:
-            self.judged.emit(row.seen.id, judgement, self.note.text())
-            for one, button in self.buttons.items():
-                button.setChecked(one is judgement)
+        for one, button in self.buttons.items():
+            button.setChecked(one is judgement)
+        alone = self._row
+        for row in self._rows:
+            if row.is_stored:
+                self.judged.emit(row.seen.id, judgement, row.seen.note if alone is None else self.note.text())
 
     def _commit_note(self) -> None:
-        row = self.row
+        row = self._row
         if row is not None and row.is_stored and self.note.text() != row.seen.note:
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def fit_height(self, page_px: int) -> None:
         """Hides the picture on a low page."""
         self._has_picture = page_px >= _WITH_PICTURE_LINES * QFontMetrics(font()).height()
-        self.picture.setVisible(self.row is not None and self._has_picture)
+        self.picture.setVisible(self._row is not None and self._has_picture)
 
     def _lay_out(self) -> None:
         judging = FlowRow()

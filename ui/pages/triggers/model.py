@@ -1,4 +1,4 @@
-"""Table model of the trigger records, with sorting, search and copy."""
+"""Model of the Triggers page: columns, filters, copied text, and what the page says of the list."""
 
 from collections.abc import Iterable
 from enum import Enum, IntEnum
@@ -9,12 +9,13 @@ from PySide6.QtWidgets import QWidget
 
 from app.limits.out_of_limits import record_outside
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import capitalised, in_brackets
 from app.trigger_records.fields import source_message
-from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_text
+from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_message
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn
-from ui.pages.triggers.controller import TriggerRow
+from ui.pages.triggers.controller import TriggerRow, TriggersController
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
@@ -47,6 +48,10 @@ def record_text(row: TriggerRow) -> str:
     for word in words:
         text = tr("{reason}: {what}", reason=capitalised(word), what=text)
     return f"{text} — {row.seen.note}" if row.seen.note else text
+
+
+def when_text(boot: int, uptime: UserMessage) -> str:
+    return tr("{uptime} · boot {boot}", boot=boot, uptime=uptime.translated())
 
 
 def sources_text(sources: tuple[str, ...]) -> str:
@@ -86,8 +91,8 @@ def _cell_icon(row: TriggerRow) -> QIcon | None:
 
 COLUMNS: Final = (
     TableColumn[TriggerRow](
-        marked("When"),
-        lambda row: tr("boot {boot} · {uptime}", boot=row.record.boot_count, uptime=uptime_text(row.record)),
+        marked("After power-on"),
+        lambda row: when_text(row.record.boot_count, uptime_message(row.record)),
         lambda row: float(row.seen.place),
         picture=_news_icon,
     ),
@@ -140,3 +145,44 @@ def csv_name(module: str) -> str:
     """A valid file name for any module name."""
     safe = "".join(one if one.isalnum() or one in "-_" else "_" for one in module[:40])
     return f"dps-s triggers {safe or 'module'}.csv"
+
+
+def is_known_empty(work: TriggersController) -> bool:
+    """Whether the module confirmed that it has no records."""
+    return work.reading is not None and work.reading.history.is_confirmed and not work.rows
+
+
+def count_text(work: TriggersController) -> str:
+    """Without a number while the list is empty: its place says why."""
+    count = len(work.rows)
+    return tr("Trigger records: {count}", count=count) if count else tr("Trigger records")
+
+
+def news_text(work: TriggersController) -> str:
+    """How many are new since the last visit."""
+    rows = work.rows
+    if work.reading is None or (rows and not rows[0].is_stored):
+        return ""
+    return tr("no earlier visit") if work.is_first_visit else tr("{count} new", count=work.new_count)
+
+
+def empty_title(work: TriggersController) -> str:
+    if work.is_busy:
+        return tr("Reading the trigger records")
+    if is_known_empty(work):
+        return tr("Trigger records: {count}", count=0)
+    return capitalised(tr("not read yet") if work.reading is None else tr("unknown"))
+
+
+def empty_text(work: TriggersController, *, is_open: bool) -> str:
+    if work.is_busy:
+        return ""
+    if is_known_empty(work):
+        return tr("It has never fired, or its memory was cleared.")
+    if work.reading is not None and not work.reading.history.is_answered:
+        return tr("No answer: the records are unknown.")
+    if work.reading is not None:
+        return tr("The readings differ: records may be missing. Read again.")
+    if is_open:
+        return tr("Read as soon as the module answers.")
+    return tr("Connect or choose a module.")

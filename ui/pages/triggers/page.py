@@ -1,4 +1,10 @@
-"""Triggers page: all trigger records of a module, newest first, with the details of the selected one."""
+"""Triggers page: all trigger records of a module, newest first, with the details and the review of the selected ones.
+
+    head     search, filter, Read
+    list     `TriggersTable` of `triggers_model`, or why it is empty; beside it `TriggersDetail`
+    foot     copy, export
+`TriggersController` reads the records, merges them with the stored ones and stores judgements.
+"""
 
 from collections.abc import Callable
 from functools import partial
@@ -19,16 +25,29 @@ from app.recordings.export import not_saved_text
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import capitalised, join_sentences
+from app.trigger_records.history import JUDGEMENT_WORDS
 from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
+from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import RowsFilter, select_row
-from ui.pages.triggers.controller import TriggersController
+from ui.pages.triggers.controller import TriggerRow, TriggersController
 from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
-from ui.pages.triggers.model import Show, as_text, csv_name, is_chosen, triggers_model
-from ui.pages.triggers.table import TriggersTable
-from ui.pages.triggers.texts import count_text, empty_text, empty_title, news_text
+from ui.pages.triggers.model import (
+    Column,
+    Show,
+    as_text,
+    count_text,
+    csv_name,
+    empty_text,
+    empty_title,
+    is_chosen,
+    news_text,
+    triggers_model,
+    when_text,
+)
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
@@ -41,9 +60,28 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
+_ROW_PX: Final = 36
+_BESIDE: Final = (Column.LINK, Column.CHARGE, Column.LIGHT, Column.CELL)
+"""Hidden columns, shown in the details; rows are searched, copied and exported with them."""
 _SEARCH_PX: Final = 140
 _READ_EVERY_MS: Final = 500
 """Retry interval until the module is online and idle."""
+
+
+class TriggersTable(RowsTable[TriggerRow]):
+    def __init__(self, model: RowsFilter[TriggerRow]) -> None:
+        super().__init__("triggers_table", model, row_px=_ROW_PX, sorted_by=Column.WHEN, stretched=Column.WHY,
+                         hidden=_BESIDE, spare=Column.SETTINGS)  # fmt: skip
+        self.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        self.measure()
+
+    def measure(self) -> None:
+        self.fit_columns({
+            Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
+            Column.WHEN: when_text(255, UserMessage("59 min 59 s")),
+            Column.SETTINGS: "180° 2.5 g 2.55 s",
+            Column.JUDGED: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len),
+        }, with_icon=(Column.WHEN,))  # fmt: skip
 
 
 class TriggersPage(Page):
@@ -123,11 +161,7 @@ class TriggersPage(Page):
         return None
 
     def _show_detail(self) -> None:
-        rows = self.table.chosen()
-        if len(rows) == 1:
-            self.detail.show_row(rows[0], "")
-        else:
-            self.detail.show_row(None, tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
+        self.detail.show_rows(self.table.chosen())
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all shown ones."""

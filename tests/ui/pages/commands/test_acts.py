@@ -15,7 +15,6 @@ from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import let_lay_out, settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
 from ui.services.storage import Storage
-from ui.style.theme import Meaning
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()
 
@@ -91,7 +90,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
 ) -> None:
     with desk(qtbot, qapp, tmp_path, page="commands") as one:
         row, connector = one.commands.acts[Act.ACTIVATE], one.assembly.connector
-        one.click(one.commands.lock)
+        one.click("lock_button")
         one.until(lambda: one.assembly.lock.confirmed is not None)
         one.until(row.confirm.ask.isEnabled)
         one.ask(row.confirm)
@@ -106,7 +105,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
         if end == "restart":
             one.bench.restart()
         else:
-            one.click(one.commands.lock)
+            one.click("lock_button")
         one.until(lambda: not said(one, Act.ACTIVATE))
 
 
@@ -123,21 +122,10 @@ def test_that_the_module_reports_active_is_not_said_while_it_is_silent(
         one.until(lambda: not said(one, Act.ACTIVATE))
 
 
-def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
-        one.click(one.commands.lock)
-        one.until(lambda: one.commands.said.notice is not None and one.commands.said.notice.meaning is Meaning.GOOD)
-        one.bench.change(drop=1.0, direction="both")
-        one.until(lambda: one.commands.said.notice is None)
-
-
 def test_lock_is_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
-        one.click(one.commands.lock)
+        one.click("lock_button")
         one.until(lambda: not one.bench.module.state.is_active)
-        one.until(lambda: one.commands.said.notice is not None)
         one.until(lambda: audit(one) == [(Act.LOCK, Outcome.CONFIRMED)])
 
 
@@ -154,7 +142,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
         assert said_above.text == f"The program may not write into {tmp_path}."
         one.commands.refresh()
         assert "The audit log cannot be written" in one.commands.ritual.conditions.text()
-        one.click(one.commands.lock)
+        one.click("lock_button")
         one.until(lambda: not one.bench.module.state.is_active)
         assert one.changes() == [REQUESTS[Act.LOCK].encode()]
 

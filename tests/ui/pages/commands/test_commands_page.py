@@ -103,7 +103,7 @@ def test_the_whole_ritual_sends_one_frame(qtbot: QtBot, qapp: QApplication, tmp_
         qtbot.wait(HELD_MS)  # still held: one gesture is one frame
         assert one.changes() == [DEPLOY]
         assert audit(one) == [(Act.DEPLOY, Outcome.CONFIRMED)]
-        assert one.commands._services.armed.act is None
+        assert one.commands.ritual._services.armed.act is None
 
 
 def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -255,7 +255,7 @@ def test_everything_disarms(qtbot: QtBot, qapp: QApplication, tmp_path: Path, wh
             wait_disarmed(one, ritual)
         else:
             one.until(lambda: ritual.ritual.stage is Stage.IDLE)
-        assert one.commands._services.armed.act is None
+        assert one.commands.ritual._services.armed.act is None
         assert text in outcome(one)
         stays_quiet(one, 300)
 
@@ -272,7 +272,7 @@ def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(
         qtbot.wait(300)
         leap["s"] = 60.0
         wait_disarmed(one, ritual)
-        assert one.commands._services.armed.act is None
+        assert one.commands.ritual._services.armed.act is None
         assert "computer slept" in outcome(one)
         stays_quiet(one, HELD_MS)
 

@@ -7,6 +7,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from app.safety.acts import Act
+from protocol.messages import Source
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.settings_bench import ENTRIES, desk
 from tests.support.window.steps import await_child
@@ -23,15 +24,21 @@ def test_without_a_port_nothing_is_said_of_the_log(qtbot: QtBot, qapp: QApplicat
             assert not row.confirm.ask.isEnabled()
 
 
-def test_what_was_said_goes_when_the_module_says_otherwise(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
     with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
-        one.click(one.commands.lock)
-        one.until(lambda: one.commands.said.notice is not None)
-        notice = one.commands.said.notice
-        assert notice is not None
-        assert "LOCKED" in notice.text
-        one.bench.module.activate(is_active=True)
-        one.until(lambda: one.commands.said.notice is None)
+        meaning, until_locked = one.commands.meaning, "Treat it as ready to fire until it reports LOCKED."
+        one.until(lambda: meaning.text() == "Ready to fire: lock it before you touch it.")
+        one.bench.module.fire(Source.SERIAL, one.assembly.connector.clock())
+        one.until(lambda: meaning.text() == f"Fired. {until_locked}")
+        one.bench.module.state.is_active = False  # LOCK would end the trigger, too
+        one.until(lambda: meaning.text() == "Fired. Find out why (Triggers), repack, restart.")
+        one.bench.change(drop=1.0, direction="both")
+        one.until(lambda: meaning.text() == f"Fired. {until_locked}")  # silent: it may be active by now
+        one.bench.end_faults()
+        one.bench.restart()
+        one.until(lambda: meaning.text() == "In standby.")
 
 
 def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -41,8 +48,5 @@ def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp:
         one.ask(row.confirm)
         one.click(row.confirm.go)
         one.until(lambda: (notice := row.said.notice) is not None and "Acknowledged" in notice.text)
-        one.click(one.commands.lock)
-        one.until(lambda: one.commands.said.notice is not None)
         one.assembly.connector.connect_to(Target("sim://next", 115200))
-        one.until(lambda: one.commands.said.notice is None)
-        assert row.said.notice is None
+        one.until(lambda: row.said.notice is None)

@@ -72,7 +72,7 @@ def test_two_hands_on_one_step_cancel_each_other(bench: GestureBench) -> None:
 def test_the_release_of_a_key_pressed_elsewhere_completes_no_click(bench: GestureBench) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
-    bench.commands.lock.setFocus()
+    bench.window.top_bar.lock.setFocus()
     bench.key(Qt.Key.Key_Return, is_press=True)
     bench.press()
     bench.key(Qt.Key.Key_Space, is_press=False)

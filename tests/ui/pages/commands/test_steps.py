@@ -139,6 +139,7 @@ def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench)
 
 
 def test_a_question_that_is_scrolled_away_is_withdrawn(bench: GestureBench) -> None:
+    bench.window.resize(900, 520)
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     bring_into_sight(confirm)
     bench.go_and_click(confirm.ask)
@@ -151,6 +152,7 @@ def test_a_question_that_is_scrolled_away_is_withdrawn(bench: GestureBench) -> N
 
 
 def test_a_button_that_is_half_out_of_sight_asks_nothing_yet(bench: GestureBench) -> None:
+    bench.window.resize(900, 520)
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     scroll = find(bench.window, QScrollArea, "commands_scroll")
     bar, window = scroll.verticalScrollBar(), bench.window

@@ -6,24 +6,32 @@ import time
 from functools import partial
 from pathlib import Path
 
+import pytest
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QFontMetricsF
+from PySide6.QtGui import QAction, QFontMetricsF
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import evidence_of
-from app.preflight.findings import CheckResult
+from app.limits.expectations import Expectations, Past
+from app.preflight.checks import CHECKS
+from app.preflight.evidence import Evidence
+from app.preflight.findings import Case, CheckResult, Finding
+from app.preflight.verdict import Judged
 from app.records.report_html import body
 from app.records.verification import RecordState, verify_file
 from app.store.store import Store, data_folder
+from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
+from protocol.fields import Value
 from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.preflight_window import VERDICTS, confirm_name, find_in, kept, name_module, on_bench, said
-from tests.support.window.steps import await_child, choosing
+from tests.support.window.steps import await_child, choosing, find
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
+from ui.pages.preflight.row import Mend, remedy
 from ui.pages.preflight.verdict import fitted, text_px
 from ui.style.theme import Choice, Meaning, Size, font
 
@@ -184,6 +192,97 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         bench.click(row.act)
         bench.wait_standing(Standing.READY, Standing.NO_GO)
         assert page.work.result("boot_count") is CheckResult.PASS
+
+
+def test_changed_settings_are_approved_by_a_person_once_for_the_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "approved") as bench:
+        page = bench.preflight
+        name_module(bench, "M-07")
+        assert bench.check() is Standing.READY
+        bench.bench.module.memory.attitude_threshold = 70
+        assert bench.check() is Standing.NO_GO
+        row = page.list.rows["fingerprint"]
+        assert row.act.text() == "Approve these settings"
+        page.list.ensureWidgetVisible(row.act)
+        bench.click(row.act)
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
+        assert page.work.standing is Standing.READY
+        assert row.measured.text().endswith(", confirmed by a person")
+        assert bench.check() is Standing.READY  # they are the approved ones now
+
+
+def test_what_a_profile_approves_is_changed_in_the_profile(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    profile = tmp_path / "hexa.toml"
+    profile.write_text(f'{PROFILE.split("[[")[0]}approved_fingerprint = "JFKY-2WSC"  # in May\n', encoding="utf-8")
+    with on_bench(qtbot, qapp, tmp_path, "approval") as bench:
+        bench.bench.module.memory.attitude_threshold = 70
+        page = bench.preflight
+        page.form.ask_open = choosing(profile)
+        page.form.choose_file()
+        assert bench.check() is Standing.NO_GO
+        row = page.list.rows["fingerprint"]
+        code = row.measured.text()
+        page.list.ensureWidgetVisible(row.act)
+        bench.click(row.act)
+        bench.wait_standing(Standing.CHECKING)
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
+        assert page.work.result("fingerprint") is CheckResult.PASS
+        assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
+        assert "# in May" in profile.read_text(encoding="utf-8")
+
+
+def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    def press() -> None:
+        qtbot.wait(600)  # a step is dead for half a second
+        find(bench.assembly.window, QAction, "preflight_run_key").trigger()
+
+    with on_bench(qtbot, qapp, tmp_path, "main") as bench:
+        page = bench.preflight
+        press()  # enable the triggers and check
+        bench.wait_standing(Standing.READY)
+        assert len(bench.acts) == 2
+        target = tmp_path / "report.pdf"
+        page.files.ask_path = choosing(target)
+        press()  # export the report
+        bench.until(target.exists)
+        assert len(bench.acts) == 2
+
+
+_WRITE = "Write the profile's value"
+MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, Mend | None, str], ...] = (
+    ("attitude_threshold", CheckResult.FAIL, {"attitude_threshold_deg": 65}, "M", Mend.WRITE, _WRITE),
+    ("attitude_threshold", CheckResult.FAIL, {}, "M", Mend.WRITE, "Write the default"),
+    ("light_threshold", CheckResult.WARN, {}, "M", Mend.MEASURE, "Measure the light threshold"),
+    ("light_threshold", CheckResult.FAIL, {"light_threshold_v": 2.0}, "M", Mend.WRITE, _WRITE),
+    ("light", CheckResult.FAIL, {}, "M", Mend.MEASURE, "Measure the light threshold"),
+    ("attitude_trigger", CheckResult.UNKNOWN, {}, "M", Mend.CHECK, "Enable now"),
+    ("freefall_trigger", CheckResult.FAIL, {}, "M", Mend.CHECK, "Enable now"),
+    ("triggered", CheckResult.FAIL, {}, "M", Mend.TRIGGERS, "Triggers"),
+    ("boot_count", CheckResult.WARN, {}, None, Mend.NAME, "Name it"),
+    ("boot_count", CheckResult.FAIL, {}, "M", Mend.CHECK, "It is this module"),
+    ("guided_tests", CheckResult.FAIL, {}, "M", Mend.TESTS, "Guided tests"),
+    ("guided_tests", CheckResult.UNKNOWN, {}, None, Mend.NAME, "Name it"),
+    ("fingerprint", CheckResult.FAIL, {}, "M", Mend.CHECK, "Approve these settings"),
+    ("cell_voltage", CheckResult.FAIL, {}, "M", None, ""),
+    ("tilt", CheckResult.PASS, {}, "M", None, ""),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("id_", "result", "settings", "module", "mend", "words"), MENDED)
+def test_each_row_that_is_not_met_carries_what_mends_it(
+    id_: str, result: CheckResult, settings: dict[str, Value], module: str | None, mend: Mend | None, words: str
+) -> None:
+    check = next(check for check in CHECKS if check.id == id_)
+    case = Case(evidence=Evidence(), expectations=Expectations(settings=settings), past=Past(module=module))
+    judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
+    act = remedy(judged, case, has_profile=False)
+    assert (act and act.mend, act.words if act else "") == (mend, words)
+    if act is not None and act.mend is Mend.WRITE and settings:
+        assert act.values == settings
 
 
 def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

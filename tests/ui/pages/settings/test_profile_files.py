@@ -30,7 +30,7 @@ def profile_file(folder: Path, text: str = PROFILE, name: str = "H6.toml") -> Pa
 
 def open_by_dialog(one: Desk, path: Path) -> None:
     one.settings.files.ask_open = choosing(path)
-    one.choose_rare("profile_open")
+    one.click("profile_open")
 
 
 def tick(one: Desk, name: str) -> QCheckBox:
@@ -148,7 +148,7 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(
     with desk(qtbot, qapp, tmp_path) as one:
         path = tmp_path / "as it is.toml"
         one.settings.files.ask_save = choosing(path)
-        one.choose_rare("profile_save")
+        one.click("profile_save")
         saved = tomllib.loads(path.read_text(encoding="utf-8"))
         assert saved["name"] == "as it is"
         assert saved["settings"] == {
@@ -162,7 +162,7 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(
         assert said is not None
         assert "Attitude trigger, Free-fall trigger" in said.text
         one.settings.files.ask_save = choosing(tmp_path / "no such folder" / "x.toml")
-        one.choose_rare("profile_save")
+        one.click("profile_save")
         said = one.settings.strip.notice
         assert said is not None
         assert "was not saved" in said.text

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRect, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
@@ -17,12 +17,9 @@ from app.store.store import Store
 from app.text.i18n import CHINESE
 from protocol.link_states import Presence
 from tests.support.records.kept_facts import kept_settings
-from tests.support.window import walk
 from tests.support.window.settings_bench import Desk, choose, desk, notice, reason, state, type_into, write
-from tests.support.window.steps import let_lay_out, notice_text
-from ui.pages.settings.row import NAME_PX, WIDE_NAME_PX
+from tests.support.window.steps import notice_text
 from ui.style.theme import Meaning
-from ui.widgets.step_button import is_in_sight
 
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
 
@@ -31,7 +28,7 @@ TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_th
 def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, Any]) -> None:
     query = "?" + "&".join(f"{key}={value}" for key, value in options.items())
     with desk(qtbot, qapp, tmp_path, query=query) as one:
-        code = one.settings.fingerprint.code.text()
+        code = one.settings.code.text()
         type_into(one, "freefall_time", "1.2")
         type_into(one, "freefall_acceleration", "0.4")
         one.click(one.find(QToolButton, "freefall_trigger_on"))
@@ -45,7 +42,7 @@ def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
         assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.2, 0.4)
         assert len(one.changes()) == 3
         assert notice(one) == "Read back as written: 2. Acknowledged, cannot be read: 1."
-        assert one.settings.fingerprint.code.text() != code
+        assert one.settings.code.text() != code
         assert not one.settings.write.isEnabled()
 
 
@@ -219,6 +216,24 @@ def test_undo_redo_revert_and_defaults(qtbot: QtBot, qapp: QApplication, tmp_pat
         one.settings.refresh()
         assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
         assert not one.changes()
+        write(one)
+        one.until(lambda: state(one, "attitude_trigger") is RowState.ACKNOWLEDGED)
+        one.settings.refresh()  # nothing is left enabled that would do nothing
+        page = one.settings
+        able = [one_.objectName() for one_ in (page.write, page.revert, page.undo, page.redo) if one_.isEnabled()]
+        able += [one_.objectName() for one_ in (page.defaults, page.as_found) if one_.isEnabled()]
+        assert (able, box.text(), line.text()) == ([], "", "")
+
+
+@pytest.mark.parametrize("text", ["0", "25.5"])
+def test_a_light_threshold_that_tells_nothing_warns_like_every_other(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, text: str
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        type_into(one, "light_threshold", text)
+        write(one)
+        assert "Never tells an open bay from a closed one." in notice(one)
+        assert not one.changes()
 
 
 def test_initial_values_can_be_restored(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -275,7 +290,7 @@ def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, t
         qtbot.keyClick(number, Qt.Key.Key_Down)
         qtbot.keyClick(number, Qt.Key.Key_PageDown)
         assert box.text() == "50"
-        one.click(one.find(QToolButton, "attitude_threshold_more"))
+        qtbot.keyClick(number, Qt.Key.Key_Up)
         assert box.text() == "51"
 
 
@@ -328,62 +343,6 @@ def test_the_vendors_term_is_in_the_chinese_help(qtbot: QtBot, qapp: QApplicatio
     with desk(qtbot, qapp, tmp_path) as one:
         one.assembly.language_switch.use(CHINESE)
         assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
-
-
-@pytest.mark.parametrize(("width", "height", "least"), [(1366, 768, 8), (1024, 600, 6)])
-def test_the_table_is_dense_and_its_rows_never_move(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, width: int, height: int, least: int
-) -> None:
-    """All eight settings in sight at 1366×768, six at 1024×600; a neighbour's state moves no row."""
-    with desk(qtbot, qapp, tmp_path) as one:
-        one.assembly.window.resize(width, height)
-        page = one.settings
-        rows = [*page.rows.values(), page.baud]
-
-        def places() -> list[QRect]:
-            page.refresh()
-            let_lay_out()
-            return [QRect(row.mapTo(page, QPoint()), row.size()) for row in rows]
-
-        before = places()
-        assert sum(is_in_sight(row) for row in rows) >= least
-        for button in (page.write, page.revert, page.read):
-            assert is_in_sight(button), button.objectName()
-        assert page.scroll_area.horizontalScrollBar().maximum() == 0
-        type_into(one, "freefall_time", "9999")
-        assert places() == before
-        type_into(one, "freefall_time", "0.1")
-        one.click(one.find(QToolButton, "freefall_trigger_off"))
-        assert page.pane.title.text() == "Free-fall trigger"  # the row that is edited is the chosen one
-        assert places() == before
-        write(one)
-        one.until(lambda: page.strip.notice is not None)
-        assert places() == before
-
-
-def test_wide_columns_never_make_a_narrow_window_scroll_sideways(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    """Otherwise the next page begins too wide, with Cancel of the deploy panel out of sight."""
-    with desk(qtbot, qapp, tmp_path) as one:
-        main, name = one.assembly.window, one.settings.rows[TILT].name
-        for width, name_px in ((940, WIDE_NAME_PX), (790, NAME_PX)):
-            main.resize(width, 600)
-            let_lay_out()
-            assert main.area.horizontalScrollBar().maximum() == 0, width
-            assert name.width() == name_px
-
-
-def test_a_profile_has_room_where_the_form_has(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """The pane beside the form asks for no room while another view is in sight."""
-    with desk(qtbot, qapp, tmp_path) as one:
-        main, profile = one.assembly.window, tmp_path / "H6.toml"
-        main.resize(1366, 768)
-        profile.write_text(walk.PROFILE, encoding="utf-8")
-        one.settings.open_file(profile)
-        main.resize(1024, 600)
-        let_lay_out()
-        assert main.area.horizontalScrollBar().maximum() == 0
 
 
 def test_a_restart_of_the_module_is_shown_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -7,9 +7,11 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import Trust
+from app.engine.target import Target
 from app.settings.form import RowState
 from app.store.store import Store
 from protocol.link_states import Presence
+from tests.support.window.fakes_ui import simulated
 from tests.support.window.settings_bench import Desk, choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import notice_text
 from ui.style.painted_widget import Freshness
@@ -209,3 +211,31 @@ def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(
             one.until(lambda: state(one, TILT) is RowState.CHANGED)
             assert (box.text(), work.count_unsent()) == ("1.2", 0)
         assert one.changes() == []
+
+
+def test_what_was_found_of_one_module_is_never_restored_to_another(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one, simulated("next") as other:
+        connector, restore = one.assembly.connector, one.settings.as_found
+        type_into(one, "freefall_time", "1.2")
+        write(one)
+        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+        one.settings.refresh()
+        assert restore.isEnabled()
+        one.bench.unplug()
+        one.until(lambda: not connector.is_open)
+        one.bench.module.memory.boot_count -= 20  # behind the same port another module answers
+        one.bench.restart()
+        one.bench.plug()
+        one.until(lambda: connector.identity.trust is Trust.REFUTED)
+        one.settings.refresh()
+        assert not restore.isEnabled()
+        one.settings.work.restore_initial()
+        assert not one.settings.work.form.has_drafts
+        connector.connect_to(Target("sim://next", 115200))
+        one.until(lambda: connector.is_open and connector.device.presence is Presence.ONLINE)
+        one.settings.refresh()
+        assert one.settings.work.initial is None
+        assert not restore.isEnabled()
+        assert other.module.memory.freefall_time == 160

@@ -17,7 +17,7 @@ from tests.support.window.preflight_window import CHECK_MS, OnBench, name_module
 from tests.support.window.steps import choosing
 from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import Column
-from ui.pages.triggers.table import TriggersTable
+from ui.pages.triggers.page import TriggersTable
 from ui.style.theme import Meaning
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
@@ -170,29 +170,23 @@ def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplica
         page = bench.triggers
         assert page.count.text() == "Trigger records: 1"
         assert texts(bench, 0) == [
-            "boot 1 · 1:48", "attitude", "60° 0.5 g 1.60 s", "connected", "no", "0.3 V", "4.70 V (implausible)", "—",
+            "1 min 48 s · boot 1", "attitude", "60° 0.5 g 1.60 s", "connected", "no", "0.3 V",
+            "4.70 V (implausible)", "—",
         ]  # fmt: skip
         assert told(bench, 0) == (
-            "tipped past 60° 1:48 after power-on of boot 1, serial link connected, 4.70 V (implausible)"
+            "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)"
         )
         page.table.selectRow(0)
         assert page.detail.cause.text() == "Tipped past 60°"
         assert {key: label.text() for key, label in page.detail.facts.values.items()} == {
-            "when": "boot 1 · 1:48", "link": "connected", "charger": "no", "light": "0.3 V",
-            "cell": "4.70 V (implausible)",
+            "when": "1 min 48 s · boot 1", "link": "connected", "charger": "no",
+            "light": "0.3 V", "cell": "4.70 V (implausible)",
         }  # fmt: skip
         assert not page.detail.bytes.isVisible()
         bench.click(page.detail.raw)
         assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
         assert said(bench).startswith("Name the module")
         assert not page.detail.note.isEnabled()
-
-
-def test_a_counter_that_stopped_says_at_least(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "longest") as bench:
-        bench.bench.module.memory.records.append(EXAMPLE[:1] + b"\xff\xff" + EXAMPLE[3:])
-        bench.read_triggers()
-        assert texts(bench, 0)[Column.WHEN] == "boot 1 · ≥ 18:12:15"
 
 
 @pytest.mark.parametrize(("width", "is_hidden"), [(900, False), (450, True)])
@@ -265,6 +259,28 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
         assert texts(bench, 0)[Column.JUDGED] == "—"
 
 
+def test_several_records_are_judged_at_once_and_keep_their_notes(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "several", history=3) as bench:
+        name_kept(bench, "M-07")
+        bench.read_triggers()
+        page = bench.triggers
+        page.table.selectRow(0)
+        page.detail.note.setText("in the wind")
+        page.detail.note.editingFinished.emit()
+        page.table.selectAll()
+        assert page.detail.cause.text() == "3 selected"
+        assert not page.detail.note.isVisible()
+        bench.click(page.detail.buttons[Judgement.REAL])
+        assert [texts(bench, row)[Column.JUDGED] for row in range(3)] == ["real"] * 3
+        assert ["in the wind" in told(bench, row) for row in range(3)] == [True, False, False]
+        page.table.selectRow(1)
+        bench.click(page.detail.buttons[None])
+        page.table.selectAll()
+        assert not any(button.isChecked() for button in page.detail.buttons.values())  # they differ
+
+
 def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "first", history=3, boots=37) as bench:
         name_kept(bench, "M-07")
@@ -323,7 +339,7 @@ def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) 
         bench.click(page.copy)
         lines = QApplication.clipboard().text().splitlines()
         assert len(lines) == 2
-        assert lines[0].startswith("When\tWhy\t")
+        assert lines[0].startswith("After power-on\tWhy\t")
         assert "(implausible)" in lines[1]
         search.clear()
         page.table.sortByColumn(Column.CELL, Qt.SortOrder.AscendingOrder)
