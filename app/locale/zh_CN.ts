@@ -6578,6 +6578,10 @@
         <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
     </message>
     <message>
+        <source>{uptime} after power-on, boot {boot}</source>
+        <translation>开机后 {uptime}，第 {boot} 次开机</translation>
+    </message>
+    <message>
         <source>{uptime} · boot {boot}</source>
         <translation>{uptime} · 第 {boot} 次开机</translation>
     </message>

@@ -1,6 +1,7 @@
 """Scrolling list: what failed with its action, then the manual checks, then what passed, folded."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
@@ -124,6 +125,8 @@ class CheckList(QScrollArea):
             for id_ in ids:
                 section.rows.addWidget(self.rows[id_])
         self._failed.setVisible(bool(failed))
+        for before, after in pairwise((*failed, *(id_ for id_ in self.rows if id_ not in failed))):
+            self.setTabOrder(self.rows[before].act, self.rows[after].act)
 
     def _show_fold(self) -> None:
         is_open = self.fold.isChecked()

@@ -68,7 +68,7 @@ _SAME_MODULE: Final = Remedy(marked("It is this module"), Mend.CHECK, Statement(
 _APPROVE_ONCE: Final = Remedy(marked("Approve these settings"), Mend.CHECK, Statement(are_settings_approved=True))
 _APPROVE: Final = Remedy(marked("Approve these settings"), Mend.APPROVE)
 _NAME_IT: Final = Remedy(marked("Name it"), Mend.NAME)
-_MEASURE: Final = Remedy(marked("Measure the light threshold"), Mend.MEASURE)
+_MEASURE: Final = Remedy(marked("Measure"), Mend.MEASURE)
 _TESTS: Final = Remedy(marked("Guided tests"), Mend.TESTS)
 _TRIGGERS: Final = Remedy(marked("Triggers"), Mend.TRIGGERS)
 _SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}

@@ -12,7 +12,7 @@ from app.records.check_store import MAX_NOTE_LENGTH
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from app.text.sentences import capitalised, with_units
-from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message, uptime_message
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.fact_rows import FactRows
@@ -26,7 +26,6 @@ from ui.widgets.layouts import FlowRow, Gap, in_column
 from ui.widgets.naming import named
 
 _FACTS: Final = {
-    "when": Column.WHEN,
     "link": Column.LINK,
     "charger": Column.CHARGE,
     "light": Column.LIGHT,
@@ -52,7 +51,9 @@ class TriggersDetail(QFrame):
         self._has_picture = True
         self.picture = TriggerPicture("triggers_picture")
         self.cause = text_label("triggers_cause", "strong", is_selectable=True)
-        self.facts = FactRows(texts, "triggers", {key: COLUMNS[column].title for key, column in _FACTS.items()})
+        self.facts = FactRows(
+            texts, "triggers", {"when": marked("When")} | {key: COLUMNS[one].title for key, one in _FACTS.items()}
+        )
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.hide()
@@ -92,7 +93,9 @@ class TriggersDetail(QFrame):
             self._note_of = None
             return
         self.cause.setText(with_units(capitalised(cause_message(row.record).translated())))
-        self.facts.show_facts({key: COLUMNS[column].text(row) for key, column in _FACTS.items()})
+        when = tr("{uptime} after power-on, boot {boot}", boot=row.record.boot_count,
+                  uptime=uptime_message(row.record).translated())  # fmt: skip
+        self.facts.show_facts({"when": when} | {key: COLUMNS[one].text(row) for key, one in _FACTS.items()})
         self.picture.show_record(row.record, sources_text(row.record.sources))
         self.bytes.setText(row.record.raw.hex(" ").upper())
         self.bytes.setFont(fixed_font(Size.SMALL))

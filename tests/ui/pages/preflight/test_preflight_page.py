@@ -256,9 +256,9 @@ _WRITE = "Write the profile's value"
 MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, Mend | None, str], ...] = (
     ("attitude_threshold", CheckResult.FAIL, {"attitude_threshold_deg": 65}, "M", Mend.WRITE, _WRITE),
     ("attitude_threshold", CheckResult.FAIL, {}, "M", Mend.WRITE, "Write the default"),
-    ("light_threshold", CheckResult.WARN, {}, "M", Mend.MEASURE, "Measure the light threshold"),
+    ("light_threshold", CheckResult.WARN, {}, "M", Mend.MEASURE, "Measure"),
     ("light_threshold", CheckResult.FAIL, {"light_threshold_v": 2.0}, "M", Mend.WRITE, _WRITE),
-    ("light", CheckResult.FAIL, {}, "M", Mend.MEASURE, "Measure the light threshold"),
+    ("light", CheckResult.FAIL, {}, "M", Mend.MEASURE, "Measure"),
     ("attitude_trigger", CheckResult.UNKNOWN, {}, "M", Mend.CHECK, "Enable now"),
     ("freefall_trigger", CheckResult.FAIL, {}, "M", Mend.CHECK, "Enable now"),
     ("triggered", CheckResult.FAIL, {}, "M", Mend.TRIGGERS, "Triggers"),

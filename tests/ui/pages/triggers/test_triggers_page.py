@@ -179,7 +179,7 @@ def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplica
         page.table.selectRow(0)
         assert page.detail.cause.text() == "Tipped past 60°"
         assert {key: label.text() for key, label in page.detail.facts.values.items()} == {
-            "when": "1 min 48 s · boot 1", "link": "connected", "charger": "no",
+            "when": "1 min 48 s after power-on, boot 1", "link": "connected", "charger": "no",
             "light": "0.3 V", "cell": "4.70 V (implausible)",
         }  # fmt: skip
         assert not page.detail.bytes.isVisible()
