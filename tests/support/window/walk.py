@@ -133,7 +133,7 @@ class Walk(Driver):
         self.bench.set_tilt(0)
         self.until(lambda: self._value("tilt_deg") == 0)
         self.press("live_would_fire")
-        panel = page.fired.panel
+        panel = page.fired
         panel.wanted.type_text("freefall_acceleration_g", "x")
         panel.about.click()
         yield self._stop("live, would it have fired")

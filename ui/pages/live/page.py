@@ -22,7 +22,7 @@ from ui.pages.live.data import LiveData, lanes
 from ui.pages.live.empty import EmptyPage
 from ui.pages.live.panel import LivePanel, PanelLimits
 from ui.pages.live.recorded_view import RecordedView, origin_of
-from ui.pages.live.what_if_on_live import WhatIfOnLive
+from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import StreamPage
@@ -62,8 +62,8 @@ class LivePage(StreamPage):
         self.data = LiveData()
         self._session = SessionTracker()
         self.panel = LivePanel(texts)
-        self.fired = WhatIfOnLive(services, self)
-        drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
+        self.fired = WhatIfPanel(services)
+        drawn = self.fired.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self._recorded = RecordedView(texts, self._plots, self.panel, self._in_use)
@@ -94,9 +94,9 @@ class LivePage(StreamPage):
         self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_deleted)
-        self.fired.panel.instant_chosen.connect(self._show_instant)
-        self.fired.panel.lines_changed.connect(self.draw)
-        self.fired.panel.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
+        self.fired.instant_chosen.connect(self._show_instant)
+        self.fired.lines_changed.connect(self.draw)
+        self.fired.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         self.source_changed.connect(self._on_source_changed)
         self._on_source_changed()
         self.refresh()
@@ -142,8 +142,8 @@ class LivePage(StreamPage):
 
     def show_recording(self, recording: Recording) -> None:
         """Shows `recording` in place of the module, which stays connected."""
-        self.fired.panel.release()
-        self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording, self._in_use)))
+        self.fired.release()
+        self._recorded.show(recording, self.fired.lines.added_to(lanes(recording, self._in_use)))
         if self._recorded.plot is not None:
             self._connect_menu(self._recorded.plot)
         self._recordings.is_shown = True
@@ -156,7 +156,7 @@ class LivePage(StreamPage):
         """Closes the recording and shows the module."""
         if self.recording is None:
             return
-        self.fired.panel.release()  # it reads from the recording
+        self.fired.release()  # it reads from the recording
         self._recorded.close()
         self._recordings.is_shown = False
         if not self.data.has_samples:
@@ -235,9 +235,9 @@ class LivePage(StreamPage):
 
     def _on_source_changed(self) -> None:
         if self.recording is None:
-            self.fired.bind_module(self.data, wall_offset_s=self.wall.offset_s)
+            self.fired.bind(self.data, wall_offset_s=self.wall.offset_s)
         else:
-            self.fired.bind_recording(self.recording)
+            self.fired.bind(self.recording, wall_offset_s=self.recording.wall_offset_s)
 
     def _show_instant(self, at_s: float) -> None:
         if self.plot.span.length_s > _CLOSE_UP_S:
@@ -299,7 +299,7 @@ class LivePage(StreamPage):
         self._plots.addWidget(self._live_plot)
         in_column((self._plots, 1), of=card, margins=Space.S)
         self._seen = named(QWidget(), "live_seen")
-        plots = in_row(self.fired.panel, (card, 1), spacing=Space.S)
+        plots = in_row(self.fired, (card, 1), spacing=Space.S)
         in_column(self.panel, (plots, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         head = self.make_header(self._services.texts, marked("Live"), self.save, self.fired.button)
         head.row.setStretchFactor(head.title, 0)

@@ -1,19 +1,89 @@
-"""Shows a recording on the Live page in place of the module."""
+"""Shows a recording on the Live page in place of the module: a banner, plots, and the values at the cursor."""
 
 from collections.abc import Sequence
+from types import MappingProxyType
+from typing import Final
 
-from PySide6.QtWidgets import QStackedWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QPushButton, QStackedWidget
 
+from app.engine.device import DeviceView, How, Known
 from app.limits.out_of_limits import LimitsInUse
+from app.recordings.entry_texts import remarks
+from app.recordings.markers import charging_at
 from app.recordings.recording import Recording
+from app.safety.last_known import Activation, SeenActivation
+from app.samples.ring_buffers import Readable
+from app.samples.step_function import StepFunction
+from app.text.durations import duration
+from app.text.i18n import tr
+from protocol.fields import Value
 from ui.core.texts import Texts
 from ui.files.save_bar import Origin
-from ui.pages.live.cursor_values import show_moment
-from ui.pages.live.data import mark_of
-from ui.pages.live.panel import LivePanel
-from ui.pages.live.recorded_banner import RecordedBanner
+from ui.pages.live.data import SLOW_GAP_S, mark_of
+from ui.pages.live.panel import LivePanel, PanelLimits
+from ui.plots.axis import clock_text
 from ui.plots.lanes import Lane, Span
 from ui.plots.time_plot import TimePlot
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.banner import Banner
+from ui.widgets.controls import control
+from ui.widgets.labels import ElidedLabel
+from ui.widgets.naming import named
+from ui.widgets.state_chips import show_activation, show_known_trigger
+from ui.widgets.visibility_timer import VisibilityTimer
+
+# As wide as a gap in the plots; samples further away do not count.
+_NEAR_S: Final = 1.0
+
+
+class RecordedBanner(Banner):
+    """The recording's origin, "not live", and the way back; hidden while the module's own values are shown."""
+
+    left = Signal()
+    """The user wants to go back to live."""
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__("recorded_banner", "recorded_icon")
+        self._recording: Recording | None = None
+        self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "recorded_label", "strong")
+        self.back = control(QPushButton(), texts, "recorded_back", "Back to live", key="Esc", picture=Icon.TO_LIVE,
+                            slot=self.left)  # fmt: skip
+        self.row.setContentsMargins(Space.M, 0, Space.M, 0)  # the plots need the room on a small screen
+        self.row.addWidget(self.label, 1)
+        self.row.addWidget(self.back)
+        VisibilityTimer(self, self._write)
+
+    def show_recording(self, recording: Recording | None) -> None:
+        """None hides the banner."""
+        self._recording = recording
+        self.setVisible(recording is not None)
+        self._write()
+
+    def _write(self) -> None:
+        if self._recording is None:
+            return
+        entry, damage = self._recording.entry, self._recording.damage
+        began = tr(
+            "Recording of {when}, {length}",
+            when=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
+            length=duration(entry.duration_s),
+        )
+        parts = (
+            damage.translated() if damage is not None else "",
+            began,
+            entry.module,
+            entry.port,
+            remarks(entry),
+            tr("not live"),
+        )
+        self.label.setText(" · ".join(filter(None, parts)))
+        self.setAccessibleName(self.label.text())
+        if damage is None:
+            self.show_meaning(Meaning.INFORMATION, Icon.HISTORY)
+        else:
+            self.show_meaning(Meaning.ATTENTION, Icon.WARNING)
 
 
 class RecordedView:
@@ -72,3 +142,47 @@ def origin_of(recording: Recording) -> Origin:
     """The origin of files saved from `recording`."""
     entry = recording.entry
     return Origin(entry.port, entry.baud_rate, recording.wall_offset_s, entry.started_at, entry.module)
+
+
+def device_at(recording: Recording, time_s: float) -> DeviceView:
+    """What a recording knows of the module at a time in its monotonic seconds."""
+    tilt = recording.tilt.around(time_s, within_s=_NEAR_S)
+    # One report contains both the tilt and the flags.
+    flags = None if tilt is None else recording.excerpt(tilt.time_s, tilt.time_s)
+    has_flags = flags is not None and len(flags.time_s) > 0
+    values: dict[str, Value | None] = {
+        "tilt_deg": None if tilt is None else tilt.high,
+        "acceleration_g": _value(recording.acceleration, time_s, _NEAR_S),
+        "light_v": _value(recording.light, time_s, SLOW_GAP_S),
+        "light_threshold_v": _limit(recording.lights, time_s),
+        "cell_voltage_v": _value(recording.cell, time_s, SLOW_GAP_S),
+        "charging": charging_at(recording.markers, time_s),
+        "active": bool(flags.is_active[-1]) if flags is not None and has_flags else None,
+        "triggered": bool(flags.is_triggered[-1]) if flags is not None and has_flags else None,
+    }
+    known = {key: Known(value, How.READ, time_s) for key, value in values.items() if value is not None}
+    return DeviceView(MappingProxyType(known))
+
+
+def show_moment(panel: LivePanel, recording: Recording, time_s: float | None, in_use: LimitsInUse) -> None:
+    """Shows the values of `recording` at a time in the panel; None: there is no cursor."""
+    text, device, limits, now_s = tr("point at the plots"), DeviceView(), PanelLimits(None, None, None), 0.0
+    if time_s is not None:
+        text, device, now_s = clock_text(time_s + recording.wall_offset_s, 1), device_at(recording, time_s), time_s
+        limits = PanelLimits(*(_limit(one, time_s) for one in (recording.fires, recording.falls, recording.lights)))
+    panel.moment.show_state(text, Icon.HISTORY, Meaning.INFORMATION)
+    panel.show_device(device, now_s, limits=limits, in_use=in_use, reports_per_s=0.0)
+    is_active = device.fresh("active", now_s)
+    reported = Activation.UNKNOWN if is_active is None else Activation.ACTIVE if is_active else Activation.LOCKED
+    show_activation(panel.activation, SeenActivation(reported), now_s)
+    show_known_trigger(panel.trigger, device.known("triggered", now_s), now_s)
+
+
+def _limit(steps: StepFunction, time_s: float) -> float | None:
+    changes = steps.between(time_s, time_s)
+    return changes[-1].value if changes else None
+
+
+def _value(series: Readable, time_s: float, within_s: float) -> float | None:
+    found = series.around(time_s, within_s=within_s)
+    return None if found is None else found.high

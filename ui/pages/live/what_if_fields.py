@@ -1,7 +1,9 @@
-"""Fields of "Would it have fired?", created from the catalogue."""
+"""Fields of "Would it have fired?", created from the catalogue, and the tried thresholds as lines in the plots."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from math import inf
 from typing import Final
 
 from PySide6.QtCore import Signal
@@ -15,12 +17,14 @@ from app.firing.what_if_drafts import (
     SettingSource,
     WhatIfDrafts,
 )
+from app.samples.step_function import StepFunction
 from app.settings.drafts import Draft
 from protocol.catalogue import Command
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
-from ui.style.theme import Space
+from ui.plots.lanes import Lane, Limit
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.sliders import WheelGuard
@@ -99,3 +103,30 @@ def _row(label: QLabel, editor: FieldEditor) -> QLayout:
     label.setWordWrap(True)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     return in_row((label, 1), editor, spacing=Space.S)
+
+
+class DraftLines:
+    """Constant lines, shared by all plots, which have to be drawn again after a change."""
+
+    def __init__(self) -> None:
+        self.attitude: Final = StepFunction()
+        self.freefall: Final = StepFunction()
+
+    def show(self, attitude_deg: float | None, freefall_g: float | None) -> bool:
+        """Sets both lines, None: no line; returns whether anything changed."""
+        is_other = (attitude_deg, freefall_g) != (self.attitude.value, self.freefall.value)
+        for line, value in ((self.attitude, attitude_deg), (self.freefall, freefall_g)):
+            line.clear()
+            line.put(-inf, value)
+        return is_other
+
+    def added_to(self, lanes: Sequence[Lane]) -> tuple[Lane, ...]:
+        """`lanes`, of which the first are tilt and acceleration, with these lines added."""
+        tilt, acceleration, *others = lanes
+        fires = Limit(self.attitude, marked("{value}° draft"), Meaning.ATTENTION, is_draft=True)
+        falls = Limit(self.freefall, marked("{value} g draft"), Meaning.ATTENTION, 1, is_draft=True)
+        return (
+            replace(tilt, limits=(*tilt.limits, fires)),
+            replace(acceleration, limits=(*acceleration.limits, falls)),
+            *others,
+        )

@@ -22,16 +22,24 @@ from PySide6.QtWidgets import (
 from app.firing import what_if_texts as fired_words
 from app.firing.judge import TriggerLimits
 from app.firing.what_if import WhatIfFinding, judge_excerpt
-from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, SettingSource, WhatIfDrafts
+from app.firing.what_if_drafts import (
+    ATTITUDE_THRESHOLD,
+    FREEFALL_ACCELERATION,
+    FREEFALL_TIME,
+    TRIED,
+    SettingSource,
+    WhatIfDrafts,
+)
 from app.firing.what_if_texts import WhatIfKind, WhatIfRow, WhatIfVerdict
 from app.recordings.excerpt import Excerpt
+from app.recordings.recording import Recording
 from app.samples.ring_buffers import Readable
+from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
-from ui.pages.live.what_if_fields import WhatIfFields
-from ui.pages.live.what_if_lines import DraftLines
+from ui.pages.live.what_if_fields import DraftLines, WhatIfFields
 from ui.plots.axis import clock_text
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, set_icon_size
@@ -44,7 +52,7 @@ from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _log = logging.getLogger(__name__)
-WIDTH_PX: Final = 376
+_WIDTH_PX: Final = 376
 _ROWS_IN_SIGHT: Final = 8
 _STYLES: Final = {
     WhatIfKind.JUDGING: (Icon.CLOCK, Meaning.INFORMATION),
@@ -57,8 +65,6 @@ _STYLES: Final = {
     WhatIfKind.UNREADABLE: (Icon.WARNING, None),
 }
 _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
-
-
 PACE: Final = 10
 """Live data that grew are judged again after this many times the time that the last judgement took."""
 
@@ -80,19 +86,18 @@ class _Asked(NamedTuple):
 
 
 class WhatIfPanel(QFrame):
-    """See the module docstring. Call `refresh` a few times a second while it is visible."""
+    """Beside the plots while `button`, which the page shows, is pressed. Call `refresh` a few times a second."""
 
     instant_chosen = Signal(float)
     """To show this monotonic time in the plots."""
     lines_changed = Signal()
     """`lines` changed: draw the plots."""
-    closed = Signal()
     settings_wanted = Signal()
 
     def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "fired_panel", "card")
-        self._exchange = services.exchange
+        self._connector, self._exchange = services.connector, services.exchange
         self.wanted = WhatIfDrafts()
         self.lines = DraftLines()
         self.finding: WhatIfFinding | None = None
@@ -125,11 +130,10 @@ class WhatIfPanel(QFrame):
         self._measured = self._asked = self.finding = None
         self._is_unreadable = False
 
-    def refresh(self, standing: Mapping[str, SettingSource]) -> None:
-        """`standing`: the module's settings by key, now or when it was recorded."""
+    def refresh(self) -> None:
         if self.isHidden():
             return
-        self.wanted.standing = standing
+        self.wanted.standing = self._standing()
         self.fields.show_wanted()
         self._show_lines()
         question = self.wanted.question()
@@ -173,11 +177,42 @@ class WhatIfPanel(QFrame):
         _log.warning("The recording cannot be judged", exc_info=error)
         self._is_unreadable = True
 
+    def _standing(self) -> dict[str, SettingSource]:
+        """The module's settings by key, now or when it was recorded."""
+        measured = self._measured
+        if isinstance(measured, Recording):
+            steps = {ATTITUDE_THRESHOLD: measured.fires, FREEFALL_ACCELERATION: measured.falls,
+                     FREEFALL_TIME: measured.fall_times}  # fmt: skip
+            last = {command.key: _last_value(one) for command, one in steps.items()}
+            return {key: SettingSource(value) for key, value in last.items() if value is not None}
+        device, now_s = self._connector.device, self._connector.clock()
+        known = {command.key: device.known(command.key, now_s) for command in TRIED}
+        return {key: SettingSource(one.value, one.is_stale) for key, one in known.items() if one is not None}
+
     def open_with(self, values: Mapping[str, Value]) -> None:
         self.wanted.fill(values)
         self.fields.show_wanted()
 
     # Actions
+
+    def _show(self, is_open: bool) -> None:
+        self.setVisible(is_open)
+        self.refresh()
+        if is_open:
+            self.fields.editors[ATTITUDE_THRESHOLD.key].setFocus()
+        else:
+            self.button.setFocus()
+            if self.lines.show(None, None):
+                self.lines_changed.emit()
+
+    def _close(self) -> None:
+        self.button.setChecked(False)
+
+    def _try(self, values: object) -> None:
+        """Takes drafts from Settings."""
+        if isinstance(values, Mapping):
+            self.open_with(values)
+            self.button.setChecked(True)
 
     def _use(self) -> None:
         self._exchange.used.emit(self.wanted.values)
@@ -190,11 +225,6 @@ class WhatIfPanel(QFrame):
         row = item.data(_ROW_ROLE)
         if isinstance(row, float):
             self.instant_chosen.emit(row)
-
-    def _close(self) -> None:
-        if self.lines.show(None, None):
-            self.lines_changed.emit()
-        self.closed.emit()
 
     # Showing
 
@@ -267,8 +297,12 @@ class WhatIfPanel(QFrame):
         self.use = control(QPushButton(), texts, "fired_use", "Use in Settings", slot=self._use)
         self.about = control(QToolButton(), texts, "fired_about", "How this is judged", picture=Icon.INFORMATION,
                              role="quiet", is_checkable=True)  # fmt: skip
+        self.button = control(QToolButton(), texts, "live_would_fire", "Would it have fired?", key="Ctrl+T",
+                              picture=Icon.PARACHUTE, is_checkable=True)  # fmt: skip
         self.rules = text_label("fired_rules", "small")
         self.rules.hide()
+        self.hide()
+        self.setFixedWidth(_WIDTH_PX)
         self._lay_out(services)
 
     def _wire(self) -> None:
@@ -276,6 +310,8 @@ class WhatIfPanel(QFrame):
         self.list.itemActivated.connect(self._on_row_chosen)
         self.as_module.clicked.connect(partial(self.open_with, {}))
         self.about.toggled.connect(self.rules.setVisible)
+        self.button.toggled.connect(self._show)
+        self._exchange.tried.connect(self._try)
         VisibilityTimer(self, retranslate=self._retranslate)
         self._retranslate()
 
@@ -314,3 +350,8 @@ class WhatIfPanel(QFrame):
             self._close()
         else:
             super().keyPressEvent(event)
+
+
+def _last_value(steps: StepFunction) -> float | None:
+    values = [change.value for change in steps.between(-inf, inf) if change.value is not None]
+    return values[-1] if values else None

@@ -72,7 +72,7 @@ def retype(bench: Bench, name: str, text: str) -> None:
 def judged(bench: Bench) -> None:
     """Until what is shown answers the question."""
     bench.page.refresh()
-    bench.qtbot.waitUntil(lambda: not bench.page.fired.panel.is_judging, timeout=WAIT_MS)
+    bench.qtbot.waitUntil(lambda: not bench.page.fired.is_judging, timeout=WAIT_MS)
     bench.page.refresh()
 
 
@@ -97,9 +97,9 @@ def rows(bench: Bench) -> list[str]:
 
 def test_the_modules_values_are_tried_first(live: Bench) -> None:
     tell(live, 0, 20, 57, 20, 0)
-    assert not live.page.fired.panel.isVisible()
+    assert not live.page.fired.isVisible()
     toggle(live)
-    assert live.page.fired.panel.isVisible()
+    assert live.page.fired.isVisible()
     assert head(live) == "Would not have fired (0.1 s judged)."
     assert "nearest 57°, 3° below" in details(live)
     assert "3° below" in details(live)
@@ -232,18 +232,19 @@ def test_a_click_on_a_row_shows_it_in_the_plots(live: Bench) -> None:
 def test_drafts_are_lines_in_the_plots(live: Bench) -> None:
     tell(live, 0, 0, 0)
     toggle(live)
-    lines = live.page.fired.panel.lines
-    assert lines.attitude.drafted is None
+    lines = live.page.fired.lines
+    assert lines.attitude.value is None
     retype(live, ATTITUDE, "75")
-    assert lines.attitude.drafted == 75
-    (change,) = lines.attitude.between(10.0, 20.0)
-    assert (change.time_s, change.value) == (10.0, 75)
+    assert lines.attitude.value == 75
+    (line,) = (line for line in live.page.plot._view.lanes[0].limits if line.limit.is_draft)
+    assert line.points.x.tolist() == [-60, 0]  # all over
+    assert line.points.y.tolist() == [75, 75]
     retype(live, ATTITUDE, "60")  # what the module has
-    assert lines.attitude.drafted is None
+    assert lines.attitude.value is None
     retype(live, ATTITUDE, "75")
     live.qtbot.keyClick(live.find(QLineEdit, ATTITUDE), Qt.Key.Key_Escape)
-    assert not live.page.fired.panel.isVisible()
-    assert lines.attitude.drafted is None
+    assert not live.page.fired.isVisible()
+    assert lines.attitude.value is None
 
 
 # The place on the page
@@ -263,7 +264,7 @@ def test_by_keyboard(live: Bench) -> None:
     live.page.window().activateWindow()
     tell(live, 0, 57, 0)
     live.qtbot.keyClick(live.page, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
-    live.qtbot.waitUntil(live.page.fired.panel.isVisible)
+    live.qtbot.waitUntil(live.page.fired.isVisible)
     box = live.find(QLineEdit, ATTITUDE)
     live.qtbot.waitUntil(box.hasFocus)
     for _ in range(5):
@@ -283,7 +284,7 @@ def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:
     toggle(live)
     rules = live.find(QLabel, "fired_rules")
     assert not rules.isVisible()
-    live.page.fired.panel.about.click()
+    live.page.fired.about.click()
     assert rules.isVisibleTo(live.page)
     english = rules.text()
     assert "activated while tilted, it fires at once" in english
@@ -362,11 +363,11 @@ def test_drafts_move_between_settings_and_live_without_sending(
         window_.go_to("settings")
         settings.work.edit(lambda: settings.work.form.type_text("attitude_threshold_deg", "70"))
         settings.try_out.trigger()
-        qtbot.waitUntil(live.fired.panel.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(live.fired.isVisible, timeout=WAIT_MS)
         box = find(live, QLineEdit, ATTITUDE)
         assert box.text() == "70"
         qtbot.keyClick(box, Qt.Key.Key_Up)
-        live.fired.panel.use.click()
+        live.fired.use.click()
         qtbot.waitUntil(settings.isVisible, timeout=WAIT_MS)
         states = {row.command.key: row for row in settings.work.form.rows(connector.device, connector.clock())}
         row = states["attitude_threshold_deg"]
@@ -385,7 +386,7 @@ def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplic
         live = assembly.window.findChildren(LivePage)[0]
         qtbot.waitUntil(lambda: not live.is_empty, timeout=WAIT_MS)
         live.fired.button.click()
-        fields = live.fired.panel.fields
+        fields = live.fired.fields
         for command in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER):
             editor = fields.editors[command.key]
             editor.findChildren(QAbstractButton)[0].click()  # the check mark needs room too
