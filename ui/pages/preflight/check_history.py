@@ -1,6 +1,7 @@
 """Past checks of a module or an aircraft, with trends of the measured values."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
@@ -18,13 +19,16 @@ from PySide6.QtWidgets import (
 
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.check_store import CheckStore, Point, StoredCheck
+from app.stations.known import KnownStation, Stations
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
+from app.text.sentences import error_text
+from app.text.user_error import UserError
 from protocol.translatable import marked
+from ui.core.texts import Texts
 from ui.forms.table_kit import RowsModel, TableColumn, list_rows, select_row
-from ui.pages.preflight.stations_row import StationsRow
 from ui.plots.trend import Trend
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
@@ -215,3 +219,48 @@ class CheckHistory(QWidget):
         scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks")
         foot = in_row(self.back, 1, self.print, spacing=Space.S)
         in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+
+
+class StationsRow(QWidget):
+    """`refresh` reads the key and the list."""
+
+    def __init__(self, folder: Callable[[], Path], texts: Texts, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName("stations_row")
+        self._folder = folder
+        self.own = named(QLabel(), "station_own", "muted")
+        self.own.setTextFormat(Qt.TextFormat.PlainText)
+        self.own.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
+        self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        guard.guard(self.known)
+        self.forget = control(QPushButton(), texts, "stations_forget", "Forget", slot=self._remove)
+        in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
+
+    def refresh(self) -> None:
+        stations = Stations(self._folder())
+        try:
+            stations.make_own()
+        except UserError as trouble:
+            self.own.setText(trouble.sentence)
+        self.known.clear()
+        for one in stations.known():
+            if one.is_own:
+                self.own.setText(tr("This station: {fingerprint}", fingerprint=one.fingerprint))
+            else:
+                revoked = f" · {tr('revoked')}" if one.is_revoked else ""
+                self.known.addItem(f"{one.name} · {one.fingerprint}{revoked}", one)
+        self.forget.setEnabled(self.known.count() > 0)
+        if not self.known.count():
+            self.known.addItem(tr("none"), None)
+        self.known.setEnabled(self.forget.isEnabled())
+
+    def _remove(self) -> None:
+        chosen = self.known.currentData()
+        if isinstance(chosen, KnownStation):
+            try:
+                Stations(self._folder()).remove(chosen.fingerprint)
+            except OSError as error:
+                self.own.setText(error_text(error))
+                return
+            self.refresh()

@@ -27,8 +27,7 @@ from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.row import Mend, Remedy
-from ui.pages.preflight.texts import announcement
-from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner
+from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner, announcement
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
