@@ -126,6 +126,8 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     connector = assembly.connector
     traffic, watch, memory = Traffic(), StallWatch(), list[float]()
     connector.batch.connect(traffic.on_batch)
+    naming = assembly.window._services.naming
+    connector.changed.connect(lambda: naming.confirm_identity() if connector.identity.is_for_a_person else None)
     beats, measures = QTimer(), QTimer()
     beats.setTimerType(beats.timerType().PreciseTimer)
     beats.setInterval(BEAT_MS)

@@ -29,7 +29,6 @@ class LeftActiveWatch(QObject):
     def __init__(self, connector: Connector, storage: Storage, naming: ModuleName, parent: QObject) -> None:
         super().__init__(parent)
         self._connector, self._storage, self._naming = connector, storage, naming
-        self._left: tuple[LeftActive, ...] = ()
         self._is_loaded = False
         self._logging: BackgroundTask[tuple[LeftActive, ...]] = BackgroundTask("dps-s left active", self)
         self._seen: dict[PortConnection, tuple[LeftActive, bool]] = {}
@@ -45,16 +44,14 @@ class LeftActiveWatch(QObject):
 
     def notice(self) -> Notice | None:
         """In the language in use; None while the module itself, or its LOCK or link, says it."""
-        left = next((one for one in self._left if not any(self._is_at(port, one) for port in self._ports)), None)
+        ports = [port for port in self._connector.connections if port.is_requested]
+        every = self._storage.left_active
+        left = next((one for one in every if not any(self._is_at(port, one) for port in ports)), None)
         if left is None:
             return None
         act = partial(self._update, partial(note_locked, left=left, origin=ORIGIN))
         locked = Choice("left_active_locked", tr("It is locked"), act, is_step=True)
         return Notice(Meaning.ATTENTION, left.sentence, (locked,))
-
-    @property
-    def _ports(self) -> list[PortConnection]:
-        return [one for one in self._connector.connections if one.is_requested]
 
     def _is_at(self, port: PortConnection, left: LeftActive) -> bool:
         if left.known_as.run == port.kept.run:
@@ -70,7 +67,7 @@ class LeftActiveWatch(QObject):
             self._logging.run_in(store.queue, partial(_after, note, store), self._take, lambda _trouble: None)
 
     def _take(self, left: tuple[LeftActive, ...]) -> None:
-        self._left = left
+        self._storage.left_active = left
         self.changed.emit()
 
     def _add(self, connection: PortConnection) -> None:

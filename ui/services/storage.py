@@ -12,6 +12,7 @@ from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
+from app.store.left_active import LeftActive
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import KnownAs, journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
@@ -32,6 +33,8 @@ class Storage:
     def __init__(self, folder: Path | None = None) -> None:
         self.known_at: Callable[[Target], KnownAs] = lambda _target: KnownAs()
         """By what the module there is known."""
+        self.left_active: tuple[LeftActive, ...] = ()
+        """Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`."""
         self._folder = folder
         self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
         self.recordings = RecordingJobs(self.sessions)

@@ -1,6 +1,8 @@
 """A module that was left ACTIVE is said at the next start, until that module reports LOCKED or a person says so."""
 
+import os
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -17,8 +19,10 @@ from app.store.left_active import left_active
 from app.store.store import Store, open_store
 from tests.support.window.fake_ports import FakePorts
 from tests.support.window.fakes_ui import WAIT_MS, window
-from tests.support.window.steps import press
+from tests.support.window.steps import press, show_page
 from ui.connect.left_active import LeftActiveWatch
+from ui.main import PAGES
+from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.module_name import ModuleName
 from ui.services.storage import Storage
 
@@ -161,3 +165,20 @@ def test_a_person_who_says_that_it_is_the_same_lets_its_report_count(qtbot: QtBo
     module.identity = Identity(Trust.PROVEN)
     module.say(active=False)
     qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)
+
+
+def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    store = open_store()
+    activate(store, "M-07")
+    store.close()
+    entries = tuple(entry for entry in PAGES if entry.key == "diagnosis")
+    with ExitStack() as files, window(qapp, tmp_path, entries=entries) as assembly:
+        silent, port = os.openpty()
+        for file in (silent, port):
+            files.callback(os.close, file)
+        qtbot.waitUntil(lambda: bool(assembly.storage.left_active), timeout=WAIT_MS)
+        assembly.connector.connect_to(Target(os.ttyname(port), 115200))
+        page = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
+        qtbot.waitUntil(lambda: page.why.next_step.text().startswith(keep_away()), timeout=WAIT_MS)

@@ -19,7 +19,7 @@ from app.text.sentences import join_sentences
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.moved import covered, moved, places
-from tests.support.window.steps import find
+from tests.support.window.steps import find, notice_text
 from ui.core.texts import Texts
 from ui.main import PAGES, WindowOptions
 from ui.shell.main_window import MainWindow
@@ -231,3 +231,22 @@ def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path
         assert label.text() == "Short.\nCopied."
         assembly.language_switch.use("zh_CN")
         assert label.text() == "Short."  # what was said in the former language is gone
+
+
+def test_that_one_has_triggered_was_read_and_not_that_the_next_has(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with (
+        simulated("A", active=True) as first,
+        simulated("B", active=True) as second,
+        window(qapp, tmp_path) as assembly,
+    ):
+        bar = assembly.window.notice_bar
+        for name, bench in (("A", first), ("B", second)):
+            connect(qtbot, assembly, f"sim://{name}")
+            bench.pulse_pwm()
+            qtbot.waitUntil(lambda: "has triggered" in notice_text(bar), timeout=WAIT_MS)
+            assert bar.notice is not None
+            assert bar.notice.dismiss is not None
+            bar.notice.dismiss()
+            assert "has triggered" not in notice_text(bar)

@@ -90,7 +90,7 @@ class WhyPanel(QScrollArea):
         super().__init__()
         self.setObjectName("why_panel")
         self.setWidgetResizable(True)
-        self._texts, self._connector = services.texts, services.connector
+        self._texts, self._connector, self._storage = services.texts, services.connector, services.storage
         self._evidence, self._history = EvidenceCollector(), PortHistory()
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
@@ -124,7 +124,8 @@ class WhyPanel(QScrollArea):
         facts = self._facts if self._facts_port == port else AdapterFacts()
         visits = self._history.short_visits(port, connector.clock())
         seen = self._evidence.evidence(facts=facts, short_visits=visits)
-        seen = replace(seen, was_active=connector.is_active)
+        is_left = bool(self._storage.left_active) and not (connector.target and connector.target.is_simulated)
+        seen = replace(seen, was_active=connector.is_active or is_left)  # nobody can say that it is not this one
         # Between two attempts to reconnect, only the connector knows the error.
         return seen if seen.is_open else replace(seen, trouble=connector.state.trouble)
 

@@ -38,6 +38,21 @@ def test_losing_edits_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert not one.changes()
 
 
+def test_connecting_again_asks_before_it_drops_edits(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        connector, bar = one.assembly.connector, one.assembly.window.notice_bar
+        type_into(one, "freefall_time", "1.2")
+        opening = connector.connection.opening
+        one.assembly.window._connect_again()
+        assert "Settings not written: 1" in notice_text(bar)
+        choose(one, "stay", bar)
+        assert (connector.connection.opening, one.settings.work.count_unsent()) == (opening, 1)
+        one.assembly.window._connect_again()
+        choose(one, "drop_edits", bar)
+        one.until(lambda: connector.connection.opening > opening and connector.is_open)
+        assert (one.settings.work.count_unsent(), one.changes()) == (0, [])
+
+
 def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, active=True) as one:
         window, bar = one.assembly.window, one.assembly.window.notice_bar
