@@ -1,4 +1,4 @@
-"""Pre-flight checks of several modules: verdicts, reasons, and one report of all."""
+"""Pre-flight checks of several modules: verdicts, reasons, a report of each and a first page."""
 
 import html
 import json
@@ -10,6 +10,7 @@ from pathlib import Path
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
+from app.records.record_files import carried_in_pdf
 from app.records.report_files import Printer, check_target, suggested_name, write_report
 from app.records.report_html import VERDICT_STYLES
 from app.system.files import write_whole
@@ -18,7 +19,8 @@ from app.text.messages import UserMessage, clean
 from app.text.sentences import join_names
 from protocol.translatable import marked
 
-FORMAT = "dps-s pre-flight set"
+FIRST_PAGE = "dps-s pre-flight set"
+"""Marks a first page; what counts is each module's own record."""
 NOT_CHECKED = marked("not checked")
 
 
@@ -67,35 +69,16 @@ def summary(members: Sequence[SetMember]) -> str:
     return join_names(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
 
 
-def plain_set(members: Sequence[SetMember]) -> dict[str, object]:
-    """For JSON: verdict, reasons in English, and the hash of each module's own record."""
-    return {
-        "format": FORMAT,
-        "at": local_now().isoformat(timespec="seconds"),
-        "modules": [
-            {
-                "port": one.port,
-                "module": one.name or None,
-                "verdict": None if one.verdict is None else one.verdict.value,
-                "against": [each.in_english() for each in one.against],
-                "trouble": None if one.trouble is None else one.trouble.in_english(),
-                "hash": None if one.filed is None else one.filed.record.get("hash"),
-            }
-            for one in members
-        ],
-    }
-
-
-def report_body(members: Sequence[SetMember]) -> str:
-    """The table of all modules as HTML."""
+def first_page(members: Sequence[SetMember], reports: Sequence[str]) -> str:
+    """The table of all modules as HTML, with the names of their reports."""
     head = "".join(
         f'<td style="color:#555555">{html.escape(tr(text))}</td>'
-        for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why not"))
+        for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why not"), marked("Report"))
     )
     rows = []
-    for one in members:
+    for one, report in zip(members, reports, strict=True):
         _, colour = VERDICT_STYLES[one.verdict or Verdict.NO_GO]
-        cells = (one.title, clean(one.port), clean(one.why))
+        cells = (one.title, clean(one.port), clean(one.why), report)
         rows.append(
             f'<tr><td bgcolor="{colour}"><font color="#ffffff"><b>{html.escape(word_of(one.verdict))}</b></font></td>'
             + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
@@ -111,31 +94,34 @@ def report_body(members: Sequence[SetMember]) -> str:
 
 def check_set_target(path: Path) -> None:
     """Raise `UserError` if the reports cannot be written there."""
-    check_target(path, lambda target: _is_ours(target.with_suffix(".json")))
+    check_target(path, lambda target: target != path or _is_ours(target))
 
 
 def _is_ours(path: Path) -> bool:
     try:
-        found = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
+        return any(carried_in_pdf(path.read_bytes(), FIRST_PAGE))
+    except OSError:
         return False
-    return isinstance(found, dict) and found.get("format") == FORMAT
 
 
 def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer | None) -> tuple[Path, ...]:
-    """Write FILE.pdf and FILE.json about all, and "FILE 01 M-07 … GO" for each module.
+    """Write the report of each module, "FILE 01 M-07 … GO", and FILE.pdf, a first page that names them.
 
     Returns what was written. Raises `OSError` or `RuntimeError`; what was written before that stays.
     """
-    plain = json.dumps(plain_set(members), ensure_ascii=False, indent=1).encode()
-    json_path = path.with_suffix(".json")
-    write_whole(json_path, plain)
-    written = [json_path]
-    for number, one in enumerate(members, 1):
-        if one.filed is not None:
-            name = f"{path.stem} {number:02} {suggested_name(one.filed.record)}.pdf"
-            written += write_report(path.with_name(name), one.filed.record, printer)
+    reports = [_report_path(path, number, one) for number, one in enumerate(members, 1)]
+    written: list[Path] = []
+    for report, one in zip(reports, members, strict=True):
+        if one.filed is not None and report is not None:
+            written += write_report(report, one.filed.record, printer)
     if printer is not None:
-        write_whole(path, printer(report_body(members), plain))
+        names = ["" if report is None else report.name for report in reports]
+        write_whole(path, printer(first_page(members, names), json.dumps({"format": FIRST_PAGE}).encode()))
         written.append(path)
     return tuple(written)
+
+
+def _report_path(path: Path, number: int, one: SetMember) -> Path | None:
+    if one.filed is None:
+        return None
+    return path.with_name(f"{path.stem} {number:02} {suggested_name(one.filed.record)}.pdf")

@@ -1106,6 +1106,10 @@
         <translation>启用触发并检查</translation>
     </message>
     <message>
+        <source>Enable triggers and check all</source>
+        <translation>启用触发并检查全部</translation>
+    </message>
+    <message>
         <source>Enabled</source>
         <translation>启用</translation>
     </message>
@@ -2702,6 +2706,10 @@
         <translation>其他串口或波特率</translation>
     </message>
     <message>
+        <source>Other port…</source>
+        <translation>其他串口…</translation>
+    </message>
+    <message>
         <source>Over serial only: it still fires by itself.</source>
         <translation>只禁止串口触发：模块仍会自动开伞。</translation>
     </message>
@@ -3100,6 +3108,10 @@
     <message>
         <source>Remove</source>
         <translation>移除</translation>
+    </message>
+    <message>
+        <source>Report</source>
+        <translation>报告</translation>
     </message>
     <message>
         <source>Report (*.pdf)</source>
@@ -4408,6 +4420,10 @@
     <message>
         <source>When</source>
         <translation>时间</translation>
+    </message>
+    <message>
+        <source>Where the module is locked</source>
+        <translation>仅限已锁定的模块</translation>
     </message>
     <message>
         <source>Whether external power charges it.</source>

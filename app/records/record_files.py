@@ -32,7 +32,7 @@ def record_in(data: bytes) -> Record:
         raise UserError(marked("too large"))
     if not is_report(data):
         return _from_json(data)
-    carried = _in_pdf(data) if data.startswith(b"%PDF-") else (found[1] for found in _IN_HTML.finditer(data))
+    carried = carried_in_pdf(data) if data.startswith(b"%PDF-") else (found[1] for found in _IN_HTML.finditer(data))
     records = [_from_json(text) for text in carried]
     if len(records) != 1:
         raise UserError(marked("several records") if records else marked("unknown kind of file"))
@@ -61,10 +61,11 @@ def _only_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
-def _in_pdf(data: bytes) -> Iterator[bytes]:
+def carried_in_pdf(data: bytes, kind: str = FORMAT) -> Iterator[bytes]:
+    """The JSON documents of this format that are attached to a PDF."""
     for stream in islice(_STREAM.finditer(data), _MAX_STREAMS):
         for content in (stream[1], _inflated(stream[1])):
-            if content.lstrip()[:1] == b"{" and FORMAT.encode() in content:
+            if content.lstrip()[:1] == b"{" and kind.encode() in content:
                 yield content
 
 

@@ -21,7 +21,7 @@ from ui.style.theme import Meaning, Size, Space, current, scaled
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
+from ui.widgets.naming import named, set_role
 from ui.widgets.readout import Readout, StateChip
 from ui.widgets.state_chips import show_activation, show_known_trigger
 
@@ -120,6 +120,7 @@ class CardWidget(QFrame):
         self._show_numbers(card)
         self._show_verdict(card, age)
         self.lock.setEnabled(card.can_lock)
+        set_role(self.lock, "primary" if card.activation.may_fire else "")
         self.lock.setAccessibleName(tr("Lock {module}", module=card.label))
         self.more.setAccessibleName(tr("More for {module}", module=card.label))
         self.need_icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
@@ -203,30 +204,35 @@ class CardWidget(QFrame):
 
 
 class Board(QWidget):
-    """Cards in as many columns as fit, in the given order."""
+    """Cards in as many columns as fit, in the given order. None is a place that stays empty."""
 
     def __init__(self) -> None:
         super().__init__()
         named(self, "fleet_board")
-        self._cards: list[CardWidget] = []
+        self._places: list[CardWidget | None] = []
 
     @property
     def cards(self) -> tuple[CardWidget, ...]:
-        return tuple(self._cards)
+        return tuple(card for card in self._places if card is not None)
 
-    def arrange(self, cards: list[CardWidget]) -> None:
-        """Show these cards; the caller deletes the ones that are gone."""
-        if cards == self._cards:
+    def arrange(self, cards: list[CardWidget], *, is_held: bool) -> None:
+        """Show these cards; the caller deletes the ones that are gone. `is_held`: each keeps its place, and new ones
+        come last."""
+        places: list[CardWidget | None] = list(cards)
+        if is_held:
+            kept = [card if card in cards else None for card in self._places]
+            places = [*kept, *(card for card in cards if card not in kept)]
+        if places == self._places:
             return
+        self._places = places
         before: QWidget | None = None
-        for card in cards:
+        for card in self.cards:
             if card.parent() is not self:
                 card.setParent(self)
                 card.show()
             if before is not None:
                 self.setTabOrder(before, card)
             before = card
-        self._cards = list(cards)
         self.place()
 
     def place(self) -> None:
@@ -234,10 +240,12 @@ class Board(QWidget):
         columns = max(1, (width - gap) // (scaled(CARD_PX) + gap))
         card_px = (width - gap * (columns + 1)) // columns
         height = scaled(CARD_HEIGHT_PX)
-        for place, card in enumerate(self._cards):
+        for place, card in enumerate(self._places):
+            if card is None:
+                continue
             row, column = divmod(place, columns)
             card.setGeometry(gap + column * (card_px + gap), gap + row * (height + gap), card_px, height)
-        rows = -(-len(self._cards) // columns)
+        rows = -(-len(self._places) // columns)
         self.setMinimumHeight(gap + rows * (height + gap))
 
     def resizeEvent(self, event: QResizeEvent) -> None:

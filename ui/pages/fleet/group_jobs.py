@@ -45,7 +45,7 @@ class _Check:
 
 
 class GroupChecks(QObject):
-    """Pre-flight checks of several modules; sends queries only."""
+    """Pre-flight checks of several modules; sends queries only, or enables the triggers of each locked module first."""
 
     changed = Signal()
     finished = Signal()
@@ -68,8 +68,8 @@ class GroupChecks(QObject):
     def is_running(self) -> bool:
         return bool(self._running)
 
-    def check(self, connections: Sequence[PortConnection]) -> None:
-        """Start; the results of the previous set are discarded."""
+    def check(self, connections: Sequence[PortConnection], *, is_enabling: bool = False) -> None:
+        """Start; the results of the previous set are discarded. `is_enabling`: the triggers, of what is locked."""
         if self.is_running:
             return
         self.results = {}
@@ -77,7 +77,7 @@ class GroupChecks(QObject):
         reachable = self._members.reachable
         for connection in connections:
             if connection in reachable:
-                self._begin(connection)
+                self._begin(connection, is_enabling=is_enabling)
         for connection in connections:
             if connection not in reachable:
                 self._finish(connection, self._members.name_of(connection), None, SILENT)
@@ -88,7 +88,7 @@ class GroupChecks(QObject):
             if one.job is not None:
                 one.job.cancel()
 
-    def _begin(self, connection: PortConnection) -> None:
+    def _begin(self, connection: PortConnection, *, is_enabling: bool) -> None:
         name = self._members.name_of(connection)
         evidence = Evidence(port=connection.connection.port)
         check = self._running[connection] = _Check(evidence, port_text(connection.target), name)
@@ -97,7 +97,7 @@ class GroupChecks(QObject):
         if connection not in self._heard:
             self._heard.add(connection)
             connection.batch.connect(partial(self._listen, connection))
-        procedure = run_preflight(check.evidence, is_enabling=False, journal=journal)
+        procedure = run_preflight(check.evidence, is_enabling=is_enabling, journal=journal)
         check.job = connection.run(procedure, partial(self._end, connection, name))
 
     def _listen(self, connection: PortConnection, batch: Batch) -> None:

@@ -2,11 +2,12 @@
 
 from collections import Counter
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QMenu, QPushButton, QStackedWidget, QToolButton
+from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QStackedWidget, QToolButton
 
 from app.engine.target import Target
 from app.fleet.card import Card, Need, by_need
@@ -26,7 +27,7 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
-from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
+from ui.files.file_dialogs import AskOpen, AskPath, AskText, ask_path, ask_profile, ask_text
 from ui.files.report_printer import print_report
 from ui.pages.fleet.card_widget import NEED_MEANINGS, Board, CardWidget
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
@@ -47,25 +48,32 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 220
+HELD_S: Final = 5.0
+"""After the pointer or the focus has left the board, the cards keep their places for this long."""
 ALL_EVERY: Final = 4
 SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
 
 
 class FleetPage(Page):
-    """Cards keep their places while the pointer is over the board: nothing moves under a click."""
+    """A `Board` of cards, a `ProfilePanel` in its place, and a notice below; `FleetMembers` has the ports,
+    `GroupChecks` and `GroupProfile` run what several modules do at once.
+
+    Cards keep their places while the pointer is over the board: no LOCK moves under a hand.
+    """
 
     def __init__(self, services: Services) -> None:
         super().__init__("fleet")
         self._services, self._connector = services, services.connector
         self.ask_profile: AskOpen = ask_profile
         self.ask_report: AskPath = ask_path
+        self.ask_text: AskText = ask_text
         self.members = FleetMembers(services, self)
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[PortConnection, CardWidget] = {}
         self.result = JobNotice(self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
-        self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s set report", self)
+        self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s reports", self)
         self._make_controls()
         self._lay_out()
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
@@ -73,7 +81,7 @@ class FleetPage(Page):
             changed.connect(self._timer.refresh_seen)
         self.checks.finished.connect(self._on_finished)
         self.profile.changed.connect(self._show_profile)
-        self._turn = 0
+        self._turn, self._pointed_at = 0, -inf
 
     # Construction
 
@@ -89,6 +97,9 @@ class FleetPage(Page):
         self.add.setMenu(self.add_menu)
         self.check = control(QPushButton(), texts, "fleet_check", "Check all", picture=Icon.CHECKLIST,
                              slot=self._check)  # fmt: skip
+        self.enable = control(QPushButton(), texts, "fleet_enable", "Enable triggers and check all",
+                              tip="Where the module is locked", picture=Icon.CHECKLIST,
+                              slot=partial(self._check, is_enabling=True))  # fmt: skip
         self.open_profile = control(QPushButton(), texts, "fleet_profile", "Profile for all…",
                                     picture=Icon.SETTINGS, slot=self._choose_profile)  # fmt: skip
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
@@ -107,7 +118,7 @@ class FleetPage(Page):
 
     def _lay_out(self) -> None:
         head = self.make_header(
-            self._services.texts, marked("Fleet"), self.add, self.check, self.open_profile, self.lock_all
+            self._services.texts, marked("Fleet"), self.add, self.check, self.enable, self.open_profile, self.lock_all
         )
         self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
         self.stack = named(QStackedWidget(), "fleet_stack")
@@ -141,6 +152,7 @@ class FleetPage(Page):
     def _tick(self) -> None:
         """Update the visible cards; every fourth time everything."""
         self._turn += 1
+        self._is_held()
         if self._turn % ALL_EVERY == 0 or self.stack.currentWidget() is not self.view:
             self.refresh()
             return
@@ -159,14 +171,16 @@ class FleetPage(Page):
         return widget
 
     def _order(self, cards: dict[PortConnection, Card]) -> None:
-        """Sort the cards by urgency, but not while the pointer or the focus is on one."""
-        shown = [one for one in self.board.cards if one in self._widgets.values()]
-        is_same_set = set(shown) == set(self._widgets.values())
-        is_pointed_at = self.board.underMouse() or any(card.hasFocus() for card in shown)
-        if is_same_set and is_pointed_at:
-            return
+        """Sort the cards by urgency, but not under a hand."""
         by_card = {id(card): self._widgets[connection] for connection, card in cards.items()}
-        self.board.arrange([by_card[id(card)] for card in by_need(cards.values())])
+        self.board.arrange([by_card[id(card)] for card in by_need(cards.values())], is_held=self._is_held())
+
+    def _is_held(self) -> bool:
+        """Whether the pointer or the focus is on the board, or was a moment ago."""
+        now, focus = self._connector.clock(), QApplication.focusWidget()
+        if self.board.underMouse() or (focus is not None and self.board.isAncestorOf(focus)):
+            self._pointed_at = now
+        return now - self._pointed_at < HELD_S
 
     def _show_summary(self, cards: list[Card]) -> None:
         parts = [tr("Modules: {count}", count=len(cards))] if cards else []
@@ -185,10 +199,11 @@ class FleetPage(Page):
         has_members, is_free = bool(self.members.connections), not (self.checks.is_running or self.profile.is_running)
         has_reachable = bool(self.members.reachable)
         self.check.setEnabled(has_reachable and is_free)
+        self.enable.setEnabled(has_reachable and is_free)
         self.open_profile.setEnabled(has_members and is_free)
         self.report.setEnabled(bool(self.checks.results) and is_free and not self._report.is_running)
         self.lock_all.setEnabled(any(one.is_open for one in self.members.connections))
-        for button in (self.check, self.open_profile, self.lock_all, self.summary):
+        for button in (self.check, self.enable, self.open_profile, self.lock_all, self.summary):
             button.setVisible(has_members)
         self.first.setVisible(any(not self.members.is_connected(port) for port in self._connector.ports.ports))
 
@@ -249,10 +264,10 @@ class FleetPage(Page):
         self._services.lock.press_all()
         self.refresh()
 
-    def _check(self) -> None:
+    def _check(self, *, is_enabling: bool = False) -> None:
         self.result.dismiss()
         self.checks.profile = self.profile.profile
-        self.checks.check(self.members.connections)
+        self.checks.check(self.members.connections, is_enabling=is_enabling)
 
     def _on_finished(self) -> None:
         members = tuple(self.checks.results.values())
@@ -283,11 +298,6 @@ class FleetPage(Page):
 
     def _connect_all(self) -> None:
         self.members.connect_all(self._connector.ports.ports)
-        self.refresh()
-
-    def _connect(self, target: Target) -> None:
-        self.members.connect_port(target)
-        self.refresh()
 
     def _fill_add_menu(self) -> None:
         self.add_menu.clear()
@@ -295,15 +305,24 @@ class FleetPage(Page):
             if not self.members.is_connected(port):
                 name = f"{port.device.removeprefix('/dev/')} {port.description}".strip()
                 target = Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description)
-                self.add_menu.addAction(name).triggered.connect(partial(self._connect, target))
+                self.add_menu.addAction(name).triggered.connect(partial(self.members.connect_port, target))
         if not self.add_menu.isEmpty():
             self.add_menu.addAction(tr("Connect all ports")).triggered.connect(self._connect_all)
             self.add_menu.addSeparator()
         taken = {one.target.device for one in self.members.connections if one.target is not None}
         number = next(n for n in range(1, 100) if SIMULATED.format(number=n) not in taken)
         simulated = Target(SIMULATED.format(number=number), DEFAULT_BAUD_RATE)
-        self.add_menu.addAction(tr("Simulated module")).triggered.connect(partial(self._connect, simulated))
+        self.add_menu.addAction(tr("Simulated module")).triggered.connect(partial(self.members.connect_port, simulated))
+        self.add_menu.addAction(tr("Other port…")).triggered.connect(self._ask_address)
         self._connector.ports.refresh()
+
+    def _ask_address(self) -> None:
+        """Any port that Connect takes."""
+        self.ask_text(self, tr("Other port…"), tr("device or socket://host:port"), self.connect_address)
+
+    def connect_address(self, address: str) -> None:
+        if address.strip():
+            self.members.connect_port(Target(address.strip(), DEFAULT_BAUD_RATE))
 
     def _choose_profile(self) -> None:
         self.ask_profile(self, self._services.preferences.profile_folder, self.open_profile_file)

@@ -1,39 +1,30 @@
 """The fleet board over fake ports: no wrong card ever, LOCK for one and for all."""
 
-import json
 import random
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 
-from app.engine.identity import Identity, Trust
-from app.engine.procedure import Cancelled
 from app.engine.target import Target
 from app.fleet.card import Need
-from app.fleet.check_set import SetMember
-from app.fleet.profile_table import Applied
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Void, assess
-from app.records.check_store import CheckStore
 from app.records.filing import Filed
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
-from app.settings.profiles import Profile
-from app.store.store import Store
 from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES
-from tests.support.window.fakes_ui import speak_chinese
 from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_connection import PortConnection
 from ui.core.texts import Texts
-from ui.files.file_dialogs import ThenPath
+from ui.pages.fleet.card_widget import CardWidget
 from ui.shell.attention import Attention
-from ui.style.theme import Choice, Meaning
+from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice, NoticeBar
 
 
@@ -180,85 +171,54 @@ def test_who_needs_a_person_is_first_and_nothing_moves_under_the_keyboard(desk: 
     desk.modules[3][1].say(triggered=True)
     desk.settle()
     assert desk.page.board.cards[0] is first
-    desk.page.lock_all.setFocus()
-    desk.settle()
-    assert desk.page.board.cards[0] is last
     assert last.trigger.word == "TRIGGERED"
+    _sorts_five_seconds_after_it_has_left(desk, first, last, desk.page.lock_all.setFocus)
 
 
-def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) -> None:
-    """The check asks; the profile writes settings. Nothing else that a person does here reaches several modules."""
+def _sorts_five_seconds_after_it_has_left(
+    desk: Desk, first: CardWidget, last: CardWidget, leave: Callable[[], object]
+) -> None:
+    leave()
+    for passed_s, is_sorted in ((0.0, False), (4.9, False), (0.2, True)):
+        desk.ports.now_s += passed_s
+        desk.settle()
+        assert desk.page.board.cards[0] is (last if is_sorted else first)
+
+
+def test_no_lock_moves_under_a_hand(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where a module comes, goes or needs a person first."""
     desk.plug_in(3)
-    desk.modules[1][1].hand_over(identity=Identity(Trust.REFUTED))
+    board, pointed_at = desk.page.board, [True]
+    monkeypatch.setattr(board, "underMouse", lambda: pointed_at[0])
+    first, middle, last = board.cards
+    places = {card: card.geometry() for card in (first, last)}
     desk.settle()
-    desk.click(desk.page.check)
-    assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2]  # the handshake, and the check
-    assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
-    desk.modules[0][1].unplug()
+    desk.modules[2][1].say(triggered=True)
+    desk.plug_in(1)
+    desk.page.members.disconnect_port(next(one for one, card in desk.page._widgets.items() if card is middle))
     desk.settle()
-    assert desk.page.checks.is_running  # one that is lost stops none of the others
-    for _, worker in desk.modules[1:]:
-        worker.end_jobs(Cancelled())
-    desk.wait(lambda: not desk.page.checks.is_running)
-    results = desk.page.checks.results
-    assert {one.verdict for one in results.values()} <= {None}
-    assert len(results) == 3
-    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
-    desk.page.profile.apply(desk.page.members.connections)
-    states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
-    assert states == [Applied.UNREACHABLE, Applied.WRITING, Applied.WRITING]
-    desk.modules[1][1].unplug()
-    desk.settle()
-    states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
-    assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
-    shown = desk.page.panel.table.item(1, 2)
-    assert shown is not None
-    assert shown.text() == "FAILED: Link lost: the rest is unknown."
-    speak_chinese()
-    assert shown.text().endswith("通信中断：其余未知。")
+    assert {card: card.geometry() for card in (first, last)} == places
+    assert len(board.cards) == 3
+    _sorts_five_seconds_after_it_has_left(desk, first, last, lambda: pointed_at.__setitem__(0, False))
 
 
-def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
-    desk.plug_in(3)
-    page, strip = desk.page, desk.page.said
-    page.profile.open(Profile(name="Bench", settings={"attitude_trigger": False, "attitude_threshold_deg": 70}))
-    desk.settle()
-    page.panel.write_pressed.emit()
-    desk.settle()
-    assert page.profile.applied == {}
-    assert strip.notice is not None
-    assert strip.notice.text == "Attitude trigger: No protection when it tips over."
-    cancel, anyway = (choice.act for choice in strip.notice.choices)
-    cancel()
-    desk.settle()
-    assert (strip.notice, page.profile.applied) == (None, {})
-    page.profile.open(Profile(name="Bench", settings={"attitude_trigger": False, "freefall_trigger": False}))
-    anyway()  # of the former question: what is written now was not all in it
-    desk.settle()
-    assert page.profile.applied == {}
-    assert strip.notice is not None
-    assert "Free-fall trigger: No protection in free fall." in strip.notice.text
-    strip.notice.choices[1].act()
-    assert [page.profile.applied[one].state for one, _ in desk.modules] == [Applied.WRITING] * 3
-    page.profile.cancel()
+def test_the_lock_of_an_active_card_is_the_dark_one(desk: Desk) -> None:
+    desk.plug_in(2)
+    for connection, worker in desk.modules:
+        worker.say(active=worker is desk.modules[1][1])
+        desk.settle()
+        role = desk.page._widgets[connection].lock.property("role") or ""
+        assert role == ("primary" if worker is desk.modules[1][1] else "")
 
 
-def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:
-    case = check(options={"mute_codes": "35"}).assessment.case
-    desk.plug_in(3)
-    for (connection, _), name in zip(desk.modules, ("M-1", "", "M-2"), strict=True):
-        desk.page.checks.results[connection] = SetMember("port", name, Filed(assess(case), {}))
-    desk.page.checks.finished.emit()
+def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
+    desk.page.ask_text = lambda _parent, _title, _label, then: then(" socket://10.0.0.7:4001 ")
+    desk.page.add_menu.aboutToShow.emit()
+    desk.page.add_menu.actions()[-1].trigger()
     desk.settle()
-    assert desk.page.said.notice is not None
-    (say,) = desk.page.said.notice.choices
-    assert say.text == "New, no records: M-1, M-2"
-    say.act()
-    desk.wait(lambda: desk.page.checks.is_running)
-    store = desk.services.storage.store
-    assert isinstance(store, Store)
-    known = {module.name: CheckStore(store.database).is_said_new(module.name) for module in store.modules()}
-    assert known == {"M-1": True, "M-2": True}
+    (connection,) = desk.page.members.connections
+    assert connection.target is not None
+    assert connection.target.device == "socket://10.0.0.7:4001"
 
 
 def test_a_notice_moves_no_card(desk: Desk) -> None:
@@ -291,20 +251,6 @@ def test_the_cards_fill_the_width_whatever_changes_it(desk: Desk) -> None:
         if found != [card.geometry() for card in board.cards]:
             wrong.append((width, height, percent))
     assert wrong == []
-
-
-def test_the_cells_of_a_profile_follow_the_theme(desk: Desk) -> None:
-    desk.plug_in(1)
-    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
-    desk.settle()
-    inks = []
-    for theme in (Choice.LIGHT, Choice.DARK):
-        desk.page._services.appearance.choose(theme)
-        desk.page.refresh()
-        item = desk.page.panel.table.item(0, 0)
-        assert item is not None
-        inks.append(item.foreground().color().lightness())
-    assert inks[0] < 100 < 180 < inks[1]
 
 
 def test_the_last_card_that_is_disconnected_leaves_its_port_and_another_takes_the_place(desk: Desk) -> None:
@@ -362,25 +308,3 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     button.click()
     assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
     assert not closed
-
-
-def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path) -> None:
-    desk.plug_in(2)
-    assert not desk.page.report.isEnabled()  # nothing was checked
-    desk.click(desk.page.check)
-    for _, worker in desk.modules:
-        worker.end_jobs(Cancelled())
-    desk.wait(desk.page.report.isEnabled)
-    asked: list[str] = []
-
-    def choose(_parent: QWidget, title: str, _suggested: Path, _kinds: str, then: ThenPath) -> None:
-        asked.append(title)
-        then(tmp_path / "fleet.pdf")
-
-    desk.page.ask_report = choose
-    desk.page.report.trigger()
-    desk.wait(lambda: desk.page.said.notice is not None and "fleet.pdf" in desk.page.said.notice.text)
-    assert asked == ["Export report…"]
-    told = json.loads((tmp_path / "fleet.json").read_text(encoding="utf-8"))
-    assert [one["trouble"] for one in told["modules"]] == ["Cancelled."] * 2
-    assert (tmp_path / "fleet.pdf").read_bytes().startswith(b"%PDF")

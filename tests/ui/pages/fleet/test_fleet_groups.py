@@ -1,0 +1,153 @@
+"""What is done with several modules at once: checks, their reports, one profile."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtWidgets import QWidget
+
+from app.engine.identity import Identity, Trust
+from app.engine.procedure import Cancelled, Procedure
+from app.fleet.check_set import SetMember
+from app.fleet.profile_table import Applied
+from app.preflight.evidence import Evidence
+from app.preflight.verdict import assess
+from app.records.check_store import CheckStore
+from app.records.filing import Filed
+from app.settings.profiles import Profile
+from app.store.store import Store
+from tests.support.records.preflight_rig import check
+from tests.support.window.fakes_ui import speak_chinese
+from tests.ui.pages.fleet.conftest import Desk
+from ui.files.file_dialogs import ThenPath
+from ui.pages.fleet import group_jobs
+from ui.style.theme import Choice
+
+
+def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) -> None:
+    """The check asks; the profile writes settings. Nothing else that a person does here reaches several modules."""
+    desk.plug_in(3)
+    desk.modules[1][1].hand_over(identity=Identity(Trust.REFUTED))
+    desk.settle()
+    desk.click(desk.page.check)
+    assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2]  # the handshake, and the check
+    assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
+    desk.modules[0][1].unplug()
+    desk.settle()
+    assert desk.page.checks.is_running  # one that is lost stops none of the others
+    for _, worker in desk.modules[1:]:
+        worker.end_jobs(Cancelled())
+    desk.wait(lambda: not desk.page.checks.is_running)
+    results = desk.page.checks.results
+    assert {one.verdict for one in results.values()} <= {None}
+    assert len(results) == 3
+    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
+    desk.page.profile.apply(desk.page.members.connections)
+    states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
+    assert states == [Applied.UNREACHABLE, Applied.WRITING, Applied.WRITING]
+    desk.modules[1][1].unplug()
+    desk.settle()
+    states = [desk.page.profile.applied[one].state for one, _ in desk.modules]
+    assert states == [Applied.UNREACHABLE, Applied.FAILED, Applied.WRITING]
+    shown = desk.page.panel.table.item(1, 2)
+    assert shown is not None
+    assert shown.text() == "FAILED: Link lost: the rest is unknown."
+    speak_chinese()
+    assert shown.text().endswith("通信中断：其余未知。")
+
+
+@pytest.mark.parametrize("is_enabling", [False, True])
+def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
+    desk: Desk, is_enabling: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The check itself enables them on a locked module only."""
+    begun: list[object] = []
+    check = group_jobs.run_preflight
+
+    def noted(evidence: Evidence, **options: Any) -> Procedure[Evidence]:
+        begun.append(options["is_enabling"])
+        return check(evidence, **options)
+
+    monkeypatch.setattr(group_jobs, "run_preflight", noted)
+    desk.plug_in(2)
+    desk.click(desk.page.enable if is_enabling else desk.page.check)
+    assert begun == [is_enabling] * 2
+    desk.page.checks.cancel()
+
+
+def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
+    desk.plug_in(3)
+    page, strip = desk.page, desk.page.said
+    page.profile.open(Profile(name="Bench", settings={"attitude_trigger": False, "attitude_threshold_deg": 70}))
+    desk.settle()
+    page.panel.write_pressed.emit()
+    desk.settle()
+    assert page.profile.applied == {}
+    assert strip.notice is not None
+    assert strip.notice.text == "Attitude trigger: No protection when it tips over."
+    cancel, anyway = (choice.act for choice in strip.notice.choices)
+    cancel()
+    desk.settle()
+    assert (strip.notice, page.profile.applied) == (None, {})
+    page.profile.open(Profile(name="Bench", settings={"attitude_trigger": False, "freefall_trigger": False}))
+    anyway()  # of the former question: what is written now was not all in it
+    desk.settle()
+    assert page.profile.applied == {}
+    assert strip.notice is not None
+    assert "Free-fall trigger: No protection in free fall." in strip.notice.text
+    strip.notice.choices[1].act()
+    assert [page.profile.applied[one].state for one, _ in desk.modules] == [Applied.WRITING] * 3
+    page.profile.cancel()
+
+
+def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:
+    case = check(options={"mute_codes": "35"}).assessment.case
+    desk.plug_in(3)
+    for (connection, _), name in zip(desk.modules, ("M-1", "", "M-2"), strict=True):
+        desk.page.checks.results[connection] = SetMember("port", name, Filed(assess(case), {}))
+    desk.page.checks.finished.emit()
+    desk.settle()
+    assert desk.page.said.notice is not None
+    (say,) = desk.page.said.notice.choices
+    assert say.text == "New, no records: M-1, M-2"
+    say.act()
+    desk.wait(lambda: desk.page.checks.is_running)
+    store = desk.services.storage.store
+    assert isinstance(store, Store)
+    known = {module.name: CheckStore(store.database).is_said_new(module.name) for module in store.modules()}
+    assert known == {"M-1": True, "M-2": True}
+
+
+def test_the_cells_of_a_profile_follow_the_theme(desk: Desk) -> None:
+    desk.plug_in(1)
+    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
+    desk.settle()
+    inks = []
+    for theme in (Choice.LIGHT, Choice.DARK):
+        desk.page._services.appearance.choose(theme)
+        desk.page.refresh()
+        item = desk.page.panel.table.item(0, 0)
+        assert item is not None
+        inks.append(item.foreground().color().lightness())
+    assert inks[0] < 100 < 180 < inks[1]
+
+
+def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path) -> None:
+    desk.plug_in(2)
+    assert not desk.page.report.isEnabled()  # nothing was checked
+    desk.click(desk.page.check)
+    for _, worker in desk.modules:
+        worker.end_jobs(Cancelled())
+    desk.wait(desk.page.report.isEnabled)
+    asked: list[str] = []
+
+    def choose(_parent: QWidget, title: str, _suggested: Path, _kinds: str, then: ThenPath) -> None:
+        asked.append(title)
+        then(tmp_path / "fleet.pdf")
+
+    desk.page.ask_report = choose
+    desk.page.report.trigger()
+    desk.wait(lambda: desk.page.said.notice is not None and "fleet.pdf" in desk.page.said.notice.text)
+    assert asked == ["Export report…"]
+    assert [path.name for path in tmp_path.glob("fleet*")] == ["fleet.pdf"]  # neither module has a record
+    assert (tmp_path / "fleet.pdf").read_bytes().startswith(b"%PDF")
