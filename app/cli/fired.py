@@ -179,10 +179,7 @@ def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> s
     fire = flight.first_fire(judged.limits)
     if not is_must or not math.isfinite(fire.delay_s):
         return said
-    late = tr("{delay:.2f} s after the loss of control", delay=fire.delay_s)
-    if math.isfinite(fire.drop_m):
-        late = tr("{late}, {drop:.0f} m lower", late=late, drop=fire.drop_m)
-    return f"{said}; {late}" if fire.is_in_time else f"{said}; {late}; {tr('after the impact')}"
+    return f"{said}; {fire.late_text}" if fire.is_in_time else f"{said}; {fire.late_text}; {tr('after the impact')}"
 
 
 def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[str]:

@@ -11,6 +11,8 @@ from app.flight_analysis.curves import NEVER, FiringCurves, firing_curves
 from app.flight_analysis.loss_of_control import loss_of_control
 from app.flight_logs.flight_log import FlightLog, Floats, LogFormat
 from app.flight_logs.module_view import RuleReading
+from app.text.durations import stopwatch
+from app.text.i18n import tr
 from app.text.messages import UserMessage
 from protocol.messages import Source
 
@@ -29,6 +31,21 @@ class FirstFire(NamedTuple):
     """After the loss of control, negative before it; NaN where unknown."""
     drop_m: float
     """Loss of altitude since the loss of control; NaN where unknown."""
+
+    @property
+    def late_text(self) -> str:
+        """How late it is, translated; empty where unknown."""
+        if math.isnan(self.delay_s):
+            return ""
+        if self.delay_s < 0:  # it flew on: nothing tells that control was lost when it fired
+            return tr("then calm again until {time}", time=moment_text(self.at_s - self.delay_s))
+        late = tr("{delay:.2f} s after the loss of control", delay=self.delay_s)
+        return late if math.isnan(self.drop_m) else tr("{late}, {drop:.0f} m lower", late=late, drop=self.drop_m)
+
+
+def moment_text(at_s: float) -> str:
+    """Time since the beginning of the log: "12.3 s", "3:07.2"."""
+    return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -5998,6 +5998,10 @@
         <translation>时间倒退</translation>
     </message>
     <message>
+        <source>then calm again until {time}</source>
+        <translation>此后恢复平稳，直到 {time}</translation>
+    </message>
+    <message>
         <source>this computer</source>
         <translation>本机</translation>
     </message>
@@ -6252,10 +6256,6 @@
     <message>
         <source>{delay:.2f} s after the loss of control</source>
         <translation>失控后 {delay:.2f} s</translation>
-    </message>
-    <message>
-        <source>{delay:.2f} s before the loss of control</source>
-        <translation>失控前 {delay:.2f} s</translation>
     </message>
     <message>
         <source>{file} cannot be read: {why}.</source>

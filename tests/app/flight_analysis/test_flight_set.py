@@ -147,6 +147,26 @@ def test_consecutive_peaks_are_one_impact() -> None:
     assert lost == LossOfControl(pytest.approx(3.98), 5.0)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("has_peaks", [True, False])
+def test_what_moves_the_wreck_is_no_loss_of_control(has_peaks: bool) -> None:
+    """It flips, crashes and lies level for a while, then somebody picks it up and drops it."""
+    tilt = np.select([TIMES < LOST_S, TIMES < IMPACT_S, TIMES < 9.0], [0.0, 120.0, 5.0], 80.0)
+    force = np.select([TIMES < LOST_S, TIMES < IMPACT_S, TIMES < IMPACT_S + 0.06], [1.0, 0.2, 12.0], 1.0)
+    force[470] = 5.0
+    altitude = FROM_M - 5 * np.clip(TIMES - LOST_S, 0, IMPACT_S - LOST_S) ** 2
+    if not has_peaks:
+        force = np.minimum(force, 2.0)
+    lost = loss_of_control(made_flight(tilt, force, altitude_m=altitude))
+    assert lost == LossOfControl(pytest.approx(LOST_S, abs=0.03), pytest.approx(IMPACT_S, abs=0.1))  # type: ignore[arg-type]
+
+
+def test_a_flip_that_it_flew_on_from_is_not_said_to_be_before_a_loss() -> None:
+    tilt = np.select([TIMES < 2.0, TIMES < 2.5, TIMES < 8.0], [0.0, 150.0, 5.0], 90.0)
+    flight = summarise(made_flight(tilt, 1.0))
+    assert flight.first_fire(TriggerLimits()).late_text == "then calm again until 8.0 s"
+    assert flight.loss_s == pytest.approx(7.98)
+
+
 def test_the_touchdown_of_the_log() -> None:
     tilt = np.where(TIMES >= 4, 70.0, 0.0)
     lost = loss_of_control(made_flight(tilt, 1.0, is_on_ground=TIMES >= 7))

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
 from app.flight_analysis.proposal import FlightMargin, ThresholdProposal
-from app.flight_analysis.summary import FirstFire
+from app.flight_analysis.summary import FirstFire, moment_text
 from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
 from app.text.i18n import tr
@@ -62,23 +62,8 @@ def fire_text(fire: FirstFire) -> str:
     if not fire.sources:
         return capitalised(tr("no trigger"))
     text = tr("Fires at {time}: {why}", time=moment_text(fire.at_s), why=sources_text(fire.sources))
-    late = late_text(fire.delay_s, fire.drop_m) if fire.is_in_time else tr("after the impact")
+    late = fire.late_text if fire.is_in_time else tr("after the impact")
     return join_names(filter(None, (text, late)))
-
-
-def late_text(delay_s: float, drop_m: float) -> str:
-    """Delay after the loss of control; empty where unknown."""
-    if math.isnan(delay_s):
-        return ""
-    if delay_s < 0:
-        return tr("{delay:.2f} s before the loss of control", delay=-delay_s)
-    late = tr("{delay:.2f} s after the loss of control", delay=delay_s)
-    return late if math.isnan(drop_m) else tr("{late}, {drop:.0f} m lower", late=late, drop=drop_m)
-
-
-def moment_text(at_s: float) -> str:
-    """Time since the beginning of the log: "12.3 s", "3:07.2"."""
-    return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
 
 
 def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
@@ -139,8 +124,9 @@ def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
         fires = [fire for one in outcomes for fire in (one.direct, one.damped) if fire.is_in_time]
         delays = [one.delay_s for one in fires if math.isfinite(one.delay_s)]
         drops = [one.drop_m for one in fires if math.isfinite(one.drop_m)]
-        if delays:
-            parts.append(tr("latest {late}", late=late_text(max(delays), max(drops, default=math.nan))))
+        if delays and max(delays) >= 0:
+            latest = FirstFire(math.nan, Source(0), True, max(delays), max(drops, default=math.nan))
+            parts.append(tr("latest {late}", late=latest.late_text))
     return " · ".join(parts)
 
 

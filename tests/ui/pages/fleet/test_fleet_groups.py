@@ -11,6 +11,7 @@ from app.engine.procedure import Cancelled, Procedure
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied
 from app.preflight.evidence import Evidence
+from app.preflight.run import run_preflight
 from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
 from app.records.filing import Filed
@@ -62,11 +63,10 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
 ) -> None:
     """The check itself enables them on a locked module only."""
     begun: list[object] = []
-    check = group_jobs.run_preflight
 
     def noted(evidence: Evidence, **options: Any) -> Procedure[Evidence]:
         begun.append(options["is_enabling"])
-        return check(evidence, **options)
+        return run_preflight(evidence, **options)
 
     monkeypatch.setattr(group_jobs, "run_preflight", noted)
     desk.plug_in(2)
