@@ -28,8 +28,7 @@ from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ThenPath, ask_path
 from ui.files.save_bar import png_parts
-from ui.pages.flights.texts import outcome_lines, short_name
-from ui.pages.flights.verdicts import appearance_of, verdict_of
+from ui.pages.flights.texts import appearance_of, outcome_lines, short_name, verdict_of
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.time_plot import TimePlot
 from ui.services.page_header import HEIGHT_PX

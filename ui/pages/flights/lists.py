@@ -1,21 +1,38 @@
-"""The two lists of flights, one above the other."""
+"""The two lists of flights, one above the other: opened, moved to the other list, removed by mouse and keyboard."""
 
+import math
 from collections.abc import Sequence
+from enum import IntEnum
 from typing import Final
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QLabel, QPushButton, QWidget
+from PySide6.QtCore import QPoint, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 
 from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
+from app.text.durations import stopwatch
+from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.table_kit import RowsFilter
+from ui.forms.rows_table import RowsTable
+from ui.forms.table_kit import RowsFilter, RowsModel, TableColumn
 from ui.pages.flights.controller import GROUPS, FlightRow
-from ui.pages.flights.model import flights_model
-from ui.pages.flights.table import FlightTable
-from ui.pages.flights.texts import MOVE_WORD, OTHER_LIST, list_caption, list_detail, problem_count
-from ui.pages.flights.verdicts import Verdict, verdict_of
-from ui.style.icons import Icon
-from ui.style.theme import Space
+from ui.pages.flights.texts import (
+    MOVE_WORD,
+    OTHER_LIST,
+    Verdict,
+    appearance_of,
+    list_caption,
+    list_detail,
+    order_of,
+    problem_count,
+    row_text,
+    short_name,
+    verdict_of,
+    verdict_text,
+)
+from ui.style.icons import Icon, Look, icon
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import in_column, in_row
@@ -23,6 +40,129 @@ from ui.widgets.naming import named
 
 _NAMES: Final = {FlightGroup.MUST_NOT: "flights_must_not", FlightGroup.MUST: "flights_must"}
 _ICON_PX: Final = 16
+_ROW_PX: Final = 28
+
+
+class FlightColumn(IntEnum):
+    NAME = 0
+    FIRES = 1
+    TILT = 2
+    FALL = 3
+    DURATION = 4
+    PROBLEMS = 5
+
+
+def _look(row: FlightRow) -> Look:
+    return appearance_of(row.group, verdict_of(row.outcome))
+
+
+def _tilt(row: FlightRow) -> float:
+    return math.nan if row.outcome is None else row.outcome.flight.tilt_max_deg
+
+
+def _duration(row: FlightRow) -> float:
+    return -1.0 if row.outcome is None else row.outcome.flight.duration_s
+
+
+COLUMNS: Final = (
+    TableColumn[FlightRow](marked("Flight"), lambda row: short_name(row.name)),
+    TableColumn[FlightRow](
+        marked("Fires"),
+        lambda row: verdict_text(row.outcome),
+        lambda row: order_of(row.group, row.outcome),
+        picture=lambda row: icon(_look(row).icon, _look(row).meaning),
+        ink=lambda row: _look(row).meaning,
+    ),
+    TableColumn[FlightRow](
+        marked("Tilt"),
+        lambda row: "—" if math.isnan(_tilt(row)) else f"{_tilt(row):.0f}°",
+        lambda row: -1.0 if math.isnan(_tilt(row)) else _tilt(row),
+        is_right=True,
+    ),
+    TableColumn[FlightRow](
+        marked("Fall"),
+        lambda row: "—" if row.longest_fall_s < 0 else f"{row.longest_fall_s:.2f} s",
+        lambda row: row.longest_fall_s,
+        is_right=True,
+    ),
+    TableColumn[FlightRow](
+        marked("Duration"),
+        lambda row: "—" if row.outcome is None else stopwatch(_duration(row)),
+        _duration,
+        is_right=True,
+    ),
+    TableColumn[FlightRow](
+        marked("Problems"),
+        lambda row: str(problem_count(row)) if problem_count(row) else "",
+        lambda row: float(problem_count(row)),
+        picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if problem_count(row) else None,
+        ink=lambda row: Meaning.ATTENTION if problem_count(row) else None,
+    ),
+)
+
+
+class FlightTable(RowsTable[FlightRow]):
+    move_wanted = Signal()
+
+    def __init__(self, name: str, group: FlightGroup, model: RowsFilter[FlightRow]) -> None:
+        super().__init__(name, model, row_px=_ROW_PX, sorted_by=FlightColumn.FIRES, stretched=FlightColumn.NAME,
+                         order=Qt.SortOrder.AscendingOrder, spare=FlightColumn.DURATION)  # fmt: skip
+        self._group = group
+        self._has_problems = False
+        self.setAlternatingRowColors(True)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
+        self.horizontalHeader().setMinimumSectionSize(44)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.customContextMenuRequested.connect(self._show_menu)
+        self.setMinimumHeight(3 * _ROW_PX)
+        self.measure()
+
+    def show_problems(self, *, has_problems: bool) -> None:
+        """Without a problem in any flight the names take the column's room."""
+        if has_problems != self._has_problems:
+            self._has_problems = has_problems
+            self.measure()
+
+    def measure(self) -> None:
+        words = tr("unclear"), tr("too late"), tr("not read"), "8888.8 s"
+        texts: dict[int, str] = {
+            FlightColumn.NAME: "survey-0000",
+            FlightColumn.FIRES: max(words, key=self.fontMetrics().horizontalAdvance),
+            FlightColumn.TILT: "180°", FlightColumn.FALL: "88.88 s",
+            FlightColumn.DURATION: "88:88",
+        }  # fmt: skip
+        self.setColumnHidden(FlightColumn.PROBLEMS, not self._has_problems)
+        if self._has_problems:
+            texts[FlightColumn.PROBLEMS] = "88"
+        self.fit_columns(texts, with_icon=(FlightColumn.FIRES, FlightColumn.PROBLEMS))
+
+    def menu(self) -> QMenu:
+        """Context menu for the selection."""
+        menu = named(QMenu(self), f"{self.objectName()}_menu")
+        is_one, is_first = len(self.chosen()) == 1, self._group is FlightGroup.MUST_NOT
+        entries = (
+            ("open", tr("Open"), Icon.LIVE, self.opened, is_one),
+            ("move", tr(MOVE_WORD), Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
+             self.move_wanted, bool(self.chosen())),
+            ("remove", tr("Remove"), Icon.CROSS, self.remove_wanted, bool(self.chosen())),
+        )  # fmt: skip
+        for name, text, picture, wanted, is_on in entries:
+            action = menu.addAction(icon(picture), text)
+            action.setObjectName(f"{self.objectName()}_menu_{name}")
+            action.setEnabled(is_on)
+            action.triggered.connect(wanted)
+        return menu
+
+    def _show_menu(self, place: QPoint) -> None:
+        menu = self.menu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(self.viewport().mapToGlobal(place))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_M and not event.modifiers():
+            self.move_wanted.emit()
+        else:
+            super().keyPressEvent(event)
 
 
 class FlightList(QWidget):
@@ -40,7 +180,7 @@ class FlightList(QWidget):
         name = _NAMES[group]
         self.setObjectName(f"{name}_list")
         self.group = group
-        self.model = flights_model(self)
+        self.model = RowsModel(COLUMNS, lambda row: row.name, row_text, self, aligns_heads=True)
         self.filter = RowsFilter(self.model, self)
         self.table = FlightTable(f"{name}_table", group, self.filter)
         self.picture = IconLabel(f"{name}_icon", _ICON_PX)

@@ -5,8 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QMimeData
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtCore import QMimeData, Qt
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QPushButton,
@@ -23,11 +23,10 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.forms.table_kit import select_row
 from ui.pages.flights.column_form import ColumnForm
-from ui.pages.flights.controller import FlightRow, FlightsWork, UnreadLog
+from ui.pages.flights.controller import FlightRow, FlightsWork, LoadEnded, UnreadLog
 from ui.pages.flights.fire_map import FireMapView
 from ui.pages.flights.flight_view import FlightView
 from ui.pages.flights.lists import FlightLists
-from ui.pages.flights.loading import LoadEnded
 from ui.pages.flights.proposal_bar import ProposalBar
 from ui.pages.flights.texts import limits_text, short_name
 from ui.pages.flights.thresholds import ThresholdPanel
@@ -49,7 +48,9 @@ _MAP_PX: Final = 300
 
 
 class FlightsPage(Page):
-    """See the module's docstring."""
+    """`FlightLists` beside `ThresholdPanel` and `FireMapView`, or one `FlightView`, or a `ColumnForm` for a CSV file;
+    a `ProposalBar` below. `FlightsWork` has the flights and reads them.
+    """
 
     suffixes = tuple(SUFFIXES)
 
@@ -74,6 +75,10 @@ class FlightsPage(Page):
         self.form = ColumnForm(texts)
         how = marked("Open logs of PX4, ArduPilot, CSV or recordings, or drop them here.")
         self.empty = EmptyState("flights_empty", Icon.MAP, texts, marked("No flight logs yet"), how)
+        folder = control(QPushButton(), texts, "flights_empty_folder", "Open folder…", picture=Icon.FOLDER,
+                         slot=self.choose_folder)  # fmt: skip
+        self.empty.column.insertWidget(4, folder, 0, Qt.AlignmentFlag.AlignHCenter)
+        self._are_kept_read = False
         self._stack = named(QStackedWidget(), "flights_stack")
         self._overview = self._make_overview()
         for widget in (self.empty, self._overview, self.flight, self.form):
@@ -83,6 +88,17 @@ class FlightsPage(Page):
         self.setAcceptDrops(True)
         VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self._retranslate)
         self.refresh()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """The flights of the last start are read when the page is first seen."""
+        super().showEvent(event)
+        if not self._are_kept_read:
+            self._are_kept_read = True
+            self.work.restore(self._services.preferences.flight_lists)
+
+    def _keep_lists(self) -> None:
+        if self._are_kept_read:
+            self._services.preferences.flight_lists = self.work.kept_lists
 
     def choose_files(self) -> None:
         self.ask_files(self, self._folder, self.open_paths)
@@ -233,6 +249,7 @@ class FlightsPage(Page):
     def _wire(self) -> None:
         work = self.work
         work.flights_changed.connect(self.refresh)
+        work.flights_changed.connect(self._keep_lists)
         work.thresholds_changed.connect(self._refresh_thresholds)
         work.proposal_changed.connect(self.proposal.refresh)
         work.loading_ended.connect(self._end_loading)

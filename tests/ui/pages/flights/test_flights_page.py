@@ -30,11 +30,11 @@ from tests.support.window.moved import moved, places
 from tests.support.window.steps import await_child, choosing
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES, Assembly
-from ui.pages.flights import loading
-from ui.pages.flights.model import FlightColumn
+from ui.pages.flights import controller
+from ui.pages.flights.lists import FlightColumn
 from ui.pages.flights.page import FlightsPage
 
-ROOM = Path(loading.__file__).parent
+ROOM = Path(controller.__file__).parent
 ENTRIES = tuple(entry for entry in PAGES if entry.key == "flights")
 MUST_NOT, MUST = FlightGroup.MUST_NOT, FlightGroup.MUST
 

@@ -15,10 +15,10 @@ from pytestqt.qtbot import QtBot
 from app.flight_analysis.many_logs import SummarisedLog
 from app.flight_analysis.summary import summarise
 from app.flight_logs import csv_log
-from tests.support.flights.many_flights import write_csv
+from tests.support.flights.many_flights import write_csv, write_logs
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.ui.pages.flights.test_flights_page import MUST_NOT, Desk, desk, opened, tilted
-from ui.pages.flights import loading
+from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
+from ui.pages.flights import controller
 
 __all__ = ["desk"]
 
@@ -78,7 +78,7 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
         yield SummarisedLog(logs[1], summarise(tilted(str(logs[1]), 20)))
         has_ended.set()
 
-    monkeypatch.setattr(loading, "summarise_logs", slowly)
+    monkeypatch.setattr(controller, "summarise_logs", slowly)
     desk.page.open_paths(paths)
     assert has_begun.wait(30)
     desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)", timeout=WAIT_MS)
@@ -108,9 +108,56 @@ def test_closing_ends_the_reading(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         was_told.set()
         yield from ()
 
-    monkeypatch.setattr(loading, "summarise_logs", endless)
+    monkeypatch.setattr(controller, "summarise_logs", endless)
     with opened(qtbot, qapp, tmp_path / "home") as one:
         one.page.open_paths([path])
         assert has_begun.wait(30)
         one.assembly.window.close_now()
         assert was_told.wait(30)
+
+
+def test_what_is_said_of_missing_columns_follows_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as desk:
+        write_logs(tmp_path / "logs")
+        desk.page.open_paths([tmp_path / "logs"])
+        desk.wait_read()
+        choose = desk.page.strip.button("columns")
+        assert choose is not None
+        choose.click()
+        desk.page.form.read.click()
+        assert desk.page.form.fault.text() == "Choose a column in each row."
+        desk.assembly.language_switch.use("zh_CN")
+        assert desk.page.form.fault.text() == "请在每一行选择一列。"
+
+
+def test_a_log_that_is_gone_is_said_in_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as desk:
+        path = write_csv(tmp_path / "gone.csv", tilted("", 20))
+        desk.page.open_paths([path])
+        desk.wait_read()
+        path.unlink()
+        desk.page.open_flight(desk.page.lists.of[MUST_NOT].filter.row_at(0))
+        waiting = desk.page.flight.waiting
+        qtbot.waitUntil(lambda: "No such file" in waiting.text(), timeout=WAIT_MS)
+        desk.assembly.language_switch.use("zh_CN")
+        assert "不得触发" in waiting.text()
+
+
+def test_lists_and_their_flights_are_there_at_the_next_start(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Also a flight that was not read yet when the program ended."""
+    paths = [write_csv(tmp_path / f"{name}.csv", tilted("tilt_deg", 20)) for name in ("a", "b", "c")]
+    with opened(qtbot, qapp, tmp_path) as desk:
+        desk.page.open_paths(paths)
+        desk.wait_read()
+        desk.page.work.move([str(paths[1])], MUST)
+        desk.page.work.remove([str(paths[2])])
+    with opened(qtbot, qapp, tmp_path) as desk:
+        desk.page.work.loading.cancel()  # before they are read
+    for _ in range(2):
+        with opened(qtbot, qapp, tmp_path) as desk:
+            desk.wait_read()
+            listed = {group: desk.page.work.flights.flights(group) for group in (MUST_NOT, MUST)}
+            assert {group: [one.name for one in flights] for group, flights in listed.items()} == {
+                MUST_NOT: [str(paths[0])],
+                MUST: [str(paths[1])],
+            }
