@@ -143,7 +143,7 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
 source."""
 MENUS: Final = frozenset({
     "ui/services/page_header.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
-    "ui/pages/settings/profile_files.py: QMenu", "ui/pages/flights/lists.py: QMenu",
+    "ui/pages/settings/profiles.py: QMenu", "ui/pages/flights/lists.py: QMenu",
     "ui/plots/time_plot.py: QMenu",
     "ui/pages/fleet/page.py: QMenu", "ui/pages/fleet/card_widget.py: QMenu",
 })  # fmt: skip
