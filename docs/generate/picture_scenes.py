@@ -63,7 +63,7 @@ def connect(studio: Studio) -> None:
 def live(studio: Studio) -> None:
     """Tilted, levelled, dropped."""
     studio.connect(PORT)
-    studio.until(lambda: studio.assembly.connector.state.phase is Phase.ONLINE, "it is not online")
+    studio.until(lambda: studio.assembly.connector.current.state.phase is Phase.ONLINE, "it is not online")
     for key in ("freefall_time_s", "boot_count"):
         studio.until(partial(studio.is_known, key), f"{key} is not known")
     page = studio.page("live", LivePage)
@@ -119,11 +119,11 @@ def fired(studio: Studio) -> None:
 def ages(studio: Studio) -> None:
     studio.module.change(mute=True)
     connector = studio.assembly.connector
-    studio.until(lambda: connector.state.phase is not Phase.ONLINE, "it is still online")
+    studio.until(lambda: connector.current.state.phase is not Phase.ONLINE, "it is still online")
     studio.run(4.0)
     studio.take("ages")
     studio.module.change(mute=False)
-    studio.until(lambda: connector.state.phase is Phase.ONLINE, "it did not come back")
+    studio.until(lambda: connector.current.state.phase is Phase.ONLINE, "it did not come back")
 
 
 def settings(studio: Studio) -> None:
@@ -188,7 +188,7 @@ def deploy(studio: Studio) -> None:
     studio.window.activateWindow()
     connector = studio.assembly.connector
     studio.module.module.activate(is_active=True)
-    studio.until(lambda: connector.is_active, "it is not active")
+    studio.until(lambda: connector.current.is_active, "it is not active")
     ritual = studio.find(RitualWidget)
     for step in (ritual.rehearse, ritual.arm):
         studio.until(partial(getattr, step, "is_live"), "a step is dead")
@@ -200,13 +200,13 @@ def deploy(studio: Studio) -> None:
     studio.take("deploy", ritual)
     studio.press("ritual_cancel")
     studio.press("lock_button")
-    studio.until(lambda: not connector.is_active, "it is still active")
+    studio.until(lambda: not connector.current.is_active, "it is still active")
     bar.setValue(0)
 
 
 def recordings(studio: Studio) -> None:
     connector = studio.assembly.connector
-    connector.disconnect_port()
+    connector.current.disconnect_port()
     studio.run(0.5)
     studio.connect(PORT)
     studio.run(6.0)
@@ -253,12 +253,12 @@ def write_flight(path: Path, *, peak_deg: float = 20.0, lost_s: float = math.inf
 def why(studio: Studio) -> None:
     """A module at another baud rate, just powered up."""
     other = bench.module(OTHER_NAME, OTHER_OPTIONS)
-    studio.assembly.connector.disconnect_port()
+    studio.assembly.connector.current.disconnect_port()
     studio.run(0.5)
     page = studio.page("diagnosis", DiagnosisPage)
     page.go_to("why")
     studio.connect(OTHER_PORT)
-    studio.until(lambda: studio.assembly.connector.state.phase is Phase.SILENT, "it is not silent")
+    studio.until(lambda: studio.assembly.connector.current.state.phase is Phase.SILENT, "it is not silent")
     other.restart()
     act = studio.find(QAbstractButton, "why_act")
     studio.until(lambda: not act.isHidden() and tr("Find the rate") in act.text(), "no cause was found")

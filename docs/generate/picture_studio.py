@@ -73,7 +73,7 @@ class Studio:
 
     def is_known(self, key: str) -> bool:
         connector = self.assembly.connector
-        return connector.device.known(key, connector.clock()) is not None
+        return connector.current.device.known(key, connector.clock()) is not None
 
     def take(self, name: str, widget: QWidget | None = None, *, last: QWidget | None = None) -> None:
         """A picture of a widget as it stands in the window; the whole window unless told. `last`: nothing is below."""

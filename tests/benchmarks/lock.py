@@ -47,7 +47,7 @@ def measure(presses: int) -> dict[str, list[float]]:
         _app, assembly = stack.enter_context(window_apart(options))
         start(assembly, options)
         button = assembly.window.top_bar.lock
-        if not turn_until(lambda: button.isEnabled() and assembly.connector.is_open, LIMIT_S):
+        if not turn_until(lambda: button.isEnabled() and assembly.connector.current.is_open, LIMIT_S):
             raise RuntimeError("the port did not open")
         turn_for(WARM_UP_S)
         store = assembly.storage.store

@@ -167,7 +167,7 @@ def measure(port: str, seconds: float) -> dict[str, object]:
         start(assembly, options)
         beats = watch.timer()
         beats.start()
-        is_streaming = turn_until(lambda: connector.device.is_streaming, LIMIT_S)
+        is_streaming = turn_until(lambda: connector.current.device.is_streaming, LIMIT_S)
         turn_for(WARM_UP_S)
         before, began, cpu = traffic.samples, time.perf_counter(), time.process_time()
         watch.is_measuring = True
@@ -175,8 +175,8 @@ def measure(port: str, seconds: float) -> dict[str, object]:
         watch.is_measuring = False
         cpu_s, wall_s = time.process_time() - cpu, time.perf_counter() - began
         measured = traffic.samples - before
-        connector.disconnect_port()
-        is_closed = turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
+        connector.current.disconnect_port()
+        is_closed = turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)
         turn_for(SETTLE_S)
         kept = len(live_page(assembly).data.tilt)
     return {

@@ -239,7 +239,7 @@ class Clumsy:
 
     def _guided_test(self) -> None:
         """Run a guided test up to the activation, which takes a whole gesture, too."""
-        if self._is_down or self._key is not None or not self.bench.assembly.connector.is_open:
+        if self._is_down or self._key is not None or not self.bench.assembly.connector.current.is_open:
             return
         if not self.bench.bench.module.is_on or self.bench.bench.module.is_triggered:
             return
@@ -269,7 +269,7 @@ class Clumsy:
         is_there = device.presence is Presence.ONLINE and self.bench.bench.module.is_on
         if is_there and self.bench.bench.module.is_triggered:
             return False
-        return is_there and self.bench.assembly.connector.is_open
+        return is_there and self.bench.assembly.connector.current.is_open
 
 
 def run(application: QApplication, sequences: int, seed: int, *, is_told: bool = False) -> Report:

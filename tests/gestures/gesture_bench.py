@@ -144,7 +144,7 @@ class GestureBench:
 
     @property
     def device(self) -> DeviceView:
-        return self.assembly.connector.device
+        return self.assembly.connector.current.device
 
     @property
     def handle(self) -> QWindow:

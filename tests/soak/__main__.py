@@ -82,7 +82,11 @@ class Outcome:
 
 
 def _is_back(connector: Connector) -> bool:
-    return connector.is_open and connector.device.presence is Presence.ONLINE and connector.device.is_streaming
+    return (
+        connector.current.is_open
+        and connector.current.device.presence is Presence.ONLINE
+        and connector.current.device.is_streaming
+    )
 
 
 class StallWatch(LoopWatch):
@@ -127,7 +131,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     traffic, watch, memory = Traffic(), StallWatch(), list[float]()
     connector.batch.connect(traffic.on_batch)
     naming = assembly.window._services.naming
-    connector.changed.connect(lambda: naming.confirm_identity() if connector.identity.is_for_a_person else None)
+    connector.changed.connect(lambda: naming.confirm_identity() if connector.current.identity.is_for_a_person else None)
     beats, measures = QTimer(), QTimer()
     beats.setTimerType(beats.timerType().PreciseTimer)
     beats.setInterval(BEAT_MS)
@@ -135,7 +139,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     measures.setInterval(_MEASURE_EVERY_MS)
     measures.timeout.connect(lambda: memory.append(resident_mb()))
     connector.connect_to(_target(module))
-    if not turn_until(lambda: connector.device.is_streaming, LIMIT_S):
+    if not turn_until(lambda: connector.current.device.is_streaming, LIMIT_S):
         outcome.say("stream", "none", "the module did not begin to stream")
     _fill(assembly)  # a module that connects begins with new plots
     turn_for(0.5)
@@ -177,18 +181,18 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
 
 
 def _watch_healed_line(connector: Connector, module: StreamingModule, outcome: Outcome) -> None:
-    connector.disconnect_port()
-    turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
+    connector.current.disconnect_port()
+    turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)
     for line in ("unplug", "plug", "restart"):  # what a slowed line still held up is gone with its plug
         module.tell(line)
     turn_for(0.3)  # its two heartbeats are over
     traffic, before = Traffic(), module.frames_sent
     connector.batch.connect(traffic.on_batch)
     connector.connect_to(_target(module))
-    turn_until(lambda: connector.device.is_streaming, LIMIT_S)
+    turn_until(lambda: connector.current.device.is_streaming, LIMIT_S)
     turn_for(CLEAN_S)
-    connector.disconnect_port()
-    turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
+    connector.current.disconnect_port()
+    turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)
     sent = module.frames_sent - before
     lost = sent + traffic.asked - traffic.statuses
     complaint = "frames were lost" if lost else "" if sent > CLEAN_S else "it did not stream"

@@ -92,10 +92,10 @@ class ActRow(QFrame):
     def _perform(self) -> None:
         connector, act = self._connector, self.act
         permit = Permit(act, Origin.CONFIRMATION, connector.clock())
-        journal = self._services.storage.journal(connector.target)
+        journal = self._services.storage.journal(connector.current.target)
         self._performed = None
         if act is Act.ACTIVATE:
-            self._services.lock.end()
+            self._services.lock.current.end()
         self.begun.emit()
         self._job.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
 
@@ -105,7 +105,7 @@ class ActRow(QFrame):
         else:
             self._performed = done = job.outcome()
             if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
-                self._connector.note_shutdown()
+                self._connector.current.note_shutdown()
             self._job.set_notice(partial(outcome_notice, done, self._dismiss))
         self.ended.emit(None if job.run.error is not None else self._performed)
 

@@ -24,13 +24,13 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """Open conditions of `act`, apart from the person's confirmation."""
     connector = services.connector
     now_is = interlock_inputs(
-        connector.device,
+        connector.current.device,
         connector.clock(),
         must_be_proven=False,
-        is_identity_settled=connector.identity.is_settled,
+        is_identity_settled=connector.current.identity.is_settled,
         armed=services.armed.act,
         # Without a port there is no log; the condition that a module answers is open then anyway.
-        is_audit_ready=connector.target is None or services.storage.journal(connector.target).is_ready,
+        is_audit_ready=connector.current.target is None or services.storage.journal(connector.current.target).is_ready,
     )
     return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
 
@@ -48,12 +48,12 @@ class OutcomeWatch:
     def has_turned(self, done: Performed | None) -> bool:
         """Whether the module no longer reports that it is active, after an activation that was confirmed; or, after
         one that is unknown, reports that it is locked after a restart or a confirmed LOCK."""
-        device = self._connector.device
+        device = self._connector.current.device
         if done is not self._done:
-            self._done, self._locked, self._restarts = done, self._lock.confirmed, device.restarts
+            self._done, self._locked, self._restarts = done, self._lock.current.confirmed, device.restarts
         if done is None or done.act is not Act.ACTIVATE or done.outcome not in (Outcome.CONFIRMED, Outcome.UNKNOWN):
             return False
-        locked = self._lock.confirmed
+        locked = self._lock.current.confirmed
         is_locked_since = locked is not None and locked is not self._locked
         is_active = device.fresh("active", self._connector.clock())
         if done.outcome is Outcome.CONFIRMED:
@@ -77,7 +77,7 @@ def outcome_meaning(done: Performed) -> Meaning:
 
 def motion_text(connector: Connector) -> str:
     """The current input of zeroing; empty if unknown."""
-    motion, tilt = connector.device.motion, connector.device.fresh("tilt_deg", connector.clock())
+    motion, tilt = connector.current.device.motion, connector.current.device.fresh("tilt_deg", connector.clock())
     if motion is None or tilt is None:
         return ""
     return tr(

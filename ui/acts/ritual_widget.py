@@ -184,7 +184,7 @@ class RitualWidget(QFrame):
     # The watch
 
     def _begin_watching(self) -> None:
-        device = self._connector.device
+        device = self._connector.current.device
         self._restarts, self._was_online = device.restarts, device.presence is Presence.ONLINE
         self._sleeps = SleepDetector(with_sleep=self.clock_with_sleep)
         self._timer.start()
@@ -197,8 +197,8 @@ class RitualWidget(QFrame):
         if self._sleeps.poll():
             self.disarm(Input.SLEPT)
             return
-        device = self._connector.device
-        is_online = self._connector.is_open and device.presence is Presence.ONLINE
+        device = self._connector.current.device
+        is_online = self._connector.current.is_open and device.presence is Presence.ONLINE
         if device.restarts != self._restarts:
             self.disarm(Input.MODULE_RESTARTED)
         elif self._was_online and not is_online:
@@ -254,7 +254,7 @@ class RitualWidget(QFrame):
             self.ritual.disarm(Input.FINISHED)
             self._job.set_notice(partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._job.dismiss))
             return
-        journal = self._services.storage.journal(self._connector.target)
+        journal = self._services.storage.journal(self._connector.current.target)
         self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:
@@ -306,8 +306,8 @@ class RitualWidget(QFrame):
     def _heading(self) -> str:
         """With module and port, if connected."""
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
-        act, target = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]), self._connector.target
-        if target is None or not self._connector.is_open:
+        act, target = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]), self._connector.current.target
+        if target is None or not self._connector.current.is_open:
             return act
         port = target.device.removeprefix("/dev/").partition("?")[0]
         name = self._services.naming.name

@@ -99,17 +99,17 @@ class ConnectPanel(QScrollArea):
     def refresh(self) -> None:
         if self.isHidden():
             return
-        target = self._connector.target if self._connector.is_requested else None
+        target = self._connector.current.target if self._connector.current.is_requested else None
         choices = [
             choice_of(
                 port,
                 is_new=self._ports.is_new(port),
-                is_connected=target is not None and self._connector.is_open and target.device == port.device,
+                is_connected=target is not None and self._connector.current.is_open and target.device == port.device,
                 is_last=self._last is not None and bool(port.identity) and port.identity == self._last.identity,
             )
             for port in self._ports.ports
         ]
-        is_simulating = target is not None and target.is_simulated and self._connector.is_open
+        is_simulating = target is not None and target.is_simulated and self._connector.current.is_open
         choices.append(
             PortChoice(
                 SIMULATED_PORT,
@@ -226,14 +226,14 @@ class ConnectPanel(QScrollArea):
         self.connect_chosen()
 
     def _show_state(self) -> None:
-        state = self._connector.state
+        state = self._connector.current.state
         said = link_text(state, self._connector.clock())
         is_closed = state.phase is Phase.CLOSED
         has_chosen = self.chosen_target() is not None
         next_step = tr("Connecting only reads the module.") if has_chosen else ""
         self.said.setText(next_step if is_closed else f"{said.what} {said.next_step}".strip())
         self.said.setVisible(bool(self.said.text()))
-        self.disconnect_button.setVisible(self._connector.is_requested)
+        self.disconnect_button.setVisible(self._connector.current.is_requested)
         self.connect_button.setEnabled(has_chosen)
 
     # Qt

@@ -8,16 +8,11 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.diagnosis.link_state import LinkState, link_state
-from app.engine.device import DeviceView
-from app.engine.identity import Identity, Trust
 from app.engine.procedure import Procedure, Report, Result
 from app.engine.target import Target
-from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
-from app.safety.last_known import LastKnown, SeenActivation
+from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
 from app.store.stream_memory import StreamMemory
 from protocol.link_states import Presence
-from ui.core.module_memory import ModuleMemory
 from ui.core.port_connection import PortConnection
 from ui.core.port_watcher import PortWatcher
 
@@ -30,8 +25,8 @@ class Connector(QObject):
     """Shows one of several `PortConnection`s, the current one, to the pages.
 
     `choose` makes another one current. The pages see the same as after a new connection: the port being opened, then
-    open, then the module. The other ports stay open, reconnect and lock independently. What a page shows or does goes
-    through this class: while it switches, it hides what the new port already knows.
+    open, then the module. The other ports stay open, reconnect and lock independently. Pages run their procedures by
+    this class, which ends them before it switches.
     """
 
     changed = Signal()
@@ -65,8 +60,6 @@ class Connector(QObject):
         self._jobs: set[Job[Any]] = set()
         """Of the pages, on the current port."""
         self._next: PortConnection | None = None
-        self._opening: Connection | None = None
-        """What the pages see while they switch from one port to another."""
         self._settling = QTimer(self, singleShot=True, interval=SETTLE_MS)
         self._settling.timeout.connect(self._switch)
         self.invalidated.connect(self._drop_jobs)
@@ -122,61 +115,7 @@ class Connector(QObject):
         else:
             self._switch()
 
-    # What is known
-
-    @property
-    def target(self) -> Target | None:
-        return self._current.target
-
-    @property
-    def adapter_key(self) -> str:
-        return self._current.adapter_key
-
-    @property
-    def identity(self) -> Identity:
-        return self._current.identity if self._opening is None else Identity(Trust.OPEN)
-
-    @property
-    def last(self) -> Batch | None:
-        return self._current.last if self._opening is None else None
-
-    @property
-    def device(self) -> DeviceView:
-        return self._current.device if self._opening is None else DeviceView()
-
-    @property
-    def connection(self) -> Connection:
-        return self._current.connection if self._opening is None else self._opening
-
-    @property
-    def kept(self) -> ModuleMemory:
-        return self._current.kept
-
-    @property
-    def is_open(self) -> bool:
-        return self.connection.state is PortState.OPEN
-
-    @property
-    def is_requested(self) -> bool:
-        return self._current.is_requested
-
-    @property
-    def state(self) -> LinkState:
-        if self._opening is None:
-            return self._current.state
-        return link_state(self._opening, DeviceView(), None, is_finding=False)
-
-    @property
-    def is_active(self) -> bool:
-        return self._current.is_active
-
-    @property
-    def activation(self) -> SeenActivation:
-        if self._opening is None:
-            return self._current.activation
-        return LastKnown().activation(DeviceView(), self.clock())
-
-    # What can be done: see `PortConnection`
+    # What the pages do
 
     def connect_to(self, target: Target) -> None:
         """Open `target` in place of the current port; a port that is open already is chosen."""
@@ -187,16 +126,8 @@ class Connector(QObject):
         else:
             self._current.connect_to(target)
 
-    def disconnect_port(self) -> None:
-        self._current.disconnect_port()
-
-    def hold(self) -> None:
-        self._current.hold()
-
-    def release(self) -> None:
-        self._current.release()
-
     def find_rate(self) -> None:
+        """As a slot: of the port that is then the current one."""
         self._current.find_rate()
 
     def want_stream(self, *, is_wanted: bool) -> None:
@@ -206,9 +137,6 @@ class Connector(QObject):
     def set_drawing_interval(self, every_s: float = PUBLISH_EVERY_S) -> None:
         """How often the shown page draws the current port."""
         self._current.set_shown(is_shown=True, every_s=every_s)
-
-    def note_shutdown(self) -> None:
-        self._current.note_shutdown()
 
     def remember_stream(self, memory_of: Callable[[Target], StreamMemory]) -> None:
         self._memory_of = memory_of
@@ -278,25 +206,19 @@ class Connector(QObject):
         now.set_shown(is_shown=True)
         self._current = now
         self._show_opening(now)
-        last = now.last
         self._relay(now)
-        if last is not None:
-            self.batch.emit(replace(last, samples=(), events=(), finished=()))
+        self.batch.emit(replace(now.last, samples=(), events=(), finished=()))
         self.changed.emit()
         if now.is_open and now.device.presence is Presence.ONLINE and now.target is not None:
             self.came_online.emit(now.target)
 
     def _show_opening(self, connection: PortConnection) -> None:
         """Clear the pages: no value of the previous module, and nothing prepared for it, may remain."""
-        at = connection.connection
-        self._opening = Connection(PortState.OPENING, at.port, at.baud_rate)
-        try:
+        with connection.shown_as_opening():
             self.invalidated.emit()
             self.chosen.emit()
-            self.batch.emit(Batch(self.clock(), self._opening, DeviceView(), None))
+            self.batch.emit(connection.last)
             self.changed.emit()
-        finally:
-            self._opening = None
 
     def _drop_jobs(self) -> None:
         """What still runs on the former module ends soon; what it found reaches no page."""

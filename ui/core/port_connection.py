@@ -1,8 +1,9 @@
-"""One port as the window sees it: target, state, reconnection. Pages use `Connector`, which shows one of them."""
+"""One port as the window sees it: target, state, reconnection. That of the pages is `Connector.current`."""
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -136,7 +137,7 @@ class PortConnection(QObject):
 
     @property
     def is_requested(self) -> bool:
-        """A connection was requested and not ended, whether or not the port is open."""
+        """A connection is wanted, whether or not the port is open."""
         return self._is_wanted
 
     @property
@@ -146,11 +147,9 @@ class PortConnection(QObject):
             connection = replace(connection, trouble=self._trouble)
         elif not self._is_wanted and connection.state is PortState.CLOSED:
             connection = replace(connection, trouble=None)  # that port is no longer wanted
-        known, off_at = (self.device, self._handshake), self._last_known.switched_off_at
-        is_finding = self._finding is not None
         return link_state(
-            connection, *known, is_finding=is_finding, absence=self.absence, switched_off_at=off_at,
-            was_active=self.is_active,
+            connection, self.device, self._handshake, is_finding=self._finding is not None, absence=self.absence,
+            switched_off_at=self._last_known.switched_off_at, was_active=self.is_active,
         )  # fmt: skip
 
     @property
@@ -176,21 +175,18 @@ class PortConnection(QObject):
     def connect_to(self, target: Target) -> None:
         """Open `target`; an open port is closed first."""
         self._is_wanted = True
-        self._is_left_on_emitted = False
+        self._is_left_on_emitted = self._is_listing = False
         is_adapter_same, self._adapter_key = target.key == self._adapter_key, target.key
         self._proven_rate = None
-        self._is_listing = False
         self._return.request(Address(target.device, target.identity))
         self._target = target
-        opening = Connection(PortState.OPENING, target.device, target.baud_rate)
-        self._forget(opening, is_adapter_same=is_adapter_same)
+        self._forget(Connection(PortState.OPENING, target.device, target.baud_rate), is_adapter_same=is_adapter_same)
         self._open(target, self._expected_of(target))
 
     def disconnect_port(self) -> None:
         if self.connection.state is PortState.OPENING:
             self._last = replace(self._last, connection=replace(self.connection, state=PortState.CLOSED))
-        self._is_wanted = False
-        self._is_listing = False
+        self._is_wanted = self._is_listing = False
         self._return.give_up()
         self._worker.close()
         self.changed.emit()
@@ -256,6 +252,17 @@ class PortConnection(QObject):
         self._bridge.close()
         return self._worker.stop(deadline_s)
 
+    @contextmanager
+    def shown_as_opening(self) -> Iterator[None]:
+        """For pages that begin to show the port: it seems to be just opened, with nothing known."""
+        known, at = (self._last, self._last_known), self.connection
+        self._last = Batch(self.clock(), Connection(PortState.OPENING, at.port, at.baud_rate), DeviceView(), None)
+        self._last_known = LastKnown()
+        try:
+            yield
+        finally:
+            self._last, self._last_known = known
+
     # What happens
 
     def _forget(self, connection: Connection, *, is_adapter_same: bool = False) -> None:
@@ -275,9 +282,8 @@ class PortConnection(QObject):
         background = partial(watch, self.stream, memory=self.stream_memory)
         device, rate, is_another = target.device, target.baud_rate, not self.device.values
         self._opening = self._worker.open(device, rate, background, is_another, expected)
-        connection = Connection(PortState.OPENING, device, rate, opening=self._opening)
-        _log.info("Port: %s", connection)
-        self._last = replace(self._last, connection=connection)
+        self._last = replace(self._last, connection=Connection(PortState.OPENING, device, rate, opening=self._opening))
+        _log.info("Port: %s", self.connection)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
@@ -361,9 +367,7 @@ class PortConnection(QObject):
         if found is not None and target is not None:
             expected = self._return.expected(self._lost)
             self._return.opening(found)
-            rate = self._proven_rate or target.baud_rate
-            back = replace(target, device=found.device, baud_rate=rate)
-            self._open(back, expected)
+            self._open(replace(target, device=found.device, baud_rate=self._proven_rate or target.baud_rate), expected)
         elif self._return.is_mistaken:
             self._close_mistaken()
         elif self.state != before:

@@ -254,7 +254,7 @@ class PortLock(QObject):
 
 
 class LockControl(QObject):
-    """LOCK of the module that the pages show; `of` is that of any port. Its signals are those of the shown one."""
+    """LOCK on all ports; its signals are those of the `current` one, which the pages show."""
 
     changed = Signal()
     notified = Signal(str)
@@ -268,7 +268,7 @@ class LockControl(QObject):
         self.buttons: WeakSet[QWidget] = WeakSet()
         """Those that press it: a click on one counts also while a menu is open."""
         self._shown = self.of(connector.current)
-        self._relay(self._shown)
+        self._relay()
         connector.added.connect(self.of)
         connector.removed.connect(self._on_removed)
         connector.chosen.connect(self._on_chosen)
@@ -279,34 +279,14 @@ class LockControl(QObject):
         return self._locks[connection]
 
     @property
-    def is_possible(self) -> bool:
-        return self._shown.is_possible
-
-    @property
-    def is_repeating(self) -> bool:
-        return self._shown.is_repeating
-
-    @property
-    def is_unproven(self) -> bool:
-        return self._shown.is_unproven
-
-    @property
-    def is_reported(self) -> bool:
-        return self._shown.is_reported
-
-    @property
-    def failed(self) -> Locked | None:
-        return self._shown.failed
-
-    @property
-    def confirmed(self) -> Locked | None:
-        return self._shown.confirmed
+    def current(self) -> PortLock:
+        return self.of(self._connector.current)
 
     def bind(self, button: QAbstractButton) -> None:
         """Let a button press it; it is enabled while LOCK is possible."""
 
         def show() -> None:
-            button.setEnabled(self.is_possible)
+            button.setEnabled(self.current.is_possible)
 
         button.clicked.connect(self.press)
         self.buttons.add(button)
@@ -314,7 +294,7 @@ class LockControl(QObject):
         show()
 
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
-        self._shown.press(then=then)
+        self.current.press(then=then)
 
     def press_all(self, *, then: Callable[[], object] | None = None) -> None:
         """LOCK on every open port, each by itself: none waits for another. `then` is called when all of them report
@@ -330,24 +310,15 @@ class LockControl(QObject):
         for one in locks:
             one.press(then=partial(note, one))
 
-    def ensure_locked(self) -> None:
-        self._shown.ensure_locked()
-
-    def end(self) -> None:
-        self._shown.end()
-
-    def notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
-        return self._shown.notice(more)
-
-    def _relay(self, lock: PortLock) -> None:
-        lock.changed.connect(self.changed)
-        lock.notified.connect(self.notified)
+    def _relay(self) -> None:
+        self._shown.changed.connect(self.changed)
+        self._shown.notified.connect(self.notified)
 
     def _on_chosen(self) -> None:
         self._shown.changed.disconnect(self.changed)
         self._shown.notified.disconnect(self.notified)
-        self._shown = self.of(self._connector.current)
-        self._relay(self._shown)
+        self._shown = self.current
+        self._relay()
         self.changed.emit()
 
     def _on_removed(self, connection: PortConnection) -> None:

@@ -31,7 +31,7 @@ class RunningJob(JobNotice):
 
     @property
     def can_run(self) -> bool:
-        return self._connector.is_open and self._job is None
+        return self._connector.current.is_open and self._job is None
 
     def run(self, procedure: Procedure[Result], then: Callable[[Job[Result]], None]) -> None:
         """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not."""

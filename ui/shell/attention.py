@@ -65,7 +65,7 @@ class Attention(QObject):
     @property
     def is_risky_to_leave(self) -> bool:
         """The module is or may be ready to fire, and can still be locked."""
-        return self._connector.is_open and (self._connector.is_active or self._lock.is_unproven)
+        return self._connector.current.is_open and (self._connector.current.is_active or self._lock.current.is_unproven)
 
     @property
     def is_risky_to_close(self) -> bool:
@@ -174,19 +174,19 @@ class Attention(QObject):
     def _notice(self) -> Notice | None:
         if self._question is not None:
             return self._question.make()
-        asked, locking = self._find_identity(), self._lock.notice()
+        asked, locking = self._find_identity(), self._lock.current.notice()
         if asked is not None:
             if locking is None:
                 return asked
             return replace(asked, meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
-        connector = self._connector
-        state = connector.state
+        port = self._connector.current
+        state = port.state
         left = self.find_left()
         if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
             return left
-        is_unlocked = self._lock.failed is not None  # which says itself how to treat the module
-        said = link_notice(state, connector.clock(), self._acts, is_unlocked=is_unlocked)
-        locking = self._lock.notice(said.choices if said is not None else ())
+        is_unlocked = self._lock.current.failed is not None  # which says itself how to treat the module
+        said = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
+        locking = self._lock.current.notice(said.choices if said is not None else ())
         if locking is not None:
             return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))
         if left is not None and said is not None:
@@ -200,9 +200,9 @@ class Attention(QObject):
 
     def _module_notice(self) -> Notice | None:
         """A change or a restart of the module."""
-        connector = self._connector
-        device = connector.device
-        if not connector.is_open:
+        port = self._connector.current
+        device = port.device
+        if not port.is_open:
             self._restarts = None
             return None
         if changed := self._unsent.changed():
@@ -210,7 +210,7 @@ class Attention(QObject):
             return Notice(Meaning.DANGER, tr("Changed without being written: {names}. See Settings.", names=names))
         if self._restarts is None or device.restarts < self._restarts:
             # A restart before anything was known changes nothing.
-            is_known = device.fresh("boot_count", connector.clock()) is not None
+            is_known = device.fresh("boot_count", port.clock()) is not None
             self._restarts = device.restarts if is_known else None
             return None
         if device.restarts == self._restarts:
@@ -221,11 +221,11 @@ class Attention(QObject):
 
     def _trigger_notice(self) -> Notice | None:
         """What comes next, as long as the module reports that it has triggered."""
-        connector = self._connector
-        known = connector.device.known("triggered", connector.clock())
+        port = self._connector.current
+        known = port.device.known("triggered", port.clock())
         if known is not None and known.value is False:
             self._has_read_trigger = False
-        is_triggered = connector.is_open and known is not None and known.value is True
+        is_triggered = port.is_open and known is not None and known.value is True
         if not is_triggered or self._has_read_trigger:
             return None
         text = tr("The module has triggered: LOCK, read the record, pack, check again.")
@@ -248,7 +248,7 @@ class Attention(QObject):
         self.refresh()
 
     def _dismiss_restart(self) -> None:
-        self._restarts = self._connector.device.restarts
+        self._restarts = self._connector.current.device.restarts
         self.refresh()
 
     def _leaving_notice(self, go: Callable[[], None], *, is_closing: bool) -> Notice:
@@ -256,7 +256,7 @@ class Attention(QObject):
             lambda: self._lock.press_all(then=go) if is_closing else self._lock.press(then=go),
             go,
             self.stay,
-            is_active=self._connector.is_any_active if is_closing else self._connector.is_active,
+            is_active=self._connector.is_any_active if is_closing else self._connector.current.is_active,
         )
-        locking = self._lock.notice()
+        locking = self._lock.current.notice()
         return notice if locking is None else replace(notice, text=join_sentences([locking.text, notice.text]))

@@ -40,12 +40,12 @@ class LockStrip(QWidget):
         lock.buttons.add(self.button)
         self.button.clicked.connect(lock.press)
         lock.changed.connect(self.refresh)
-        self.setVisible(lock.is_possible)
+        self.setVisible(lock.current.is_possible)
         VisibilityTimer(self, self.refresh, retranslate=self.refresh, restyle=self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
-        lock = self._lock
+        lock = self._lock.current
         if lock.is_possible and self.isHidden():
             self.show()  # and stays, so that what is below does not move back and forth
         self.button.setEnabled(lock.is_possible)

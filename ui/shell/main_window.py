@@ -99,7 +99,7 @@ class MainWindow(QMainWindow):
             acts[NextStep.WHY] = self._show_why
         self.attention = Attention(
             self._connector, self.notice_bar, services.lock, acts=acts, pending_edits=services.pending_edits,
-            find_identity=lambda: identity_notice(self._connector.identity, services.naming), go_to=self.go_to,
+            find_identity=lambda: identity_notice(self._connector.current.identity, services.naming), go_to=self.go_to,
             shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen, parent=self,
         )  # fmt: skip
         services.naming.before_new(self.attention.leave_edits)
@@ -160,7 +160,7 @@ class MainWindow(QMainWindow):
             None,
             MenuEntry("connect", marked("Connect…"), self.toggle_panel, "Ctrl+K"),
             MenuEntry("disconnect", marked("Disconnect"), self.disconnect_port, "Ctrl+D",
-                      when=lambda: connector.is_requested),
+                      when=lambda: connector.current.is_requested),
             None,
             MenuEntry("archive", marked("Archive of all stations…"), self.archive_wanted.emit),
             MenuEntry("preferences", marked("Preferences…"), self.show_preferences, "Ctrl+,"),
@@ -168,8 +168,10 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         menus.add(
             "module",
-            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], lambda: lock.is_possible, picture=Icon.LOCK),
-            MenuEntry("find_rate", marked("Find the rate"), connector.find_rate, when=lambda: connector.is_open),
+            MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: connector.current.is_open,
+                      picture=Icon.LOCK),
+            MenuEntry("find_rate", marked("Find the rate"), connector.find_rate,
+                      when=lambda: connector.current.is_open),
             MenuEntry("simulator", marked("Simulated module panel"), self.simulator.setVisible, "F4",
                       is_checkable=True),
         )  # fmt: skip
@@ -245,7 +247,7 @@ class MainWindow(QMainWindow):
         self.attention.leave(partial(self._connector.connect_to, target))
 
     def disconnect_port(self) -> None:
-        self.attention.leave(self._connector.disconnect_port)
+        self.attention.leave(self._connector.current.disconnect_port)
 
     def go_to(self, key: str) -> None:
         self.panel.hide()
@@ -294,8 +296,8 @@ class MainWindow(QMainWindow):
         return self.attention.recording_notice(self.recording_sign.last_trouble)
 
     def _connect_again(self) -> None:
-        if self._connector.target is not None:
-            self.attention.leave_edits(partial(self._connector.connect_to, self._connector.target))
+        if self._connector.current.target is not None:
+            self.attention.leave_edits(partial(self._connector.connect_to, self._connector.current.target))
 
     def _show_why(self) -> None:
         self.go_to("diagnosis")
@@ -304,7 +306,9 @@ class MainWindow(QMainWindow):
 
     def _remember_port(self, target: Target) -> None:
         self.port_opened.emit(self._remembered.last_port is None)
-        self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
+        self._remembered.last_port = LastPort(
+            target.device, target.identity, self._connector.current.connection.baud_rate
+        )
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:

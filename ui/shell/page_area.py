@@ -102,7 +102,7 @@ class PageMaker(QObject):
     def hold_batches(self) -> None:
         """Holds all batches of the port back until the pages that need each of them are there."""
         if self._awaited:
-            self._connector.hold()
+            self._connector.current.hold()
             for key in _BATCH_PAGES:
                 self.request(key)
 
@@ -111,7 +111,7 @@ class PageMaker(QObject):
         self._is_over = True
 
     def _watch_port(self) -> None:
-        was_requested, self._was_requested = self._was_requested, self._connector.is_requested
+        was_requested, self._was_requested = self._was_requested, self._connector.current.is_requested
         if was_requested and not self._was_requested:
             self._end_notices()
 
@@ -124,7 +124,7 @@ class PageMaker(QObject):
         if self._is_over:
             return
         if self.is_done:
-            self._connector.release()
+            self._connector.current.release()
             self.done.emit()
             return
         self.begin()  # first, since making a page may raise
@@ -133,7 +133,7 @@ class PageMaker(QObject):
             self._place(key, self.pages[key])
             self._awaited.discard(key)
             if not self._awaited:
-                self._connector.release()
+                self._connector.current.release()
         else:
             key = self._unmade.pop(0)
             entry = self._entries[key]

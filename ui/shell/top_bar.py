@@ -252,23 +252,23 @@ class TopBar(QFrame):
 
     def refresh(self) -> None:
         connector, now = self._connector, self._connector.clock()
-        state, device = connector.state, connector.device
+        state, device = connector.current.state, connector.current.device
         said = link_text(state, now)
-        self.port.show_link(port_title(state, connector.target), state.phase, said)
+        self.port.show_link(port_title(state, connector.current.target), state.phase, said)
         if self.name.text() != self._module:
             self.name.setText(self._module)
             self._fit_name()
-        show_activation(self.activation, connector.activation, now)
+        show_activation(self.activation, connector.current.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
-        is_main = connector.is_open and connector.is_active
+        is_main = connector.current.is_open and connector.current.is_active
         if is_main != (self.lock.property("role") == "primary"):
             self._style_lock(self.lock, is_main=is_main)
 
     @property
     def _module(self) -> str:
         """The name given to the connected module, else ""."""
-        return self._naming.name if self._connector.is_requested else ""
+        return self._naming.name if self._connector.current.is_requested else ""
 
     def _style_lock(self, button: QPushButton, *, is_main: bool) -> None:
         """Highlights LOCK while the module is ACTIVE."""

@@ -14,13 +14,14 @@ VALUES = "values.json"
 
 def has_seen_status(connector: Connector) -> bool:
     """Whether the module's status is known and not stale."""
-    device, now = connector.device, connector.clock()
+    device, now = connector.current.device, connector.clock()
     return all(device.fresh(key, now) is not None for key in STATUS_KEYS)
 
 
 def values_seen(connector: Connector) -> dict[str, object]:
     """All known values of device and link, for `VALUES`."""
-    device, now, last = connector.device, connector.clock(), connector.last
+    port, now = connector.current, connector.clock()
+    device, link = port.device, port.last.link
     values = {
         key: {
             "value": known.value,
@@ -32,14 +33,13 @@ def values_seen(connector: Connector) -> dict[str, object]:
         if (known := device.known(key, now)) is not None
     }
     seen: dict[str, object] = {
-        "port": connector.connection.port,
-        "baud_rate": connector.connection.baud_rate,
+        "port": port.connection.port,
+        "baud_rate": port.connection.baud_rate,
         "presence": device.presence.value,
         "is_streaming": device.is_streaming,
         "stream_hz": round(device.stream_hz, 1),
         "values": values,
     }
-    link = None if last is None else last.link
     if link is not None:
         median_s = link.round_trip_median_s
         seen["link"] = {

@@ -48,7 +48,7 @@ class SimulatorDock(QDockWidget):
             return
         from app.port_urls.protocol_sim import open_bench
 
-        target = self._connector.target if self._connector.is_requested else None
+        target = self._connector.current.target if self._connector.current.is_requested else None
         device = target.device if target is not None and target.is_simulated else None
         if device == self._device:
             return

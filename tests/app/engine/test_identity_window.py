@@ -92,9 +92,9 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
 ) -> None:
     with desk(qtbot, qapp, tmp_path, "back") as one:
         connector = one.assembly.connector
-        whose = connector.adapter_key
+        whose = connector.current.adapter_key
         one.bench.unplug()
-        one.wait(lambda: not connector.is_open)
+        one.wait(lambda: not connector.current.is_open)
         one.exchange(12)
         one.sent.clear()
         one.bench.plug()
@@ -104,9 +104,9 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         assert one.assembly.window.top_bar._module == ""
         assert one.changes == []
         one.answer(answer)
-        one.wait(lambda: one.asked == "" and connector.identity.is_settled)
+        one.wait(lambda: one.asked == "" and connector.current.identity.is_settled)
         assert one.naming.name == name
-        assert (connector.adapter_key == whose) is bool(name)
+        assert (connector.current.adapter_key == whose) is bool(name)
         one.wait(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
 
 
@@ -114,16 +114,16 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_pres
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with desk(qtbot, qapp, tmp_path, "by hand") as one:
-        one.assembly.connector.disconnect_port()
-        one.wait(lambda: not one.assembly.connector.is_open)
+        one.assembly.connector.current.disconnect_port()
+        one.wait(lambda: not one.assembly.connector.current.is_open)
         one.sent.clear()
         one.connect()
         one.wait(lambda: one.asked.startswith("M-07? Read its label."))
         assert (one.naming.name, one.changes) == ("", [])
         one.answer("identity_same")
         one.wait(lambda: one.naming.name == NAME and one.asked == "")
-        one.assembly.connector.disconnect_port()
-        one.wait(lambda: not one.assembly.connector.is_open)
+        one.assembly.connector.current.disconnect_port()
+        one.wait(lambda: not one.assembly.connector.current.is_open)
         one.exchange(12)
         one.sent.clear()
         one.connect()

@@ -315,7 +315,7 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         qtbot.waitUntil(lambda: top.cell.word == "3.50 V, low", timeout=WAIT_MS)
         assert top.cell.meaning is Meaning.ATTENTION
         assert "limit 3.80 V" in top.cell.accessibleName()
-        last = connector.last
+        last = connector.current.last
         assert last is not None
         assert last.link is not None
         line._damaged_at = None

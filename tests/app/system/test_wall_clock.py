@@ -85,5 +85,5 @@ def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QAppl
 
 
 def last_of(bench: Bench) -> Batch:
-    assert bench.connector.last is not None
-    return bench.connector.last
+    assert bench.connector.current.last is not None
+    return bench.connector.current.last

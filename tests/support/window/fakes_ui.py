@@ -128,7 +128,7 @@ def wait_online(qtbot: QtBot, assembly: Assembly) -> None:
     """Wait until the module answers and its status is known."""
 
     def is_known() -> bool:
-        device = assembly.connector.device
+        device = assembly.connector.current.device
         return device.presence is Presence.ONLINE and device.known("active", assembly.connector.clock()) is not None
 
     qtbot.waitUntil(is_known, timeout=WAIT_MS)

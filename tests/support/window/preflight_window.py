@@ -66,7 +66,7 @@ class OnBench(Driver):
     def connect(self) -> None:
         connect(self.qtbot, self.assembly, f"sim://{self.name}")
         self.assembly.window.panel.hide()
-        self.until(lambda: self.assembly.connector.state.phase is Phase.ONLINE)
+        self.until(lambda: self.assembly.connector.current.state.phase is Phase.ONLINE)
 
     def check(self, *, is_enabling: bool = True) -> Standing:
         """Run a check by a click; return the verdict."""
@@ -83,10 +83,10 @@ class OnBench(Driver):
     def restart(self) -> None:
         """Restart the module; wait for both heartbeats and for answers."""
         connector = self.assembly.connector
-        before = connector.device.restarts
+        before = connector.current.device.restarts
         self.bench.restart()
-        self.until(lambda: connector.device.restarts > before)
-        self.until(lambda: connector.state.phase is Phase.ONLINE)
+        self.until(lambda: connector.current.device.restarts > before)
+        self.until(lambda: connector.current.state.phase is Phase.ONLINE)
 
     def read_triggers(self) -> None:
         page = self.triggers

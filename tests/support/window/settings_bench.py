@@ -89,8 +89,8 @@ class Desk(Driver):
     def connect(self) -> None:
         connect(self.qtbot, self.assembly, self.url)
         connector = self.assembly.connector
-        self.until(lambda: connector.device.known("freefall_time_s", connector.clock()) is not None)
-        self.until(lambda: connector.device.known("boot_count", connector.clock()) is not None)
+        self.until(lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None)
+        self.until(lambda: connector.current.device.known("boot_count", connector.clock()) is not None)
 
 
 @contextmanager
@@ -116,7 +116,7 @@ def desk(
         try:
             yield made
         finally:
-            assembly.connector.disconnect_port()
+            assembly.connector.current.disconnect_port()
 
 
 # The Settings page

@@ -112,7 +112,7 @@ class Walk(Driver):
 
     def _value(self, key: str) -> object:
         connector = self.assembly.connector
-        known = connector.device.known(key, connector.clock())
+        known = connector.current.device.known(key, connector.clock())
         return None if known is None else known.value
 
     def press(self, name: str) -> None:
@@ -239,7 +239,7 @@ class Walk(Driver):
         box.close()
         self.bench.module.activate(is_active=True)
         connector = self.assembly.connector
-        self.until(lambda: connector.is_active)
+        self.until(lambda: connector.current.is_active)
         self.window.disconnect_port()
         yield self._stop("question at leaving")
         self.window.attention.stay()

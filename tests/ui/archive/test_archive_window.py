@@ -196,7 +196,7 @@ def test_acts_and_settings_are_in_the_history_of_the_module_of_that_name(
 def _lock(one: Desk) -> None:
     lock, before = one.assembly.window._services.lock, len(one.changes("activation"))
     lock.press()
-    one.until(lambda: len(one.changes("activation")) > before and not lock.is_repeating)
+    one.until(lambda: len(one.changes("activation")) > before and not lock.current.is_repeating)
 
 
 def _told(store: object) -> dict[str, list[str]]:

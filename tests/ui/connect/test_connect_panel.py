@@ -46,7 +46,7 @@ def rows(assembly: Assembly) -> dict[str, str]:
 
 
 def phase(assembly: Assembly) -> Phase:
-    return assembly.connector.state.phase
+    return assembly.connector.current.state.phase
 
 
 # What is said
@@ -221,7 +221,7 @@ def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication
         press(qtbot, assembly.window.notice_bar.button("find_rate"))
         assert phase(assembly) is Phase.FINDING
         wait_online(qtbot, assembly)
-        assert assembly.connector.connection.baud_rate == 57600
+        assert assembly.connector.current.connection.baud_rate == 57600
 
 
 def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -232,7 +232,7 @@ def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, 
         panel.rate.setCurrentIndex(panel.rate.findData(FIND_RATE))
         qtbot.keyClick(panel.other, Qt.Key.Key_Return)
         wait_online(qtbot, assembly)
-        assert assembly.connector.connection.baud_rate == 9600
+        assert assembly.connector.current.connection.baud_rate == 9600
 
 
 # Loss and return
@@ -246,7 +246,7 @@ def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication
         assembly.window.disconnect_port()
         bench.plug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED, timeout=WAIT_MS)
-        assert not assembly.connector.is_requested
+        assert not assembly.connector.current.is_requested
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")

@@ -73,15 +73,15 @@ def test_a_report_that_was_under_way_is_not_the_next_modules(
     change(ports)
     seen: list[Batch] = []
     connector.batch.connect(seen.append)
-    assert (connector.device, connector.connection.state) == (DeviceView(), PortState.OPENING)
+    assert (connector.current.device, connector.current.connection.state) == (DeviceView(), PortState.OPENING)
     qtbot.wait(50)
     assert seen == []
-    assert connector.device == DeviceView()
-    assert not connector.is_open
-    assert connector.identity.trust is Trust.OPEN
+    assert connector.current.device == DeviceView()
+    assert not connector.current.is_open
+    assert connector.current.identity.trust is Trust.OPEN
     ports.workers[0].values.clear()
     ports.workers[0].say(tilt_deg=33)
-    qtbot.waitUntil(lambda: connector.device.fresh("tilt_deg", ports.now_s) == 33, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: connector.current.device.fresh("tilt_deg", ports.now_s) == 33, timeout=WAIT_MS)
 
 
 @pytest.mark.parametrize("change", CHANGES)
@@ -92,12 +92,12 @@ def test_pages_are_told_before_anything_of_the_next_module(
     second, _ = ports.plug_in("/dev/three", tilt_deg=22)
     qtbot.waitUntil(lambda: second.is_open, timeout=WAIT_MS)
     told: list[str] = []
-    before = connector.kept
+    before = connector.current.kept
     connector.chosen.connect(lambda: told.append("chosen"))
     connector.changed.connect(lambda: told.append("changed"))
     connector.batch.connect(lambda _batch: told.append("batch"))
     connector.invalidated.connect(lambda: told.append("over"))
-    connector.invalidated.connect(lambda: told.append("kept" if connector.kept is before else "new"))
+    connector.invalidated.connect(lambda: told.append("kept" if connector.current.kept is before else "new"))
     change(ports)
     assert told[:2] == ["over", "new"]
     assert told.count("over") == 1
@@ -130,11 +130,11 @@ def test_an_unconfirmed_activation_outlives_a_new_connection_of_the_same_port(qt
     """What may fire is not forgotten because somebody pressed "Connect again"."""
     connector = open_first(qtbot, ports)
     ports.workers[0].say(active=True)
-    qtbot.waitUntil(lambda: connector.activation.state is Activation.ACTIVE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: connector.current.activation.state is Activation.ACTIVE, timeout=WAIT_MS)
     to_the_same_port(ports)
-    assert connector.activation.state is Activation.WAS_ACTIVE
+    assert connector.current.activation.state is Activation.WAS_ACTIVE
     to_another_port(ports)
-    assert connector.activation.state is Activation.UNKNOWN
+    assert connector.current.activation.state is Activation.UNKNOWN
 
 
 def test_what_any_page_wrote_is_known_to_the_port(qtbot: QtBot, ports: FakePorts) -> None:
@@ -169,13 +169,13 @@ def test_locked_is_said_only_while_the_module_reports_it(qtbot: QtBot, ports: Fa
     ports.now_s += 1.0
     ports.workers[0].say(active=False)
     qtbot.wait(20)
-    assert lock.is_reported
+    assert lock.current.is_reported
     if end == "silence":
         ports.now_s += 20.0
         ports.workers[0].hand_over()
     else:
         to_the_same_port(ports)
-    qtbot.waitUntil(lambda: not lock.is_reported, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not lock.current.is_reported, timeout=WAIT_MS)
     ports.workers[0].say(active=False)
     qtbot.wait(20)
-    assert lock.is_reported is (end == "silence")
+    assert lock.current.is_reported is (end == "silence")

@@ -41,8 +41,8 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     connector, seen, online = ports.connector, list[tuple[str, PortState, object]](), list[Target]()
 
     def on_batch(batch: Batch) -> None:
-        tilt = connector.device.fresh("tilt_deg", ports.now_s)
-        seen.append((batch.connection.port, connector.connection.state, tilt))
+        tilt = connector.current.device.fresh("tilt_deg", ports.now_s)
+        seen.append((batch.connection.port, connector.current.connection.state, tilt))
 
     connector.batch.connect(on_batch)
     connector.came_online.connect(online.append)
@@ -52,7 +52,7 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     connector.choose(second)
     assert seen == [("/dev/two", PortState.OPENING, None), ("/dev/two", PortState.OPEN, 23)]
     assert online == [second.target]
-    assert (connector.adapter_key, connector.current) == ("/dev/two", second)
+    assert (connector.current.adapter_key, connector.current) == ("/dev/two", second)
     assert (worker.opened, other.opened) == (["/dev/one"], ["/dev/two"])  # neither was opened again
     assert first.is_open
     worker.say(tilt_deg=12)
@@ -67,8 +67,8 @@ def test_activation_is_unknown_while_another_module_comes_into_view(qtbot: QtBot
     ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two", active=True)
     connector, seen = ports.connector, list[Activation]()
-    wait_for(qtbot, lambda: second.activation.state is Activation.ACTIVE and connector.is_open)
-    connector.batch.connect(lambda _batch: seen.append(connector.activation.state))
+    wait_for(qtbot, lambda: second.activation.state is Activation.ACTIVE and connector.current.is_open)
+    connector.batch.connect(lambda _batch: seen.append(connector.current.activation.state))
     connector.choose(second)
     assert seen[:2] == [Activation.UNKNOWN, Activation.ACTIVE]
 
@@ -77,16 +77,16 @@ def test_what_a_page_does_ends_before_another_module_is_shown(qtbot: QtBot, port
     _, worker = ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two")
     connector, ended = ports.connector, list[str]()
-    wait_for(qtbot, lambda: second.is_open and connector.is_open)
+    wait_for(qtbot, lambda: second.is_open and connector.current.is_open)
 
     def end(_job: Job[Any]) -> None:
-        ended.append(connector.adapter_key)
+        ended.append(connector.current.adapter_key)
 
     connector.run(forever(), end)
     connector.choose(second)
-    assert connector.adapter_key == "/dev/one"
+    assert connector.current.adapter_key == "/dev/one"
     worker.end_jobs()
-    wait_for(qtbot, lambda: connector.adapter_key == "/dev/two")
+    wait_for(qtbot, lambda: connector.current.adapter_key == "/dev/two")
     assert ended == ["/dev/one"]
 
 
@@ -94,7 +94,7 @@ def test_a_port_that_hangs_does_not_keep_another_module_from_being_shown(qtbot: 
     ports.plug_in("/dev/one")
     second, _ = ports.plug_in("/dev/two")
     connector, ended = ports.connector, list[Job[Any]]()
-    wait_for(qtbot, lambda: second.is_open and connector.is_open)
+    wait_for(qtbot, lambda: second.is_open and connector.current.is_open)
     connector.run(forever(), ended.append)
     connector.choose(second)
     wait_for(qtbot, lambda: connector.current is second)
@@ -111,14 +111,14 @@ def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports
     assert connector.is_any_active
     lock.press_all()  # none of the jobs ends: all three hang
     assert [len(one.wanted(is_urgent=True)) for one in ports.workers] == [1, 1, 1]
-    assert lock.is_repeating
+    assert lock.current.is_repeating
     connector.choose(connector.connections[1])
     assert not any(job.run.is_done for one in ports.workers for job in one.wanted(is_urgent=True))
     ports.workers[0].unplug()
     wait_for(qtbot, lambda: not connector.connections[0].is_open)
     assert lock.of(connector.connections[0]).is_unproven  # it waits for the port
-    assert lock.failed is None
-    assert lock.is_repeating
+    assert lock.current.failed is None
+    assert lock.current.is_repeating
 
 
 def test_a_port_that_is_removed_is_closed_and_another_stays(qtbot: QtBot, ports: FakePorts) -> None:

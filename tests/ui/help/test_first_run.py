@@ -45,7 +45,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         assert ports.chosen is not None
         click(qtbot, assembly, "connect_button")
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.state.phase is Phase.ONLINE, timeout=WAIT_MS)
         qtbot.waitUntil(main.panel.isHidden, timeout=WAIT_MS)
         assert "Pre-flight" in main.status_bar.passing.text()  # what comes next
         benches.module("demo").set_tilt(20)  # as if it were not set down
@@ -66,8 +66,8 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
             wait_verdict(qtbot, page)
         assert page.banner.announcement.word == "READY"
         assert benches.module("demo").state().tilt_deg == 0  # by the button that said so
-        connector.disconnect_port()
-        qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)
+        connector.current.disconnect_port()
+        qtbot.waitUntil(lambda: not connector.current.is_open, timeout=WAIT_MS)
     benches.remove_bench("demo")
 
 

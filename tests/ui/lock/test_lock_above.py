@@ -58,7 +58,10 @@ class Bench:
         self.module.module.activate(is_active=True)
         connector = self.assembly.connector
         self.qtbot.waitUntil(
-            lambda: connector.device.fresh("active", connector.clock()) is True and self.assembly.lock.is_possible,
+            lambda: (
+                connector.current.device.fresh("active", connector.clock()) is True
+                and self.assembly.lock.current.is_possible
+            ),
             timeout=WAIT_MS,
         )
 

@@ -98,7 +98,7 @@ class Rig:
         self.assembly.window._services.naming.choose(NAME_A)
         self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0, 0))
         self.worker.hand_over(events=tuple(_frames(self.ports.now_s)))
-        self.connector.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
+        self.connector.current.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
         for notice in self.assembly.window.findChildren(JobNotice):
             notice.notify(Meaning.DANGER, lambda: "Said of it")
         self.assembly.storage.recordings.notify(Meaning.GOOD, lambda: "Said of it")
@@ -271,7 +271,7 @@ CHANGES: Final[dict[str, Begin]] = {
 
 
 def _after_nothing(rig: Rig) -> None:
-    rig.connector.disconnect_port()
+    rig.connector.current.disconnect_port()
     rig.worker.hand_over()
     rig.settle()
     rig.connector.connect_to(PORT_B)
@@ -287,7 +287,7 @@ def _look(rig: Rig) -> list[str]:
 
 def _look_at_once(rig: Rig, seen: list[list[str]], _batch: Batch) -> None:
     """At the first value."""
-    if rig.connector.device.values and not seen:
+    if rig.connector.current.device.values and not seen:
         seen.append([f"{where}: {text}" for where, text in rig._visible() if OF_A.search(text)])
 
 
@@ -314,7 +314,7 @@ def test_nothing_of_the_former_module_is_in_sight(rig: Rig, change: str) -> None
         rig.settle()
         rig.answer(B)
         now = _look(rig)
-        is_elsewhere = rig.connector.target == PORT_B
+        is_elsewhere = rig.connector.current.target == PORT_B
         left = [one for one in now if OF_A.search(one) or (is_elsewhere and PORT_A.device[5:] in one)]
         assert not left, "\n".join((change, moment, *left))
         assert not rig.pages["settings"].as_found.isEnabled(), (change, moment)
@@ -327,8 +327,8 @@ def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> 
     rig.show_a()
     assert any("Said of it" in one for one in _look(rig))
     rig.show_a()
-    rig.connector.disconnect_port()
-    rig.ports.now_s += 7.0  # a passing message has passed
+    rig.connector.current.disconnect_port()
+    rig.assembly.window.status_bar._message_end.start(0)  # a passing message has passed
     rig.worker.hand_over()
     rig.settle()
     assert [one for one in _look(rig) if "Said of it" in one or "The module answers" in one] == []
@@ -392,7 +392,7 @@ def test_an_interrupted_write_leaves_what_it_began_in_doubt(rig: Rig, monkeypatc
     job.run.start(rig.ports.now_s)
     rig.worker.end_jobs()
     rig.settle()
-    rows = {row.command.key: row for row in work.form.rows(rig.connector.device, rig.connector.clock())}
+    rows = {row.command.key: row for row in work.form.rows(rig.connector.current.device, rig.connector.clock())}
     assert rows["light_threshold_v"].state is RowState.FAILED
     assert "interrupted" in rows["light_threshold_v"].reason
     assert rows["freefall_time_s"].state is RowState.EDITED

@@ -22,6 +22,7 @@ class Line(QObject):
 
     def __init__(self) -> None:
         super().__init__()
+        self.current = self
         self.jobs: list[tuple[Job[Any], Callable[[Job[Any]], None]]] = []
 
     def run(self, procedure: Procedure[Any], then: Callable[[Job[Any]], None], **more: Any) -> Job[Any]:

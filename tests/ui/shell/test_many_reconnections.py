@@ -101,7 +101,7 @@ def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path
             connector.current.stream_memory.is_taken_over = True  # the module still streams
             worker.say(**VALUES)
             fakes.now_s += 1.0
-            qtbot.waitUntil(lambda: connector.is_open, timeout=LIMIT_MS)
+            qtbot.waitUntil(lambda: connector.current.is_open, timeout=LIMIT_MS)
             QApplication.processEvents()
 
         def visit() -> None:

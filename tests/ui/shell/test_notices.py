@@ -93,8 +93,8 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         assert notice.dismiss is not None
         notice.dismiss()
         assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
-        qtbot.waitUntil(lambda: assembly.connector.device.fresh("boot_count", assembly.connector.clock()) is not None,
-                        timeout=WAIT_MS)  # fmt: skip
+        port = assembly.connector.current
+        qtbot.waitUntil(lambda: port.device.fresh("boot_count", port.clock()) is not None, timeout=WAIT_MS)
         main.refresh()
         bench.restart()
         qtbot.waitUntil(lambda: main.notice_bar.button("after_restart") is not None, timeout=WAIT_MS)

@@ -109,11 +109,11 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identi
 
 def fresh(assembly: Assembly) -> set[str]:
     connector = assembly.connector
-    return {key for key in KEYS if connector.device.fresh(key, connector.clock()) is not None}
+    return {key for key in KEYS if connector.current.device.fresh(key, connector.clock()) is not None}
 
 
 def phase(assembly: Assembly) -> Phase:
-    return assembly.connector.state.phase
+    return assembly.connector.current.state.phase
 
 
 def wait_back(qtbot: QtBot, assembly: Assembly) -> None:
@@ -134,19 +134,19 @@ def test_it_comes_back_under_another_name(
 ) -> None:
     first_name = desk.name
     with connected(qtbot, qapp, tmp_path, desk, identity) as assembly:
-        connector, whose = assembly.connector, assembly.connector.adapter_key
+        connector, whose = assembly.connector, assembly.connector.current.adapter_key
         desk.module.tell("unplug")
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
-        assert all(known.is_stale for known in connector.device.values.values())
+        assert all(known.is_stale for known in connector.current.device.values.values())
         wait_said(qtbot, assembly, Absence.AWAY.value)
         desk.sent.clear()
         with taken(first_name):
             desk.module.tell("plug")
             back_s = time.monotonic()
-            qtbot.waitUntil(lambda: connector.is_open, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: connector.current.is_open, timeout=WAIT_MS)
             assert time.monotonic() - back_s < RETURN_LIMIT_S + MACHINE_S
-        assert connector.connection.port not in (first_name, str(desk.link))
-        assert connector.adapter_key == whose
+        assert connector.current.connection.port not in (first_name, str(desk.link))
+        assert connector.current.adapter_key == whose
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
         assert {request for request in desk.sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
         assert {command.query() for command in READABLE} <= set(desk.sent)
@@ -178,14 +178,14 @@ def test_another_adapter_that_takes_the_name_late_is_closed_again(
         mine, others = desk.adapter, [SECOND_ADAPTER]
 
         def swap(_batch: Batch) -> None:
-            if connector.is_open and others:
+            if connector.current.is_open and others:
                 desk.adapter = others.pop()
 
         connector.batch.connect(swap)
         desk.module.tell("plug")
         wait_said(qtbot, assembly, Absence.ANOTHER.value)
-        qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)
-        assert not connector.device.values
+        qtbot.waitUntil(lambda: not connector.current.is_open, timeout=WAIT_MS)
+        assert not connector.current.device.values
         assert (phase(assembly), connector.current._return.returns) == (Phase.LOST, 0)
         desk.adapter = mine
         wait_back(qtbot, assembly)
@@ -207,7 +207,7 @@ def test_of_two_identical_adapters_the_usb_socket_decides(
         wait_said(qtbot, assembly, Absence.SEVERAL.value)
         desk.adapter = ADAPTER
         wait_back(qtbot, assembly)
-        assert assembly.connector.connection.port == desk.name
+        assert assembly.connector.current.connection.port == desk.name
 
 
 def test_a_port_without_identity_is_not_opened_again(
@@ -223,7 +223,7 @@ def test_a_port_without_identity_is_not_opened_again(
         desk.looks = 0
         assembly.ports.refresh()
         qtbot.waitUntil(lambda: desk.looks > 0 and assembly.ports.is_current, timeout=WAIT_MS)
-        assert not assembly.connector.is_open
+        assert not assembly.connector.current.is_open
 
 
 def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
@@ -271,14 +271,14 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
 def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("slow", baud=57600) as bench, window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target("sim://slow", 115200))
-        qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
         assembly.connector.find_rate()
         wait_online(qtbot, assembly)
         bench.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
         bench.plug()
         wait_back(qtbot, assembly)
-        assert assembly.connector.connection.baud_rate == 57600
+        assert assembly.connector.current.connection.baud_rate == 57600
 
 
 def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -317,7 +317,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         connector, batches = assembly.connector, list[Batch]()
         connector.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))
-        assert not connector.is_requested  # the store is not open yet
+        assert not connector.current.is_requested  # the store is not open yet
         qtbot.waitUntil(lambda: bool(ends), timeout=WAIT_MS)
         wait_online(qtbot, assembly)  # the last page is not waited for
         end(assembly.window)
@@ -331,7 +331,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         assert len(sent) > 5 < len(received)
         assert pages["live"].data.has_samples
         assert pages["settings"].work.can_write
-        assert [one.target for one in pages["fleet"].members.connections] == [connector.target]
+        assert [one.target for one in pages["fleet"].members.connections] == [connector.current.target]
 
 
 def test_another_port_shows_nothing_of_the_last_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -342,9 +342,9 @@ def test_another_port_shows_nothing_of_the_last_module(qtbot: QtBot, qapp: QAppl
         connector.connect_to(Target("sim://before?active=yes", 115200))
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
         connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
-        qtbot.waitUntil(lambda: connector.state.trouble is not None, timeout=WAIT_MS)
-        assert not connector.device.values
-        assert not connector.is_active
+        qtbot.waitUntil(lambda: connector.current.state.trouble is not None, timeout=WAIT_MS)
+        assert not connector.current.device.values
+        assert not connector.current.is_active
 
 
 def test_a_sleep_withdraws_confirmations_and_is_shown(

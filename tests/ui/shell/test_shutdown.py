@@ -82,7 +82,7 @@ def test_a_driver_that_never_returns(
     with window(qapp, tmp_path) as assembly, stubborn(monkeypatch, sticks_in) as port:
         assembly.connector.connect_to(Target("/dev/stubborn", 115200))
         if sticks_in == "close":
-            qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
         else:
             qtbot.waitUntil(port.is_stuck.is_set, timeout=WAIT_MS)
         close_in_time(assembly)
@@ -95,7 +95,7 @@ def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tm
     try:
         with window(qapp, tmp_path) as assembly:
             assembly.connector.connect_to(Target(terminal.name, 115200))
-            qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
             terminal.choke()
             assembly.connector.run(read_everything(), lambda _job: None)
             close_in_time(assembly)
@@ -147,7 +147,7 @@ def test_any_procedure_in_progress(
     ports = Ports()
     with simulated("busy-closing", **options), window(qapp, tmp_path, ports=ports) as assembly:
         assembly.connector.connect_to(Target("sim://busy-closing", 115200))
-        qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
         ports.hold()
         assembly.ports.refresh()
         assembly.connector.current.stream.is_wanted = True

@@ -77,7 +77,7 @@ def test_escape_cancels_leaving_and_sends_nothing(qtbot: QtBot, qapp: QApplicati
         qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
         assert assembly.window.notice_bar.notice is None
         assert bench.state().is_active
-        assert assembly.connector.is_open
+        assert assembly.connector.current.is_open
 
 
 def test_closing_twice_leaves_the_module_as_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -92,9 +92,9 @@ def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, t
     with simulated("part", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://part")
         qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
-        assert assembly.connector.is_open
+        assert assembly.connector.current.is_open
         press(qtbot, choose(assembly, "leave_active"))
-        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.CLOSED, timeout=WAIT_MS)
         assert bench.state().is_active
 
 

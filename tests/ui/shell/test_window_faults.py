@@ -74,7 +74,7 @@ def test_a_port_in_use_names_the_process(qtbot: QtBot, qapp: QApplication, tmp_p
                 assert first.stdout.readline()  # it works
                 with window(qapp, tmp_path) as assembly:
                     assembly.connector.connect_to(Target(module.port, 115200))
-                    qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.FAILED, timeout=WAIT_MS)
+                    qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED, timeout=WAIT_MS)
                     qtbot.waitUntil(lambda: "in use by" in notice_of(assembly), timeout=WAIT_MS)
                     if sys.platform.startswith("linux"):
                         holders = (first.pid, module.process.pid)  # the simulated module has it open too
@@ -99,7 +99,7 @@ def test_a_port_without_permission(
     with window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target("/dev/ttyS0", 115200))
         qtbot.waitUntil(lambda: "/dev/ttyS0" in notice_of(assembly), timeout=WAIT_MS)
-        assert assembly.connector.state.phase is Phase.FAILED
+        assert assembly.connector.current.state.phase is Phase.FAILED
 
 
 def fill(store: Store) -> None:
@@ -137,7 +137,7 @@ def test_a_full_disk_refuses_dangerous_acts_only(qtbot: QtBot, qapp: QApplicatio
             assert performed.outcome is Outcome.NOT_SENT
             assert Interlock.INTENT_DURABLE in {refusal.condition for refusal in performed.refusals}
             assert "disk is full" in performed.sentence
-            assert assembly.connector.state.phase is Phase.ONLINE
+            assert assembly.connector.current.state.phase is Phase.ONLINE
     finally:
         log.stop()
 
@@ -156,7 +156,7 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         monkeypatch.setattr(Session, "step", fail)
         qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly), timeout=WAIT_MS)
         assert assembly.window.notice_bar.button("copy_details") is not None
-        assert not assembly.connector.is_open
+        assert not assembly.connector.current.is_open
         assert assembly.armed.act is None
         connect(qtbot, assembly, "sim://struck")
 

@@ -75,8 +75,8 @@ class CommandsPage(Page):
         self.refresh()
 
     def refresh(self) -> None:
-        activation = self._connector.activation
-        fired = self._connector.device.known("triggered", self._connector.clock())
+        activation = self._connector.current.activation
+        fired = self._connector.current.device.known("triggered", self._connector.clock())
         has_fired = fired is not None and fired.value is True
         is_locked = activation.state is Activation.LOCKED
         self.meaning.show_text(tr(FIRED_WORDS[is_locked] if has_fired else STATE_WORDS[activation.state]))

@@ -131,13 +131,13 @@ class BundlePreview(QWidget):
 
     def _contents(self) -> Contents:
         """Copies what belongs to the window's thread; without the log."""
-        connection = self._connector.connection
+        connection = self._connector.current.connection
         return Contents(
             version=version(),
             connection=connection,
-            device=self._connector.device,
+            device=self._connector.current.device,
             now=self._connector.clock(),
-            figures=copy.copy(self._connector.kept.statistics),
+            figures=copy.copy(self._connector.current.kept.statistics),
             preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
             capture=self._traffic.entries(CAPTURE_ENTRIES),
             capture_started_at=self._traffic.started_at(CAPTURE_ENTRIES) if len(self._traffic) else None,

@@ -124,7 +124,7 @@ class CaptureFiles(QWidget):
         """Saves the traffic up to now, not up to when the file is chosen."""
         if not len(self._buffer) or self._saving.is_running:
             return
-        connection = self._connector.connection
+        connection = self._connector.current.connection
         entries = self._buffer.entries()
         started_at = self._buffer.started_at()
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())

@@ -85,7 +85,7 @@ class LinkStatisticsView(QScrollArea):
 
     def refresh(self) -> None:
         recorded = self._recorded
-        figures = recorded or self._connector.kept.statistics
+        figures = recorded or self._connector.current.kept.statistics
         totals = figures.totals
         shown = self.totals
         shown["sent"].show_total(f"{totals.sent:,}")
@@ -95,8 +95,8 @@ class LinkStatisticsView(QScrollArea):
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = figures.quantile_s(quantile)
             shown[key].show_total("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
-        last = self._connector.last
-        lag_s = None if last is None or last.link is None else last.link.lag_s
+        link = self._connector.current.last.link
+        lag_s = None if link is None else link.lag_s
         shown["lag"].show_total("–" if lag_s is None else f"{lag_s:.2f} s")
         shown["rejected"].show_total(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
         shown["restarts"].show_total(f"{totals.restarts:,}")

@@ -120,20 +120,24 @@ class WhyPanel(QScrollArea):
     def evidence(self) -> PortEvidence:
         """The evidence about the target's port."""
         connector = self._connector
-        port = connector.target.device if connector.target is not None else ""
+        port = connector.current.target.device if connector.current.target is not None else ""
         facts = self._facts if self._facts_port == port else AdapterFacts()
         visits = self._history.short_visits(port, connector.clock())
         seen = self._evidence.evidence(facts=facts, short_visits=visits)
-        is_left = bool(self._storage.left_active) and not (connector.target and connector.target.is_simulated)
-        seen = replace(seen, was_active=connector.is_active or is_left)  # nobody can say that it is not this one
+        is_left = bool(self._storage.left_active) and not (
+            connector.current.target and connector.current.target.is_simulated
+        )
+        seen = replace(
+            seen, was_active=connector.current.is_active or is_left
+        )  # nobody can say that it is not this one
         # Between two attempts to reconnect, only the connector knows the error.
-        return seen if seen.is_open else replace(seen, trouble=connector.state.trouble)
+        return seen if seen.is_open else replace(seen, trouble=connector.current.state.trouble)
 
     def refresh(self) -> None:
         """Diagnoses and shows the result."""
         self._ask_system()
         evidence = self.evidence()
-        state = self._connector.state
+        state = self._connector.current.state
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING)
         self.diagnosis = diagnose(evidence) if is_asked else None
         if self.diagnosis is not None:
@@ -145,7 +149,7 @@ class WhyPanel(QScrollArea):
         self._show_seen(evidence)
 
     def _show_without_cause(self, phase: Phase) -> None:
-        said = link_text(self._connector.state, self._connector.clock())
+        said = link_text(self._connector.current.state, self._connector.clock())
         meaning, remedy = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, Remedy.CONNECT_AGAIN))
         self._show(meaning, said.what, said.next_step, None)
         self._offer(remedy)
@@ -153,7 +157,7 @@ class WhyPanel(QScrollArea):
     # Evidence
 
     def _begin_again(self) -> None:
-        target = self._connector.target
+        target = self._connector.current.target
         if target is not None:
             self._evidence.begin(target.device)
 
@@ -164,7 +168,7 @@ class WhyPanel(QScrollArea):
 
     def _ask_system(self) -> None:
         """Queries the system in the background, since it lists all processes."""
-        target, now = self._connector.target, time.monotonic()
+        target, now = self._connector.current.target, time.monotonic()
         if target is None or self._asking.is_running:
             return
         if target.device == self._facts_port and now - self._facts_at < FACTS_EVERY_S:
@@ -196,7 +200,7 @@ class WhyPanel(QScrollArea):
         if remedy is not None and remedy is not self._remedy:
             rename(self.act, self._texts, _REMEDY_WORDS[remedy])
         self._remedy = remedy
-        self.act.setEnabled(remedy is not Remedy.FIND_RATE or self._connector.is_open)
+        self.act.setEnabled(remedy is not Remedy.FIND_RATE or self._connector.current.is_open)
 
     def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
@@ -226,8 +230,8 @@ class WhyPanel(QScrollArea):
         match self._remedy:
             case Remedy.COPY_COMMAND if self.diagnosis is not None:
                 QGuiApplication.clipboard().setText(self.diagnosis.command or "")
-            case Remedy.CONNECT_AGAIN if self._connector.target is not None:
-                self.connect_wanted.emit(self._connector.target)
+            case Remedy.CONNECT_AGAIN if self._connector.current.target is not None:
+                self.connect_wanted.emit(self._connector.current.target)
             case Remedy.FIND_RATE:
                 self._connector.find_rate()
             case _:

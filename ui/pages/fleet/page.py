@@ -241,7 +241,7 @@ class FleetPage(Page):
         count = self._services.pending_edits.count()
         if connection is self._connector.current:
             return
-        if count and self._connector.is_requested:
+        if count and self._connector.current.is_requested:
             self.result.set_notice(partial(self._edits_notice, connection, count))
             return
         self.result.dismiss()

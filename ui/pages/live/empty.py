@@ -57,7 +57,7 @@ class EmptyPage(QWidget):
         self._lay_out()
 
     def refresh(self) -> None:
-        state = self._connector.state
+        state = self._connector.current.state
         said = link_text(state, self._connector.clock())
         is_idle = state.phase is Phase.CLOSED
         self._title.setText(tr("No module connected") if is_idle else said.word)

@@ -121,7 +121,7 @@ class LivePage(StreamPage):
         has_jumped = self.wall.poll()
         if has_jumped:  # the computer slept, or its clock was set: a new time line
             self._live_plot.be_at(self.wall.offset_s)
-        if self._session.begins(batch.connection, self._connector.target) or has_jumped:
+        if self._session.begins(batch.connection, self._connector.current.target) or has_jumped:
             self._reset()
         if self._last is not None and not _is_same_state(self._last, batch):
             self._process_waiting()
@@ -167,7 +167,7 @@ class LivePage(StreamPage):
 
     def refresh(self) -> None:
         self._process_waiting()
-        now_s, device, data = self._connector.clock(), self._connector.device, self.data
+        now_s, device, data = self._connector.clock(), self._connector.current.device, self.data
         self._refreshed_at = now_s
         self.save.refresh()
         self.fired.refresh()
@@ -249,7 +249,7 @@ class LivePage(StreamPage):
             self.back_to_live()
 
     def _on_link_changed(self) -> None:
-        if not self._connector.is_requested and not self._connector.is_open:
+        if not self._connector.current.is_requested and not self._connector.current.is_open:
             self._session.end()
         self._refresh_empty()
 
@@ -265,7 +265,7 @@ class LivePage(StreamPage):
     def _origin(self) -> Origin:
         if self.recording is not None:
             return origin_of(self.recording)
-        connection = self._connector.connection
+        connection = self._connector.current.connection
         return Origin(connection.port, connection.baud_rate, self.wall.offset_s)
 
     def _picture(self, foot: str) -> QImage:

@@ -185,7 +185,7 @@ class WhatIfPanel(QFrame):
                      FREEFALL_TIME: measured.fall_times}  # fmt: skip
             last = {command.key: _last_value(one) for command, one in steps.items()}
             return {key: SettingSource(value) for key, value in last.items() if value is not None}
-        device, now_s = self._connector.device, self._connector.clock()
+        device, now_s = self._connector.current.device, self._connector.clock()
         known = {command.key: device.known(command.key, now_s) for command in TRIED}
         return {key: SettingSource(one.value, one.is_stale) for key, one in known.items() if one is not None}
 

@@ -137,13 +137,15 @@ class PreflightController(QObject):
 
     @property
     def can_check(self) -> bool:
-        is_settled = self._connector.state.phase not in (Phase.OPENING, Phase.FINDING)
-        return self._connector.is_open and is_settled and not self._job.is_running and not self._filing.is_running
+        is_settled = self._connector.current.state.phase not in (Phase.OPENING, Phase.FINDING)
+        return (
+            self._connector.current.is_open and is_settled and not self._job.is_running and not self._filing.is_running
+        )
 
     @property
     def can_enable(self) -> bool:
         """Nothing is written to an active module."""
-        is_online = self._connector.device.presence is Presence.ONLINE
+        is_online = self._connector.current.device.presence is Presence.ONLINE
         return self.can_check and is_online and not self.may_fire
 
     @property
@@ -154,19 +156,19 @@ class PreflightController(QObject):
     @property
     def are_triggers_known(self) -> bool:
         """Whether the module has acknowledged the state of both automatic triggers in this conversation."""
-        device, now = self._connector.device, self._connector.clock()
+        device, now = self._connector.current.device, self._connector.clock()
         known = [device.known(command.key, now) for command in TRIGGERS]
         return all(one is not None and not one.is_stale for one in known)
 
     @property
     def may_fire(self) -> bool:
         """It reports ACTIVE, or did so last."""
-        return self._connector.is_active
+        return self._connector.current.is_active
 
     @property
     def reported_active(self) -> bool | None:
         """What the module reports now; an acknowledgement is no report."""
-        return interlock_inputs(self._connector.device, self._connector.clock(), must_be_proven=False).active
+        return interlock_inputs(self._connector.current.device, self._connector.clock(), must_be_proven=False).active
 
     @property
     def leads_to_activation(self) -> bool:
@@ -196,10 +198,10 @@ class PreflightController(QObject):
         self._rereading.drop()
         self._by_verdict.clear()
         self._checked_name = self._naming.name
-        self._evidence = Evidence(port=self._connector.connection.port)
+        self._evidence = Evidence(port=self._connector.current.connection.port)
         self._log = FrameLog()
         self._is_port_broken = False
-        journal = self._services.storage.journal(self._connector.target)
+        journal = self._services.storage.journal(self._connector.current.target)
         procedure = run_preflight(self._evidence, is_enabling=self._statement.is_enabling, journal=journal)
         self._job.run(procedure, self._end)
 
@@ -234,7 +236,7 @@ class PreflightController(QObject):
             return
         opened_at = None if self._is_port_broken else self._evidence.opened_at
         now = self._connector.clock()
-        void = void_reason(self.filed.assessment, self._connector.device, now, opened_at=opened_at)
+        void = void_reason(self.filed.assessment, self._connector.current.device, now, opened_at=opened_at)
         if void is None:
             self._follow_activation()
         else:
@@ -248,7 +250,7 @@ class PreflightController(QObject):
     def _publish(self) -> None:
         """Let the Fleet page show the same verdict."""
         if self.filed is not None:
-            self._connector.kept.check = (self.filed, self.void)
+            self._connector.current.kept.check = (self.filed, self.void)
 
     # While GO or READY stands
 
@@ -296,10 +298,9 @@ class PreflightController(QObject):
     # The end of a check
 
     def _end(self, job: Job[Any]) -> None:
-        if self._connector.last is not None:
-            self._log_frames(self._connector.last)
+        self._log_frames(self._connector.current.last)
         self._evidence.note_error(job.run.error)
-        if self._is_port_broken or not self._connector.is_open:
+        if self._is_port_broken or not self._connector.current.is_open:
             self._evidence.note_error(PortLost())
         self._file(self._evidence)
         self.changed.emit()
@@ -318,7 +319,7 @@ class PreflightController(QObject):
         is_stored = evidence.is_complete and self.void is None
         file_in_background(
             self._filing, evidence, entered.expectations(), person, self._log, past=past, is_stored=is_stored,
-            target=self._connector.target, store=self._services.storage.store,
+            target=self._connector.current.target, store=self._services.storage.store,
             then=partial(self._end_filing, is_stored=is_stored),
         )  # fmt: skip
 
@@ -349,7 +350,7 @@ class PreflightController(QObject):
             self._log.feed(batch.events, since=self._evidence.began_at)
 
     def _watch_port(self) -> None:
-        if not self._connector.is_open or self._connector.state.phase is Phase.OPENING:
+        if not self._connector.current.is_open or self._connector.current.state.phase is Phase.OPENING:
             self._is_port_broken = True
         self.poll()
 

@@ -266,7 +266,7 @@ class PreflightPage(Page):
     def _offer_level(self) -> None:
         assessment = self.work.assessment
         against = () if assessment is None else assessment.open_checks
-        offer = rest_offer(self._connector.target, against, self.check)
+        offer = rest_offer(self._connector.current.target, against, self.check)
         if offer is not None and self.strip.notice is None:
             self.result.set_notice(lambda: replace(offer(), dismiss=self.result.dismiss))
 

@@ -63,14 +63,14 @@ class BaudPanel(QFrame):
         self._job.changed.connect(self.refresh)
 
     def refresh(self) -> None:
-        connector = self._connector
-        now = connector.clock()
+        port = self._connector.current
+        now = port.clock()
         self._end_doubt()
-        self.stands.show_known(connector.device.known("baud_rate", now), now)
+        self.stands.show_known(port.device.known("baud_rate", now), now)
         found = open_conditions(self._services, Act.CHANGE_BAUD)
         self.conditions.setText(join_sentences(one.sentence for one in found))
         blocking = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
-        is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate
+        is_another = self.editor.value is not None and self.editor.value != port.connection.baud_rate
         is_free = self._job.can_run
         self.editor.setEnabled(is_free)
         self.confirm.set_possible(is_free and is_another and not blocking)
@@ -87,9 +87,9 @@ class BaudPanel(QFrame):
         rate = self.editor.value
         if rate is None:
             return
-        connector = self._connector
-        permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, connector.clock())
-        journal = self._services.storage.journal(connector.target)
+        port = self._connector.current
+        permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, port.clock())
+        journal = self._services.storage.journal(port.target)
         change = change_baud(rate, journal, permit=permit, armed=self._services.armed)
         self._doubtful_since = None
         self._job.run(change, partial(self._end, rate, permit))
@@ -120,15 +120,15 @@ class BaudPanel(QFrame):
 
     def _end_doubt(self) -> None:
         """Once the same module answers, its rate is known."""
-        connector, since = self._connector, self._doubtful_since
-        known = connector.device.known("baud_rate", connector.clock())
-        if since is None or known is None or known.is_stale or known.at <= since or not connector.identity.is_settled:
+        port, since = self._connector.current, self._doubtful_since
+        known = port.device.known("baud_rate", port.clock())
+        if since is None or known is None or known.is_stale or known.at <= since or not port.identity.is_settled:
             return
         self._doubtful_since = None
-        found, port, store = int(known.value), connector.connection.port, self._services.storage.store
+        found, name, store = int(known.value), port.connection.port, self._services.storage.store
         self._job.notify(Meaning.INFORMATION, lambda: tr("The module answers at {rate} baud.", rate=found))
         if isinstance(store, Store):
-            settle = partial(_settle, store, port, found)
+            settle = partial(_settle, store, name, found)
             self._settling.run_in(store.queue, settle, lambda _none: None, lambda _trouble: None)
 
     def _lay_out(self) -> None:

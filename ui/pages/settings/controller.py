@@ -39,13 +39,14 @@ class SettingsController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.form = SettingsForm(lambda: not services.connector.identity.is_settled, services.connector.kept.watch)
+        connector = services.connector
+        self.form = SettingsForm(lambda: not connector.current.identity.is_settled, connector.current.kept.watch)
         self._services = services
         self._connector = services.connector
         services.pending_edits.changed = self._changed_settings
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
-        self._was_requested = self._connector.is_requested
+        self._was_requested = self._connector.current.is_requested
         self._connector.changed.connect(self._watch_port)
         self._connector.invalidated.connect(self._begin_again)
         services.pending_edits.count = self.count_unsent
@@ -54,37 +55,39 @@ class SettingsController(QObject):
     @property
     def initial(self) -> Snapshot | None:
         """The settings before the first write to this module; None while it may be another one."""
-        return self._connector.kept.as_found if self._connector.identity.is_settled else None
+        return self._connector.current.kept.as_found if self._connector.current.identity.is_settled else None
 
     def can_fill(self, values: Mapping[str, Value] | None) -> bool:
         """Whether these would change the form."""
-        connector = self._connector
-        is_new = values is not None and self.form.would_change(values, connector.device, connector.clock())
+        port = self._connector.current
+        is_new = values is not None and self.form.would_change(values, port.device, port.clock())
         return self.can_edit and is_new
 
     @property
     def can_edit(self) -> bool:
         """There is a module to write to, or one is expected back."""
-        return self._connector.is_requested and not self.form.is_writing
+        return self._connector.current.is_requested and not self.form.is_writing
 
     @property
     def can_write(self) -> bool:
         """The engine would not refuse a write."""
-        return self.job.can_run and self._connector.device.presence is Presence.ONLINE and not self.is_identifying
+        is_online = self._connector.current.device.presence is Presence.ONLINE
+        return self.job.can_run and is_online and not self.is_identifying
 
     @property
     def is_identifying(self) -> bool:
         """The module's identity is being read; if it stays uncertain, writing is refused with the reason."""
-        return self._connector.is_open and self._connector.identity.trust is Trust.OPEN
+        port = self._connector.current
+        return port.is_open and port.identity.trust is Trust.OPEN
 
     def count_unsent(self) -> int:
-        connector = self._connector
-        return self.form.count_unsent(connector.device, connector.clock()) if connector.is_requested else 0
+        port = self._connector.current
+        return self.form.count_unsent(port.device, port.clock()) if port.is_requested else 0
 
     def _changed_settings(self) -> tuple[ChangedSetting, ...]:
         """Settings that changed without being written here."""
-        if self._connector.is_requested:
-            self.form.rows(self._connector.device, self._connector.clock())
+        if self._connector.current.is_requested:
+            self.form.rows(self._connector.current.device, self._connector.clock())
         return tuple(self.form.watch.changed.values())
 
     def discard(self) -> None:
@@ -104,7 +107,7 @@ class SettingsController(QObject):
     def write(self, *, accepted: frozenset[SettingChange] = frozenset(), is_unlocked: bool = False) -> None:
         """Writes and verifies all edits. Asks first where one takes protection away; says why where it is refused."""
         connector = self._connector
-        changes = self.form.changes(connector.device, connector.clock())
+        changes = self.form.changes(connector.current.device, connector.clock())
         if not changes or not self.can_write:
             return
         if is_risk_open(changes, accepted):
@@ -114,9 +117,10 @@ class SettingsController(QObject):
         else:
             heard: list[Written] = []
             begun: list[Command] = []
-            keep = partial(self._store_snapshot, connector.kept, connector.connection.port, self._services.naming.name)
+            port = connector.current
+            keep = partial(self._store_snapshot, port.kept, port.connection.port, self._services.naming.name)
             leave = WriteContext(
-                journal=self._services.storage.journal(connector.target),
+                journal=self._services.storage.journal(connector.current.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
                 accepted_risks=accepted,
@@ -163,7 +167,7 @@ class SettingsController(QObject):
                 self.job.run(read_everything(), lambda _job: self.job.set_notice(interrupted))
             return
         report = job.outcome()
-        self.form.on_written(report.results, self._connector.device, self._connector.clock())
+        self.form.on_written(report.results, self._connector.current.device, self._connector.clock())
         if report.refusals:
             self.job.set_notice(partial(self._refused_notice, report.refusals, accepted))
         else:
@@ -183,11 +187,11 @@ class SettingsController(QObject):
         return self._services.storage.store_snapshot(snapshot, port, module)
 
     def _begin_again(self) -> None:
-        self.form.reset(self._connector.kept.watch)
+        self.form.reset(self._connector.current.kept.watch)
         self.changed.emit()
 
     def _watch_port(self) -> None:
-        was_requested, self._was_requested = self._was_requested, self._connector.is_requested
+        was_requested, self._was_requested = self._was_requested, self._connector.current.is_requested
         if was_requested and not self._was_requested:
             self.job.dismiss()
             self._begin_again()
@@ -205,13 +209,13 @@ class SettingsController(QObject):
         return Choice("unlock_once", tr("Unlock this one write"), unlocked, is_step=True, is_shown=is_shown)
 
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
-        connector = self._connector
+        port = self._connector.current
         armed = self._services.armed.act
         now_is = interlock_inputs(
-            connector.device,
-            connector.clock(),
+            port.device,
+            port.clock(),
             must_be_proven=False,
-            is_identity_settled=connector.identity.is_settled,
+            is_identity_settled=port.identity.is_settled,
             armed=armed,
             is_unlocked=is_unlocked,
         )
@@ -229,7 +233,7 @@ class SettingsController(QObject):
 
     def _written_notice(self, report: WriteReport) -> Notice:
         """Counts by the current states: a setting that changed since is no longer called verified."""
-        rows = {row.command: row for row in self.form.rows(self._connector.device, self._connector.clock())}
+        rows = {row.command: row for row in self.form.rows(self._connector.current.device, self._connector.clock())}
         states = [rows[one.command].state for one in report.results if one.command in rows]
         verified = states.count(RowState.VERIFIED)
         acknowledged = sum(one.is_fine and one.verified is None for one in report.results)

@@ -112,7 +112,7 @@ class SettingsPage(Page):
         self.files.open_file(path)
 
     def refresh(self) -> None:
-        work, device, now = self.work, self._connector.device, self._connector.clock()
+        work, device, now = self.work, self._connector.current.device, self._connector.clock()
         form = work.form
         rows = form.rows(device, now)
         for row in rows:
@@ -146,13 +146,15 @@ class SettingsPage(Page):
         self.code.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))
 
     def _idle_notice(self) -> Notice | None:
-        if not self._connector.is_requested:
+        if not self._connector.current.is_requested:
             return None
         now = self._connector.clock()
-        invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.INVALID]
+        invalid = [
+            row for row in self.work.form.rows(self._connector.current.device, now) if row.state is RowState.INVALID
+        ]
         said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
-        if self._connector.is_open and not self.work.job.is_running and not self.work.can_write:
-            is_online = self._connector.device.presence is Presence.ONLINE
+        if self._connector.current.is_open and not self.work.job.is_running and not self.work.can_write:
+            is_online = self._connector.current.device.presence is Presence.ONLINE
             said.append(
                 tr("Checking whether it is the same module…") if is_online else tr("The module does not answer.")
             )

@@ -195,10 +195,10 @@ class ProfileFiles(QObject):
 
     def choose(self) -> None:
         """The profile is for the module that is shown when it is asked for."""
-        asked = self._connector.current, self._connector.adapter_key
+        asked = self._connector.current, self._connector.current.adapter_key
 
         def open_file(path: Path) -> None:
-            if asked == (self._connector.current, self._connector.adapter_key):
+            if asked == (self._connector.current, self._connector.current.adapter_key):
                 self.open_file(path)
             else:
                 self._result.notify(Meaning.ATTENTION, lambda: tr("Another module is shown now: nothing was opened."))
@@ -220,7 +220,7 @@ class ProfileFiles(QObject):
     def choose_and_save(self) -> None:
         """Saves the module's current settings where any are known."""
         now = self._connector.clock()
-        profile = profile_of(self._connector.device, now, name=tr("Profile"))
+        profile = profile_of(self._connector.current.device, now, name=tr("Profile"))
         if not profile.settings:
             self._result.notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
             return

@@ -115,10 +115,10 @@ class GuidedController(QObject):
 
     @property
     def can_start(self) -> bool:
-        connector = self._connector
-        is_there = connector.is_open and connector.device.presence is Presence.ONLINE
+        port = self._connector.current
+        is_there = port.is_open and port.device.presence is Presence.ONLINE
         is_safe = self.is_stated_safe or not self.test.statement
-        return is_there and is_safe and not self.is_running and not self.owes_lock and not connector.is_active
+        return is_there and is_safe and not self.is_running and not self.owes_lock and not port.is_active
 
     @property
     def confirm_words(self) -> str:
@@ -215,11 +215,13 @@ class GuidedController(QObject):
     def _finish(self, outcome: GuidedResult | BrokenOff) -> None:
         self._job.cancel()
         self._job.drop()
-        if self.stage is not Stage.PREPARING and self._connector.device.fresh("active", self._connector.clock()):
+        if self.stage is not Stage.PREPARING and self._connector.current.device.fresh(
+            "active", self._connector.clock()
+        ):
             self.owes_lock = True  # whoever activated it: somebody is holding it
         self.stage, self.outcome, self.is_stated_safe = Stage.DONE, outcome, False
         if self.owes_lock:
-            self._lock.ensure_locked()
+            self._lock.current.ensure_locked()
         if isinstance(outcome, GuidedResult):
             self._store_result(outcome)
         self.changed.emit()
@@ -227,9 +229,9 @@ class GuidedController(QObject):
     # The lock
 
     def _on_lock(self) -> None:
-        if self._lock.confirmed is not None:
+        if self._lock.current.confirmed is not None:
             self.owes_lock = False
-        elif self._lock.failed is not None and not self.is_running:
+        elif self._lock.current.failed is not None and not self.is_running:
             self.owes_lock = False  # every page shows it until the module reports that it is locked
         self.changed.emit()
 
@@ -243,7 +245,7 @@ class GuidedController(QObject):
             self.changed.emit()
 
     def _watch(self) -> None:
-        if self.stage is Stage.CONFIRMING and not self._connector.is_open:
+        if self.stage is Stage.CONFIRMING and not self._connector.current.is_open:
             self.cancel(LOST)
         self.changed.emit()
 
@@ -274,11 +276,11 @@ class GuidedController(QObject):
 
     @property
     def _is_simulated(self) -> bool:
-        target = self._connector.target
+        target = self._connector.current.target
         return target is not None and target.is_simulated
 
     def _store_result(self, result: GuidedResult) -> None:
-        store, target = self._services.storage.store, self._connector.target
+        store, target = self._services.storage.store, self._connector.current.target
         if not isinstance(store, Store):
             self.trouble = store
             return

@@ -186,14 +186,14 @@ class TestsPage(Page):
 
     def _notice(self) -> Notice | None:
         work, lock = self.work, self._services.lock
-        locking = lock.notice()
+        locking = lock.current.notice()
         if locking is not None:
             return locking
-        if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
+        if work.stage is Stage.DONE and lock.current.is_reported and work.test.is_active:
             return Notice(Meaning.GOOD, tr(SENTENCES[Outcome.CONFIRMED]))
         if work.trouble is not None:
             return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not kept.')}")
-        if self._connector.is_active and not work.is_running:
+        if self._connector.current.is_active and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:
             return Notice(Meaning.ATTENTION, tr("The module has no name: the result counts for no check."))

@@ -69,7 +69,7 @@ def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
 
 
 def _value(connector: Connector, key: str) -> float | None:
-    value = connector.device.fresh(key, connector.clock())
+    value = connector.current.device.fresh(key, connector.clock())
     return None if value is None else float(value)
 
 
@@ -83,7 +83,7 @@ def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
         LiveMark(reset, tr("rearms at {angle:.0f}°", angle=reset), Meaning.INFORMATION),
         LiveMark(threshold, tr("fires at {angle:.0f}°", angle=threshold), Meaning.DANGER),
     )
-    has_fired = connector.device.fresh("triggered", connector.clock())
+    has_fired = connector.current.device.fresh("triggered", connector.clock())
     caption = join_names((tr("Tilt"), tr("TRIGGERED") if has_fired else tr("not triggered")))
     return LiveReading(caption, shown, value, 120.0, marks)
 

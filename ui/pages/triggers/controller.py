@@ -98,7 +98,7 @@ class TriggersController(QObject):
 
     @property
     def can_read(self) -> bool:
-        return self._connector.is_open and not self.is_busy
+        return self._connector.current.is_open and not self.is_busy
 
     @property
     def new_count(self) -> int:
@@ -115,8 +115,8 @@ class TriggersController(QObject):
     def read_unasked(self) -> None:
         """Called while the page is visible."""
         connector = self._connector
-        is_online = connector.is_open and connector.device.presence is Presence.ONLINE
-        if connector.identity.trust is Trust.OPEN:  # what decides it is read first
+        is_online = connector.current.is_open and connector.current.device.presence is Presence.ONLINE
+        if connector.current.identity.trust is Trust.OPEN:  # what decides it is read first
             return
         if not (self.reads_by_itself and is_online and self.can_read):
             return
@@ -166,7 +166,7 @@ class TriggersController(QObject):
         self._clear_visit()
         if reading is not None and reading.history.is_answered and store is not None and name:
             self.job.dismiss()
-            port = self._connector.connection.port
+            port = self._connector.current.connection.port
             work = partial(file_triggers, store, reading, name, adapter=self._naming.adapter, port=port,
                            is_same_module=is_same_module)  # fmt: skip
             self._filing.run_in(store.queue, work, partial(self._end_filing, reading), self._fail_filing)
@@ -218,7 +218,7 @@ class TriggersController(QObject):
         if past.is_said_new:
             said = join_sentences((text, tr("A person said that it is new.")))
             return Notice(Meaning.INFORMATION, said, dismiss=self.job.dismiss)
-        if self._connector.device.reported[0] is not False:
+        if self._connector.current.device.reported[0] is not False:
             return plain
         words = tr("{setting}: {what}", setting=tr(RecordsWord.NEW_MODULE.value), what=name)
         return replace(plain, choices=(Choice("say_new", words, partial(self._say_new, name)),))
@@ -265,10 +265,10 @@ class TriggersController(QObject):
         self.changed.emit()
 
     def _watch_port(self) -> None:
-        connector = self._connector
-        is_requested = connector.is_requested
-        is_settled = not connector.is_open or connector.identity.is_settled
-        has_fired = connector.device.reported[0] is True
+        port = self._connector.current
+        is_requested = port.is_requested
+        is_settled = not port.is_open or port.identity.is_settled
+        has_fired = port.device.reported[0] is True
         is_over = is_requested != self._was_requested or is_settled < self._was_settled
         if has_fired > self._had_fired:
             self._has_read = False

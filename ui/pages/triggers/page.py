@@ -129,7 +129,7 @@ class TriggersPage(Page):
         if has_rows and not self.table.selectionModel().hasSelection():
             select_row(self.table, 0)
         self.empty.title.setText(empty_title(work))
-        self.empty.text.setText(empty_text(work, is_open=self._connector.is_open))
+        self.empty.text.setText(empty_text(work, is_open=self._connector.current.is_open))
         self.count.setText(count_text(work))
         self.news.setText(news_text(work))
         self.read.setEnabled(work.can_read)

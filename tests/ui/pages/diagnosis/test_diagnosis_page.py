@@ -129,7 +129,7 @@ def test_a_command_is_shown_and_copied(
         assembly.connector.connect_to(target)
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
         denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
-        refused = replace(assembly.connector.connection, trouble=denied)
+        refused = replace(assembly.connector.current.connection, trouble=denied)
         assembly.connector.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION, timeout=WAIT_MS)
         if sys.platform.startswith("linux"):
@@ -152,7 +152,7 @@ def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_pa
 
             qtbot.waitUntil(is_listed, timeout=WAIT_MS)
         assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
-        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.FAILED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: cause_of(page) is Cause.FLAPPING, timeout=WAIT_MS)
         assert "2" in page.why.what.text()
 
@@ -207,7 +207,7 @@ def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:
 
 def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        statistics = assembly.connector.kept.statistics
+        statistics = assembly.connector.current.kept.statistics
         now = assembly.connector.clock()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
         statistics.on_batch(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))

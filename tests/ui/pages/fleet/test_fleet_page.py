@@ -83,7 +83,7 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
                 if card.activation.state is Activation.LOCKED:
                     assert said[one]["active"] is False
         shown = [card for card in (desk.page._widgets[one].card for one, _ in desk.modules) if card and card.is_shown]
-        assert [card.port for card in shown] == [desk.ports.connector.adapter_key.removeprefix("/dev/")]
+        assert [card.port for card in shown] == [desk.ports.connector.current.adapter_key.removeprefix("/dev/")]
 
 
 def filed(desk: Desk) -> Filed:

@@ -256,7 +256,7 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
         qtbot.waitUntil(lambda: len(taken) > 20, timeout=WAIT_MS)
         assembly.window.disconnect_port()
         qtbot.waitUntil(lambda: sessions.sign.since is None, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: assembly.connector.connection.state is PortState.CLOSED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.connection.state is PortState.CLOSED, timeout=WAIT_MS)
         (entry,) = sessions.library.entries()
         assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
         with opened(entry.path) as recording:
@@ -271,7 +271,7 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
     with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=entries) as assembly:
         assembly.window.go_to("triggers")
         connect(qtbot, assembly, "sim://paged?uptime=60")
-        qtbot.waitUntil(lambda: assembly.connector.device.is_streaming, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.device.is_streaming, timeout=WAIT_MS)
         assert not assembly.connector.current.stream.is_wanted
         assert assembly.connector.current.stream.is_recorded
         taken: list[StatusSample] = []
@@ -302,7 +302,7 @@ def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: 
         qtbot.waitUntil(lambda: "Not recording" in notice_text(bar), timeout=WAIT_MS)
         assert bar.button("recordings") is not None
         assert sign.label.text() == "Not recorded"
-        assert assembly.connector.is_open
+        assert assembly.connector.current.is_open
 
 
 def test_another_module_begins_another_time_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

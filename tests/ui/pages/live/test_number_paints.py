@@ -105,7 +105,7 @@ def test_the_numbers_follow_some_batches_and_a_change_of_state_at_once(
 
 def test_a_trigger_and_an_activation_are_changes_that_everybody_hears_of(bench: Bench, qapp: QApplication) -> None:
     heard: list[object] = []
-    bench.connector.changed.connect(lambda: heard.append(bench.connector.device.reported))
+    bench.connector.changed.connect(lambda: heard.append(bench.connector.current.device.reported))
     for state in ((False, False), (True, False), (True, False), (True, True)):
         bench.hand_over(triggered=state[0], active=state[1])
         qapp.processEvents()

@@ -355,7 +355,7 @@ def test_drafts_move_between_settings_and_live_without_sending(
         connect(qtbot, assembly, f"sim://{name}")
         connector = assembly.connector
         qtbot.waitUntil(
-            lambda: connector.device.known("freefall_time_s", connector.clock()) is not None, timeout=WAIT_MS
+            lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None, timeout=WAIT_MS
         )
         live, settings = find(assembly.window, LivePage), find(assembly.window, SettingsPage)
         assert isinstance(live, LivePage)
@@ -369,12 +369,12 @@ def test_drafts_move_between_settings_and_live_without_sending(
         qtbot.keyClick(box, Qt.Key.Key_Up)
         live.fired.use.click()
         qtbot.waitUntil(settings.isVisible, timeout=WAIT_MS)
-        states = {row.command.key: row for row in settings.work.form.rows(connector.device, connector.clock())}
+        states = {row.command.key: row for row in settings.work.form.rows(connector.current.device, connector.clock())}
         row = states["attitude_threshold_deg"]
         assert (row.state, row.edited) == (RowState.EDITED, 71)
         assert not changes
         settings.work.discard()
-        connector.disconnect_port()
+        connector.current.disconnect_port()
 
 
 def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

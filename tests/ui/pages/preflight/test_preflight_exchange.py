@@ -14,8 +14,8 @@ from ui.pages.preflight.controller import Standing
 def exchange(bench: OnBench, *, is_active: bool) -> None:
     """For a new module with the same boot count and settings, whose triggers were never enabled."""
     connector = bench.assembly.connector
-    connector.disconnect_port()
-    bench.until(lambda: not connector.is_open)
+    connector.current.disconnect_port()
+    bench.until(lambda: not connector.current.is_open)
     benches.remove_bench(bench.name)
     bench.bench = benches.module(bench.name)
     bench.bench.module.activate(is_active=is_active)

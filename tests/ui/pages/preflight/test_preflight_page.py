@@ -174,12 +174,12 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         bench.restart()
         bench.wait_standing(Standing.VOID)
         naming = bench.assembly.window._services.naming
-        qtbot.waitUntil(lambda: bench.assembly.connector.identity.is_for_a_person, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bench.assembly.connector.current.identity.is_for_a_person, timeout=WAIT_MS)
         assert naming.name == ""
 
         def is_vouched() -> bool:
             """A word that was given while more was read of the module does not count: a person gives it again."""
-            if bench.assembly.connector.identity.is_for_a_person:
+            if bench.assembly.connector.current.identity.is_for_a_person:
                 naming.confirm_identity()
             return naming.name == "M-07"
 
@@ -301,7 +301,9 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "short") as bench:
         connector = bench.assembly.connector
-        qtbot.waitUntil(lambda: evidence_of(connector.device.values, is_fresh=True).is_complete, timeout=WAIT_MS)
+        qtbot.waitUntil(
+            lambda: evidence_of(connector.current.device.values, is_fresh=True).is_complete, timeout=WAIT_MS
+        )
         store = bench.assembly.storage.store
         assert isinstance(store, Store)
         disk = threading.Event()

@@ -52,7 +52,7 @@ def test_what_voids_a_go(
         assert not page.buttons.print.isEnabled()
         assert page.work.record is None
         services = bench.assembly.window._services
-        assert services.connector.kept.check == (page.work.filed, page.work.void)
+        assert services.connector.current.kept.check == (page.work.filed, page.work.void)
         assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
@@ -68,7 +68,7 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
         qtbot.waitUntil(lambda: page.work.standing is Standing.VOID, timeout=8000)
         assert spoken == ["VOID. Changed: Light"]
         bench.bench.set_bay(is_open=False)
-        qtbot.waitUntil(lambda: bench.assembly.connector.device.values["light_v"].value < 1.0, timeout=8000)
+        qtbot.waitUntil(lambda: bench.assembly.connector.current.device.values["light_v"].value < 1.0, timeout=8000)
         assert page.banner.announcement.standing is Standing.READY
         assert bench.preflight.banner.announcement.standing is Standing.VOID
 

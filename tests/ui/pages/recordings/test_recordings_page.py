@@ -356,7 +356,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert live.panel.tilt.freshness is Freshness.FRESH
         assert live.plot.is_live
         assert not live.panel.moment.isVisible()
-        connector.disconnect_port()
+        connector.current.disconnect_port()
         desk.until(lambda: assembly.storage.sessions.sign.since is None)
 
 

@@ -186,7 +186,9 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
         press(qtbot, shown())
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: not assembly.storage.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]
-        assert assembly.connector.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
+        assert (
+            assembly.connector.current.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
+        )
 
 
 def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -198,10 +200,10 @@ def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QAppli
         bar = find(assembly.window, NoticeBar, "notice_bar")
         qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None, timeout=WAIT_MS)
         connector.connect_to(Target("sim://flying", 115200))
-        qtbot.waitUntil(lambda: connector.is_active, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.is_active, timeout=WAIT_MS)
         button = bar.button("look_for_baud")
         assert button is not None
         button.click()
         qtbot.waitUntil(lambda: bar.button("leave_active") is not None, timeout=WAIT_MS)
-        assert (connector.target, connector.is_open) == (Target("sim://flying", 115200), True)
+        assert (connector.current.target, connector.current.is_open) == (Target("sim://flying", 115200), True)
         assembly.window.attention.stay()

@@ -78,10 +78,8 @@ def test_a_row_stays_failed_with_the_reason(
 def write_anyway(one: Desk) -> None:
     """Write, with the second click that a warned value needs."""
     write(one)
-    if any(
-        change.risks
-        for change in one.settings.work.form.changes(one.assembly.connector.device, one.assembly.connector.clock())
-    ):
+    port = one.assembly.connector.current
+    if any(change.risks for change in one.settings.work.form.changes(port.device, port.clock())):
         choose(one, "write_anyway")
 
 
@@ -113,7 +111,7 @@ def test_on_a_bad_line_verified_is_what_the_module_holds(
             one.until(lambda: not one.settings.work.form.is_writing, 30_000)
             said = state(one, TIME)
             one.bench.end_faults()
-            one.until(lambda: one.assembly.connector.device.presence is Presence.ONLINE)
+            one.until(lambda: one.assembly.connector.current.device.presence is Presence.ONLINE)
             assert said in (RowState.VERIFIED, RowState.READ, RowState.FAILED, RowState.EDITED, RowState.STALE)
             if said in (RowState.VERIFIED, RowState.READ):
                 assert one.held("freefall_time") == float(text)
@@ -312,7 +310,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
         one.click(panel.confirm.go)
         one.until(lambda: panel.said.notice is not None and says in panel.said.notice.text, 20_000)
         assert len(one.changes("baud_rate")) == 1
-        assert one.assembly.connector.connection.baud_rate == one.bench.module.baud_rate
+        assert one.assembly.connector.current.connection.baud_rate == one.bench.module.baud_rate
         one.until(lambda: not one.assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
 
 

@@ -26,13 +26,13 @@ def test_losing_edits_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: P
         window.disconnect_port()
         assert "Settings not written: 1" in notice_text(bar)
         choose(one, "stay", bar)
-        assert one.assembly.connector.is_open
+        assert one.assembly.connector.current.is_open
         assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.2"
         window.close()
         assert window.isVisible()
         window.disconnect_port()
         choose(one, "drop_edits", bar)
-        one.until(lambda: not one.assembly.connector.is_open)
+        one.until(lambda: not one.assembly.connector.current.is_open)
         one.settings.refresh()
         assert one.find(QLineEdit, "freefall_time_wanted").text() == ""
         assert not one.changes()
@@ -42,14 +42,14 @@ def test_connecting_again_asks_before_it_drops_edits(qtbot: QtBot, qapp: QApplic
     with desk(qtbot, qapp, tmp_path) as one:
         connector, bar = one.assembly.connector, one.assembly.window.notice_bar
         type_into(one, "freefall_time", "1.2")
-        opening = connector.connection.opening
+        opening = connector.current.connection.opening
         one.assembly.window._connect_again()
         assert "Settings not written: 1" in notice_text(bar)
         choose(one, "stay", bar)
-        assert (connector.connection.opening, one.settings.work.count_unsent()) == (opening, 1)
+        assert (connector.current.connection.opening, one.settings.work.count_unsent()) == (opening, 1)
         one.assembly.window._connect_again()
         choose(one, "drop_edits", bar)
-        one.until(lambda: connector.connection.opening > opening and connector.is_open)
+        one.until(lambda: connector.current.connection.opening > opening and connector.current.is_open)
         assert (one.settings.work.count_unsent(), one.changes()) == (0, [])
 
 
@@ -94,7 +94,7 @@ def say_same(one: Desk) -> None:
     bar = one.assembly.window.notice_bar
     one.until(lambda: bar.button("identity_same") is not None)
     choose(one, "identity_same", bar)
-    one.until(lambda: one.assembly.connector.is_open and one.assembly.connector.identity.is_settled)
+    one.until(lambda: one.assembly.connector.current.is_open and one.assembly.connector.current.identity.is_settled)
 
 
 def test_writing_waits_for_the_identity_of_a_returned_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -102,15 +102,15 @@ def test_writing_waits_for_the_identity_of_a_returned_module(qtbot: QtBot, qapp:
         connector = one.assembly.connector
         type_into(one, "freefall_time", "1.2")
         one.bench.unplug()
-        one.until(lambda: not connector.is_open)
+        one.until(lambda: not connector.current.is_open)
         one.bench.change(delay_ms=100.0)
         one.bench.plug()
-        one.until(lambda: connector.is_open and connector.device.presence is Presence.ONLINE)
-        assert connector.identity.trust is Trust.OPEN
+        one.until(lambda: connector.current.is_open and connector.current.device.presence is Presence.ONLINE)
+        assert connector.current.identity.trust is Trust.OPEN
         one.settings.refresh()
         assert not one.settings.write.isEnabled()
         assert "same module" in notice(one)
-        one.until(lambda: connector.identity.trust is Trust.UNPROVEN)
+        one.until(lambda: connector.current.identity.trust is Trust.UNPROVEN)
         write(one)
         assert "Module not proven" in notice(one), "it reads the same, and may be another one all the same"
         say_same(one)
@@ -181,7 +181,7 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
         one.click(panel.confirm.go)
         one.until(lambda: one.changes("baud_rate") if is_sent else panel.said.notice is not None)
         one.bench.unplug()
-        one.until(lambda: not connector.is_open)
+        one.until(lambda: not connector.current.is_open)
         one.until(lambda: ("maybe at 9600" if is_sent else "Nothing was sent") in notice_text(panel.said))
         one.bench.change(mute=False)
         one.bench.plug()
@@ -203,23 +203,23 @@ def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(
         bar, box = one.assembly.window.notice_bar, one.find(QLineEdit, "freefall_time_wanted")
         type_into(one, "freefall_time", "1.2")
         one.bench.unplug()
-        one.until(lambda: not connector.is_open)
+        one.until(lambda: not connector.current.is_open)
         memory = one.bench.module.memory
         memory.boot_count -= 20
         memory.freefall_time, memory.attitude_threshold = 120, 85  # it holds the edited value already
         one.bench.restart()
         one.bench.plug()
-        one.until(lambda: connector.identity.trust is Trust.REFUTED and bar.button(answer) is not None)
+        one.until(lambda: connector.current.identity.trust is Trust.REFUTED and bar.button(answer) is not None)
         qtbot.wait(300)
         assert (state(one, TIME), state(one, TILT), work.count_unsent()) == (RowState.EDITED, RowState.READ, 1)
         choose(one, answer, bar)
         if answer == "identity_new":
             assert "Settings not written: 1" in notice_text(bar)
             choose(one, "stay", bar)
-            assert (connector.identity.trust, box.text()) == (Trust.REFUTED, "1.2")
+            assert (connector.current.identity.trust, box.text()) == (Trust.REFUTED, "1.2")
             choose(one, answer, bar)
             choose(one, "drop_edits", bar)
-            one.until(lambda: connector.identity.is_settled)
+            one.until(lambda: connector.current.identity.is_settled)
             one.until(lambda: state(one, TIME) is RowState.READ)
             assert (box.text(), state(one, TILT)) == ("", RowState.READ)
         else:
@@ -239,17 +239,17 @@ def test_what_was_found_of_one_module_is_never_restored_to_another(
         one.settings.refresh()
         assert restore.isEnabled()
         one.bench.unplug()
-        one.until(lambda: not connector.is_open)
+        one.until(lambda: not connector.current.is_open)
         one.bench.module.memory.boot_count -= 20  # behind the same port another module answers
         one.bench.restart()
         one.bench.plug()
-        one.until(lambda: connector.identity.trust is Trust.REFUTED)
+        one.until(lambda: connector.current.identity.trust is Trust.REFUTED)
         one.settings.refresh()
         assert not restore.isEnabled()
         one.settings.work.restore_initial()
         assert not one.settings.work.form.has_drafts
         connector.connect_to(Target("sim://next", 115200))
-        one.until(lambda: connector.is_open and connector.device.presence is Presence.ONLINE)
+        one.until(lambda: connector.current.is_open and connector.current.device.presence is Presence.ONLINE)
         one.settings.refresh()
         assert one.settings.work.initial is None
         assert not restore.isEnabled()

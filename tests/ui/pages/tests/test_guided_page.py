@@ -263,7 +263,7 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     assert isinstance(bench.guided.work.outcome, BrokenOff)
     assert bench.bench.state().is_active
     bench.wait(10.0)
-    failed = bench.assembly.lock.failed
+    failed = bench.assembly.lock.current.failed
     assert failed is not None
     assert "treat the module as ACTIVE" in failed.sentence
     notice = bench.guided.said.notice
@@ -282,7 +282,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     bench.until(lambda: "LOCK not sent" in said(bench))
     assert LOCK not in bench.sent
     bench.bench.plug()
-    target = bench.assembly.connector.target
+    target = bench.assembly.connector.current.target
     assert target is not None
     bench.assembly.connector.connect_to(target)
     bench.until(lambda: is_locked(bench))
@@ -316,7 +316,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     assert isinstance(bench.guided.work.outcome, BrokenOff)
     assert bench.sent.count(LOCK) > 1
     assert is_locked(bench)
-    assert bench.assembly.lock.failed is not None
+    assert bench.assembly.lock.current.failed is not None
 
 
 def test_a_module_that_becomes_active_in_somebodys_hands_is_locked(bench: GestureBench) -> None:

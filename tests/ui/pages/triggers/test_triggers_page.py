@@ -130,7 +130,7 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
         assert page.count.text() == "Trigger records: 2"
         if away == "unplugged":
             bench.bench.unplug()
-            bench.until(lambda: not connector.is_open)
+            bench.until(lambda: not connector.current.is_open)
             bench.bench.plug()
         else:
             bench.bench.module.memory.boot_count = 11
