@@ -230,6 +230,10 @@ class FireMapView(StaticPlot):
 
     # Mouse and keyboard
 
+    def hasHeightForWidth(self) -> bool:
+        """The lines of the legend are taken from the map, whose size hint would grow with each size it gets."""
+        return False
+
     def event(self, event: QEvent) -> bool:
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
             self._draw_frame()

@@ -191,6 +191,8 @@ def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
     page.thresholds.tilt.box.setValue(45)
     assert page.work.limits.attitude_threshold_deg == 45
     assert desk.caption(MUST_NOT) == "Must not fire: 1 of 2 fire"
+    QApplication.processEvents()
+    assert page.map.mapTo(page, page.map.rect().bottomLeft()).y() < page.proposal.mapTo(page, QPoint()).y()  # in sight
     assert "1 of 2" in page.map.accessibleName()
     assert "45°" in page.map.accessibleName()
     page.fired_only.setChecked(True)
