@@ -2,8 +2,8 @@
 PYTHON ?= python3
 ARGS ?=
 
-.PHONY: demo test check bench soak adversary mutants package packages clean
-demo test check bench soak adversary mutants package clean:
+.PHONY: demo test check bench soak adversary mutants nightly package packages clean
+demo test check bench soak adversary mutants nightly package clean:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)
 
 packages: package

@@ -101,6 +101,14 @@ def _script(path: str) -> Callable[[list[str]], int]:
     return lambda arguments: call(_python(path, *arguments))
 
 
+def _nightly(arguments: list[str]) -> int:
+    """Run everything that takes hours, whatever fails; the worst exit code."""
+    _take_none(arguments)
+    os.environ["HYPOTHESIS_PROFILE"] = "thorough"
+    campaigns = [["soak", "--seconds", "1800", "--every", "28"], ["adversary"], ["mutants"], ["bench"]]
+    return max(_test([]), *(COMMANDS[name].run(words) for name, *words in campaigns))
+
+
 def _setup(arguments: list[str]) -> int:
     _take_none(arguments)
     print(f"Everything is installed in {environment.VENV}.")
@@ -118,6 +126,7 @@ COMMANDS: dict[str, Command] = {
         "break the program in small ways, one at a time, and count how many the tests notice",
         _offscreen("tests.mutants"),
     ),
+    "nightly": Command("run the tests thoroughly, then all campaigns; takes hours", _nightly),
     "run": Command("run dps-s with the arguments", _run),
     "translations": Command("update, check or merge the translations", _script("docs/generate/translations.py")),
     "package": Command("build all packages into dist/ and test them", _script("packaging/package.py")),

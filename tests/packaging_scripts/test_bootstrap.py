@@ -109,6 +109,16 @@ def test_arguments_are_passed_on(
     assert [program[1:] for program, _ in ready] == [words]
 
 
+def test_each_campaign_of_the_night_runs_though_one_before_it_failed(
+    setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HYPOTHESIS_PROFILE", "quick")
+    assert setup.commands.main(["nightly"]) == 7
+    campaigns = [program[2] for program, _ in ready]
+    assert campaigns == ["pytest", "tests.soak", "tests.adversary", "tests.mutants", "tests.benchmarks"]
+    assert os.environ["HYPOTHESIS_PROFILE"] == "thorough"
+
+
 @pytest.mark.parametrize("command", ["demo", "test", "windows", "package", "run", "clean"])
 def test_help_of_a_command_installs_nothing(
     command: str, setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
