@@ -4422,10 +4422,6 @@
         <translation>时间</translation>
     </message>
     <message>
-        <source>Where the module is locked</source>
-        <translation>仅限已锁定的模块</translation>
-    </message>
-    <message>
         <source>Whether external power charges it.</source>
         <translation>外接供电是否正在充电。</translation>
     </message>

@@ -97,9 +97,6 @@ class FleetPage(Page):
         self.add.setMenu(self.add_menu)
         self.check = control(QPushButton(), texts, "fleet_check", "Check all", picture=Icon.CHECKLIST,
                              slot=self._check)  # fmt: skip
-        self.enable = control(QPushButton(), texts, "fleet_enable", "Enable triggers and check all",
-                              tip="Where the module is locked", picture=Icon.CHECKLIST,
-                              slot=partial(self._check, is_enabling=True))  # fmt: skip
         self.open_profile = control(QPushButton(), texts, "fleet_profile", "Profile for all…",
                                     picture=Icon.SETTINGS, slot=self._choose_profile)  # fmt: skip
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
@@ -118,7 +115,10 @@ class FleetPage(Page):
 
     def _lay_out(self) -> None:
         head = self.make_header(
-            self._services.texts, marked("Fleet"), self.add, self.check, self.enable, self.open_profile, self.lock_all
+            self._services.texts, marked("Fleet"), self.add, self.check, self.open_profile, self.lock_all
+        )
+        self.enable = head.add_rare(
+            "fleet_enable", marked("Enable triggers and check all"), partial(self._check, is_enabling=True)
         )
         self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
         self.stack = named(QStackedWidget(), "fleet_stack")
@@ -203,7 +203,7 @@ class FleetPage(Page):
         self.open_profile.setEnabled(has_members and is_free)
         self.report.setEnabled(bool(self.checks.results) and is_free and not self._report.is_running)
         self.lock_all.setEnabled(any(one.is_open for one in self.members.connections))
-        for button in (self.check, self.enable, self.open_profile, self.lock_all, self.summary):
+        for button in (self.check, self.open_profile, self.lock_all, self.summary):
             button.setVisible(has_members)
         self.first.setVisible(any(not self.members.is_connected(port) for port in self._connector.ports.ports))
 
