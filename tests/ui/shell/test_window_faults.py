@@ -192,6 +192,37 @@ def test_killed_and_started_again(tmp_path: Path) -> None:
             assert [line for line in said.splitlines() if "propagateSizeHints" not in line] == []
 
 
+@POSIX_ONLY
+def test_what_a_killed_window_left_active_stands_first_at_the_next_start(tmp_path: Path) -> None:
+    code = """if True:
+        import sys
+        from PySide6.QtCore import QTimer
+        from ui import main as application
+        def watched(assembly, options, start=application.start):
+            def look():
+                notice = assembly.window.notice_bar.notice
+                if assembly.storage.left_active and (options.port or notice is not None and "ACTIVE" in notice.text):
+                    timer.stop()
+                    print("kept" if options.port else notice.text, flush=True)
+            timer = QTimer(assembly.window, interval=50, timeout=look)
+            timer.start()
+            start(assembly, options)
+        application.start = watched
+        raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1] or None)))
+    """
+    environment = {**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    with run_module("--active", "yes") as module:
+        for port, said in ((module.port, "kept"), ("", f"The module at {module.port} was left ACTIVE on ")):
+            with subprocess.Popen(
+                [sys.executable, "-B", "-c", code, port], cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE
+            ) as program:
+                try:
+                    assert program.stdout is not None
+                    assert program.stdout.readline().startswith(said)
+                finally:
+                    program.kill()
+
+
 def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         shown = assembly.window
