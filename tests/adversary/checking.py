@@ -41,7 +41,7 @@ class _Connector(QObject):
     invalidated = Signal()
     batch = Signal(object)
     adapter_key = ""
-    last = target = None
+    target = None
 
     def __init__(self, desk: WindowDesk) -> None:
         super().__init__()
@@ -50,6 +50,8 @@ class _Connector(QObject):
         self.clock = desk.clock
         self.connection = Connection(PortState.OPEN, PORT, 115200)
         self.kept = ModuleMemory()
+        self.current = self  # its only port
+        self.last = Batch(self.clock(), self.connection, self.device, None)
 
     @property
     def device(self) -> Any:
@@ -83,7 +85,8 @@ class _Connector(QObject):
             then(job)
         session = self._desk.session
         events = tuple(session.take_events()) if session is not None else ()
-        self.batch.emit(Batch(self.clock(), self.connection, self.device, None, (), events))
+        self.last = Batch(self.clock(), self.connection, self.device, None, (), events)
+        self.batch.emit(self.last)
 
 
 class Checking:

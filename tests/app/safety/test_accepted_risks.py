@@ -11,7 +11,7 @@ BEGINNINGS = {
     "app/preflight/run.py": "test_accepted_risks.py::test_a_check_only_enables",
     "app/procedures/write_all.py": "test_write_all.py::"
     "test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it",
-    "ui/pages/fleet/group_jobs.py": "test_fleet_page.py::"
+    "ui/pages/fleet/group_jobs.py": "test_fleet_groups.py::"
     "test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any",
     "ui/pages/settings/controller.py": "test_settings_page.py::test_against_the_advice_needs_a_second_click",
 }
