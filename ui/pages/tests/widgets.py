@@ -1,19 +1,21 @@
 """Widgets of the Tests page: picture, list of steps, live value."""
 
 from dataclasses import dataclass
+from pathlib import Path
+from string import Template
 from typing import ClassVar, Final
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QByteArray, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from app.guided.results import GuidedKind
 from app.text.i18n import tr
-from ui.pages.tests.pictures import HEIGHT, WIDTH, ground, paint_picture
 from ui.style.icons import Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import pen
-from ui.style.theme import Meaning, Size, Space, current, font
+from ui.style.theme import Meaning, Size, Space, current, font, scaled
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.naming import named, set_role
 
@@ -22,10 +24,24 @@ _BAR_PX: Final = 12
 _MAX_STEPS: Final = 6
 
 
+def step_pictures() -> QSvgRenderer:
+    """`steps.svg` in the theme's colours, with thick lines in sunlight."""
+    theme = current()
+    svg = Template((Path(__file__).parent / "steps.svg").read_text(encoding="utf-8")).substitute(
+        {meaning.value: theme.tint(meaning).ink for meaning in Meaning},
+        text=theme.text, muted=theme.muted, border=theme.border, surface=theme.surface, raised=theme.raised,
+        wash=theme.information.wash, line=theme.line_px + 1, thick=theme.line_px + 2,
+        size=scaled(Size.SMALL), side=tr("from the side"), behind=tr("from behind"),
+    )  # fmt: skip
+    pictures = QSvgRenderer(QByteArray(svg.encode()))
+    pictures.setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
+    return pictures
+
+
 class GuidedPicture(PaintedWidget):
     """Picture of the current step."""
 
-    usual: ClassVar = QSize(round(WIDTH), round(HEIGHT))
+    usual: ClassVar = QSize(280, 170)
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,10 +58,10 @@ class GuidedPicture(PaintedWidget):
         theme = current()
         painter = self.begin_paint()
         painter.setPen(pen(theme.divider, theme.border_px))
-        painter.setBrush(ground(theme))
+        painter.setBrush(QColor(theme.surface))
         box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
         painter.drawRoundedRect(box, 8, 8)
-        paint_picture(painter, box, self._kind, self._step)
+        step_pictures().render(painter, f"{self._kind.value}-{self._step}", box)
         painter.end()
 
 

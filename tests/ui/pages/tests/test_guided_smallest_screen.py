@@ -1,12 +1,15 @@
-"""The Tests page on the smallest screen, in sunlight: what a person needs now is in sight, without scrolling."""
+"""The Tests page on the smallest screen, in sunlight: what a person needs now is in sight, without scrolling; and the
+picture of each step."""
 
 import pytest
 from PySide6.QtWidgets import QScrollArea
 
+from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import GuidedKind
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.window.steps import find
 from ui.pages.tests.controller import Stage
+from ui.pages.tests.widgets import GuidedPicture
 from ui.style.theme import Choice
 from ui.widgets.step_button import is_in_sight
 
@@ -41,3 +44,18 @@ def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
     assert bar.maximum() == 0
     assert is_in_sight(page.result.verdict)
     assert page.title.isVisible()
+
+
+def test_every_step_has_a_picture_of_its_own(bench: GestureBench) -> None:
+    """In the colours of the theme: none is empty, and no two are alike."""
+    picture, seen = GuidedPicture(), []
+    picture.resize(picture.sizeHint())
+    for choice in (Choice.LIGHT, Choice.DARK, Choice.SUNLIGHT):
+        bench.assembly.appearance.choose(choice)
+        picture.show_step(GuidedKind.ZERO, 0, "nothing")
+        seen.append(picture.grab().toImage())
+        for test in GUIDED_TESTS:
+            for step in range(len(test.steps)):
+                picture.show_step(test.kind, step, "a step")
+                seen.append(picture.grab().toImage())
+    assert not [(one, two) for two in range(len(seen)) for one in range(two) if seen[one] == seen[two]]
