@@ -1490,6 +1490,10 @@
         <translation>导入…</translation>
     </message>
     <message>
+        <source>In doubt since: {count}; see the rows.</source>
+        <translation>此后存疑：{count} 项；请看各行。</translation>
+    </message>
+    <message>
         <source>In standby.</source>
         <translation>待机。</translation>
     </message>

@@ -283,6 +283,7 @@ class SettingsForm:
                 self._written[key] = written.wanted
                 if written.verified:
                     self._verified[key] = written.wanted
+                    self.watch.expect(key, written.wanted)
             else:
                 self._failures[key] = _Failure(written.wanted, written.fault.value, written.stands)
         if device is not None and not self._is_in_doubt():

@@ -57,6 +57,10 @@ class SettingsWatch:
             elif key not in self._changed or self._changed[key].after != known.value:
                 self._changed[key] = ChangedSetting(command, held, known.value)
 
+    def expect(self, key: str, value: Value) -> None:
+        """The module was read back to hold it: a later reading of another value is a change."""
+        self._held[key] = value
+
     def accept(self, keys: Iterable[str] | None = None) -> None:
         """Makes the next reading of these settings (None: of all) the expected one."""
         if keys is None:

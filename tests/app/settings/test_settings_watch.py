@@ -10,7 +10,7 @@ from app.engine.snapshots import snapshot_of
 from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.settings.fingerprint import ALPHABET, COVERED, fingerprint, fingerprint_of, is_fingerprint
-from app.settings.form import RowState, SettingsForm
+from app.settings.form import FormRow, RowState, SettingsForm
 from app.settings.profiles import Match, Profile, compare, profile_of
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
@@ -110,9 +110,13 @@ KEY = "freefall_time_s"
 WRITTEN = SettingChange(BY_NAME["freefall_time"], 1.2)
 
 
-def states(form: SettingsForm, rig: Rig) -> dict[str, RowState]:
+def rows(form: SettingsForm, rig: Rig) -> dict[str, FormRow]:
     now = rig.clock.now_s
-    return {row.command.key: row.state for row in form.rows(rig.session.device.view(now), now)}
+    return {row.command.key: row for row in form.rows(rig.session.device.view(now), now)}
+
+
+def states(form: SettingsForm, rig: Rig) -> dict[str, RowState]:
+    return {key: row.state for key, row in rows(form, rig).items()}
 
 
 def verified_rig() -> tuple[Rig, SettingsForm]:
@@ -130,8 +134,7 @@ def test_verified_is_read_again_every_ten_seconds() -> None:
     rig, form = verified_rig()
     for _ in range(30):
         rig.step_for(1.0)
-        row = next(row for row in form.rows(rig.session.device.view(rig.clock.now_s), rig.clock.now_s)
-                   if row.command.key == KEY)  # fmt: skip
+        row = rows(form, rig)[KEY]
         assert row.state is RowState.VERIFIED
         assert row.module_value is not None
         assert rig.clock.now_s - row.module_value.at < 10.5
@@ -141,8 +144,7 @@ def test_a_later_change_takes_verified_away_and_says_so() -> None:
     rig, form = verified_rig()
     rig.bench.module.memory.freefall_time = 20
     rig.step_for(11.0)
-    row = next(row for row in form.rows(rig.session.device.view(rig.clock.now_s), rig.clock.now_s)
-               if row.command.key == KEY)  # fmt: skip
+    row = rows(form, rig)[KEY]
     assert row.state is RowState.CHANGED
     assert row.reason == "Was 1.20 s, now 0.20 s; not written here."
 

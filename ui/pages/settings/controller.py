@@ -234,12 +234,13 @@ class SettingsController(QObject):
     def _written_notice(self, report: WriteReport) -> Notice:
         """Counts by the current states: a setting that changed since is no longer called verified."""
         rows = {row.command: row for row in self.form.rows(self._connector.current.device, self._connector.clock())}
-        states = [rows[one.command].state for one in report.results if one.command in rows]
-        verified = states.count(RowState.VERIFIED)
+        ended = [(one, rows[one.command].state) for one in report.results if one.command in rows]
+        verified = sum(state is RowState.VERIFIED for _one, state in ended)
+        doubtful = sum(state in (RowState.STALE, RowState.UNKNOWN) for _one, state in ended)
+        since = sum(state is RowState.READ and one.verified is not None for one, state in ended)
         acknowledged = sum(one.is_fine and one.verified is None for one in report.results)
         bad = sum(row.state is RowState.FAILED for row in rows.values())
         moved = sum(row.state is RowState.CHANGED for row in rows.values())
-        since = len(report.results) - verified - acknowledged - bad - states.count(RowState.CHANGED)
         parts = []
         if verified:
             parts.append(tr("Read back as written: {count}.", count=verified))
@@ -252,10 +253,12 @@ class SettingsController(QObject):
         if report.unread:
             titles = ", ".join(tr(command.title) for command in report.unread)
             parts.append(tr("Not read back: {names}.", names=titles))
-        if since > 0:
+        if since:
             parts.append(tr("Not verified, but read as set since: {count}.", count=since))
+        if doubtful:
+            parts.append(tr("In doubt since: {count}; see the rows.", count=doubtful))
         test = Choice("survives", tr("Survives a power cycle?"), self.test_power_cycle)
-        is_bad = bad or moved or report.unread
+        is_bad = bad or moved or doubtful or report.unread
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
         return Notice(meaning, join_sentences(parts), (test,) if verified else (), self.job.dismiss)
 

@@ -139,15 +139,10 @@ def test_wide_columns_never_make_a_narrow_window_scroll_sideways(
             let_lay_out()
             assert main.area.horizontalScrollBar().maximum() == 0, width
             assert name.width() == name_px
-
-
-def test_a_profile_has_room_where_the_form_has(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """The pane beside the form asks for no room while another view is in sight."""
-    with desk(qtbot, qapp, tmp_path) as one:
-        main, profile = one.assembly.window, tmp_path / "H6.toml"
+        profile = tmp_path / "H6.toml"
         main.resize(1366, 768)
         profile.write_text(walk.PROFILE, encoding="utf-8")
         one.settings.open_file(profile)
         main.resize(1024, 600)
         let_lay_out()
-        assert main.area.horizontalScrollBar().maximum() == 0
+        assert main.area.horizontalScrollBar().maximum() == 0  # the pane asks for no room beside another view

@@ -1,0 +1,213 @@
+"""What the controller of the Settings page makes of the ends of its jobs, over fake ports: no procedure runs."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtWidgets import QApplication
+
+from app.engine.device import StaleReason
+from app.engine.identity import Identity, Trust
+from app.engine.procedure import Cancelled, PortLost
+from app.engine.snapshots import Snapshot
+from app.engine.target import Target
+from app.procedures.read import Everything
+from app.procedures.write import SetReply, WriteFault, Written
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport
+from app.safety.journal import NoJournal
+from app.settings.form import FormRow, RowState
+from protocol.catalogue import BY_NAME
+from protocol.fields import Value
+from tests.support.window.fake_ports import FakePorts, FakeWorker
+from ui.core.texts import Texts
+from ui.pages.settings import controller
+from ui.pages.settings.controller import SettingsController
+from ui.services.context import Services
+from ui.services.lock import LockControl
+from ui.services.storage import Storage
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
+
+TILT, TIME, LIGHT = (BY_NAME[name] for name in ("attitude_threshold", "freefall_time", "light_threshold"))
+FOUND: dict[str, Value] = {TILT.key: 60, TIME.key: 1.6, LIGHT.key: 1.8}
+AS_FOUND = Snapshot(settings=FOUND)
+WANTED: dict[str, Value] = {TILT.key: 70, TIME.key: 1.2}
+CUT, UNREAD = "{} was sent: interrupted while writing; the value is unknown", "70° was sent: not read again"
+TILT_HEARD = Written(command=TILT, wanted=70, heard=SetReply.ECHO, stands=70, verified=True)
+TIME_HEARD = Written(command=TIME, wanted=1.2, heard=SetReply.ECHO, stands=1.2, verified=True)
+
+
+@dataclass
+class Desk:
+    ports: FakePorts
+    work: SettingsController
+    leaves: list[WriteContext] = field(default_factory=list)
+
+    @property
+    def worker(self) -> FakeWorker:
+        return self.ports.workers[0]
+
+    def write(self) -> WriteContext:
+        """Begins to write what is wanted, as `write_all` does."""
+        self.work.edit(lambda: self.work.form.fill(WANTED))
+        self.work.write()
+        leave = self.leaves[-1]
+        if leave.store_snapshot is not None:
+            leave.store_snapshot(AS_FOUND)
+        return leave
+
+    def end(self, result: object, **values: Value) -> None:
+        """Ends the job that was begun last, with an error or a result; the module then reads `values`."""
+        job = self.worker.jobs[-1][0]
+        if isinstance(result, Exception):
+            job.run.error = result
+        else:
+            job.run.result = result
+        self.worker.say(**values)
+        self.worker.hand_over(finished=(job,))
+        QApplication.processEvents()
+
+    @property
+    def rows(self) -> list[FormRow]:
+        """Of tilt and time."""
+        port = self.ports.connector.current
+        return [row for row in self.work.form.rows(port.device, port.clock()) if row.command.key in WANTED]
+
+    @property
+    def states(self) -> list[RowState]:
+        return [row.state for row in self.rows]
+
+    @property
+    def says(self) -> str:
+        notice = self.work.notice()
+        return "" if notice is None else notice.text
+
+
+@pytest.fixture
+def desk(qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+    ports, storage, appearance = FakePorts(), Storage(tmp_path), Appearance(qapp, Choice.LIGHT)
+    lock = LockControl(ports.connector, lambda _target: NoJournal())
+    made = Desk(ports, SettingsController(Services(ports.connector, Texts(), appearance, lock, storage)))
+
+    def begin(_changes: Sequence[SettingChange], leave: WriteContext) -> Any:
+        made.leaves.append(leave)
+        return iter(())
+
+    monkeypatch.setattr(controller, "write_all", begin)
+    ports.plug_in("/dev/port0", **FOUND)
+    QApplication.processEvents()
+    yield made
+    appearance.deleteLater()
+    ports.stop()
+    storage.close()
+
+
+@pytest.mark.parametrize("error", [PortLost(), Cancelled()], ids=["lost", "cancelled"])
+@pytest.mark.parametrize(
+    ("begun", "heard", "states", "reasons"),
+    [
+        ((), (), [RowState.EDITED, RowState.EDITED], []),
+        ((TILT,), (), [RowState.FAILED, RowState.EDITED], [CUT.format("70°")]),
+        ((TILT,), (TILT_HEARD,), [RowState.FAILED, RowState.EDITED], [UNREAD]),
+        ((TILT, TIME), (TILT_HEARD,), [RowState.FAILED, RowState.FAILED], [UNREAD, CUT.format("1.20 s")]),
+    ],
+    ids=["nothing", "begun", "heard", "heard_and_begun"],
+)
+def test_what_an_interrupted_write_began_is_in_doubt_until_it_reads_as_wanted(
+    desk: Desk, error: Exception, begun: Any, heard: Any, states: list[RowState], reasons: list[str]
+) -> None:
+    leave = desk.write()
+    assert leave.on_begun is not None
+    assert leave.on_written is not None
+    for command in begun:
+        leave.on_begun(command)
+    for written in heard:
+        leave.on_written(written)
+    notice = desk.work.notice()
+    assert notice is not None
+    if isinstance(error, Cancelled):
+        notice.choices[0].act()
+    assert desk.worker.jobs[-1][0].run.is_cancelled is isinstance(error, Cancelled)
+    desk.end(error)
+    assert [row.reason.rstrip(".") for row in desk.rows if row.reason] == reasons
+    assert (desk.states, desk.work.count_unsent()) == (states, 2)
+    assert desk.work.job.is_running is isinstance(error, Cancelled), "what a cancelled write left is read at once"
+    desk.work.read_all()
+    desk.end(Everything(), **FOUND)
+    assert (desk.states, desk.work.count_unsent()) == (states, 2), "a reading of the old values clears nothing"
+    assert ("Cancelled: the rest is unknown." in desk.says) is isinstance(error, Cancelled)
+    desk.work.read_all()
+    desk.end(Everything(), **WANTED)
+    assert (desk.states, desk.work.count_unsent()) == ([RowState.READ, RowState.READ], 0)
+
+
+@pytest.mark.parametrize(
+    ("values", "restarts", "states", "says"),
+    [
+        (WANTED, 0, [RowState.VERIFIED, RowState.VERIFIED], "Read back as written: 2."),
+        (WANTED, 1, [RowState.READ, RowState.READ], "Not verified, but read as set since: 2."),
+        (
+            {TIME.key: 0.2, TILT.key: 70}, 0, [RowState.VERIFIED, RowState.CHANGED],
+            "Read back as written: 1. Changed without being written: 1; see the rows.",
+        ),
+        ({}, 1, [RowState.STALE, RowState.STALE], "In doubt since: 2; see the rows."),
+    ],
+    ids=["verified", "read_after_a_restart", "changed_since", "restarted"],
+)  # fmt: skip
+def test_only_what_is_verified_now_is_called_verified(
+    desk: Desk, values: dict[str, Value], restarts: int, states: list[RowState], says: str
+) -> None:
+    """The window may see the end of a write late: the module was read again, or restarted, since."""
+    desk.write()
+    desk.worker.restarts = restarts
+    if not values:
+        desk.worker.values = {
+            key: replace(known, value=WANTED.get(key, known.value), stale_reason=StaleReason.RESTARTED)
+            for key, known in desk.worker.values.items()
+        }
+    desk.end(WriteReport(results=(TILT_HEARD, TIME_HEARD)), **values)
+    assert (desk.states, desk.says) == (states, says)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda ports: ports.connector.choose(ports.plug_in("/dev/port1", **FOUND)[0]),
+        lambda ports: ports.connector.current.treat_as_new(),
+        lambda ports: ports.connector.connect_to(Target("/dev/port1", 115200)),
+    ],
+    ids=["another_port", "another_module", "another_connection"],
+)
+def test_nothing_of_one_module_is_kept_for_another(desk: Desk, change: Callable[[FakePorts], None]) -> None:
+    leave, work = desk.write(), desk.work
+    failed = Written(command=TIME, wanted=1.2, heard=SetReply.ECHO, stands=1.6, fault=WriteFault.NOT_RETAINED)
+    desk.end(WriteReport(results=(TILT_HEARD, failed)), **FOUND)
+    assert (work.initial, work.count_unsent(), dict(work.form.written)) == (AS_FOUND, 1, {TILT.key: 70})
+    assert desk.write().store_snapshot is None, "the values found are those before the first write"
+    desk.end(PortLost())
+    change(desk.ports)
+    desk.worker.say(**FOUND)
+    QApplication.processEvents()
+    assert leave.store_snapshot is not None
+    leave.store_snapshot(AS_FOUND)  # the worker of the former module was slow
+    assert work.initial is None
+    work.restore_initial()
+    assert (work.count_unsent(), dict(work.form.written), work.form.can_undo, desk.says) == (0, {}, False, "")
+    assert work.form.watch is desk.ports.connector.current.kept.watch
+
+
+@pytest.mark.parametrize("trust", [Trust.UNPROVEN, Trust.REFUTED])
+def test_to_a_module_that_may_be_another_nothing_is_written_or_restored(desk: Desk, trust: Trust) -> None:
+    desk.write()
+    desk.end(PortLost())
+    desk.worker.identity = Identity(trust)
+    desk.worker.say(**FOUND)
+    QApplication.processEvents()
+    jobs = len(desk.worker.jobs)
+    desk.work.write()
+    assert len(desk.worker.jobs) == jobs
+    assert desk.says.startswith("Nothing was written.")
+    desk.work.restore_initial()
+    assert (desk.work.initial, desk.work.form.edited) == (None, WANTED)
