@@ -26,27 +26,24 @@ from app.system.uncaught import catch_uncaught_errors
 from app.text.i18n import LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.archive.archive_actions import ArchiveActions
-from ui.connect.baud_recovery import BaudRecovery
 from ui.connect.connect_panel import SIMULATED_PORT
-from ui.connect.left_active import LeftActiveWatch
+from ui.connect.left_active import BaudRecovery, LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
 from ui.core.garbage_collector import garbage_freed_here
-from ui.core.language_switch import LanguageSwitch
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.core.texts import Texts
+from ui.core.texts import LanguageSwitch, Texts
 from ui.help.help_actions import HelpActions
-from ui.preferences.missing_font import need_fonts
+from ui.preferences.dialog import need_fonts
+from ui.services.announcer import announce_states
 from ui.services.context import PageEntry, Services
 from ui.services.lock import LockControl
 from ui.services.page import Page
-from ui.services.state_announcer import announce_states
 from ui.services.storage import Storage
+from ui.shell.disarming import UncaughtErrors
 from ui.shell.main_window import MainWindow
-from ui.shell.shutdown import end_process
-from ui.shell.unattended_run import has_seen_status, write_evidence
-from ui.shell.uncaught_errors import UncaughtErrors
+from ui.shell.shutdown import end_process, has_seen_status, write_evidence
 from ui.style.accessible_roles import install_accessible_roles
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon, app_icon

@@ -19,9 +19,9 @@ from ui.acts.outcomes import ASKING, OutcomeWatch, motion_text, not_begun, open_
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Space
+from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 
 ASK_WORDS: Final[Mapping[Act, str]] = {

@@ -33,11 +33,10 @@ from ui.services.context import Services
 from ui.services.module_name import module_label
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row
-from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
 

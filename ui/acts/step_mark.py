@@ -10,10 +10,9 @@ from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.style import icons
 from ui.style.icons import Icon
-from ui.style.painted_widget import PaintedWidget
-from ui.style.shapes import pen
+from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Meaning, Size, Space, current, font
-from ui.widgets.naming import named
+from ui.widgets.controls import named
 
 _CIRCLE_PX = 20
 

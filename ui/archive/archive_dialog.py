@@ -36,12 +36,10 @@ from ui.forms.table_kit import select_row
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.document_window import bring_to_front
-from ui.widgets.empty_state import EmptyState
-from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.labels import EmptyState, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 FIRST_SIZE: Final = QSize(940, 560)

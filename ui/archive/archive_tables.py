@@ -16,7 +16,7 @@ from protocol.translatable import marked
 from ui.forms.table_kit import RowsFilter, RowsModel, TableColumn, list_rows
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
-from ui.widgets.naming import named
+from ui.widgets.controls import named
 
 Row = TypeVar("Row")
 _ROW_PX: Final = 26

@@ -30,10 +30,9 @@ from ui.core.preferences import LastPort
 from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -12,7 +12,7 @@ from app.text.i18n import tr
 from app.text.visible_text import visible
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import ThenPath, ask_open
-from ui.widgets.naming import named
+from ui.widgets.controls import named
 
 
 class FilePage(NamedTuple):

@@ -21,10 +21,9 @@ from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ThenPath, ask_path, default_name
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, current, font
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import FlowRow, in_row
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 16

@@ -18,9 +18,8 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Space
-from ui.widgets.controls import ChoiceButton, control
+from ui.widgets.controls import ChoiceButton, control, named
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, WheelGuard
 
 _FLAG_PX: Final = 92

@@ -13,8 +13,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.translatable import marked
-from ui.style.painted_widget import Freshness, PaintedWidget
-from ui.style.shapes import pen, unknown_box
+from ui.style.painted_widget import Freshness, PaintedWidget, pen, unknown_box
 from ui.style.theme import Size, current, font, scaled
 
 WIDTH_PX: Final = 112

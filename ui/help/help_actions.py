@@ -12,7 +12,7 @@ from ui.shell.main_window import MainWindow
 
 if TYPE_CHECKING:
     from ui.help.guide_viewer import GuideViewer
-    from ui.help.shortcuts import ShortcutsView
+    from ui.help.small_windows import ShortcutsView
     from ui.help.whats_this import WhatsThis
 
 
@@ -85,13 +85,13 @@ class HelpActions(QObject):
         self._guide.go_to_chapter(chapter)
 
     def show_keys(self) -> None:
-        from ui.help.shortcuts import ShortcutsView
+        from ui.help.small_windows import ShortcutsView
 
         if self._keys is None:
             self._keys = ShortcutsView(self._window, self._services.texts, self._entries)
         self._keys.bring_up()
 
     def show_about(self) -> None:
-        from ui.help.about import show_about
+        from ui.help.small_windows import show_about
 
         show_about(self._window)

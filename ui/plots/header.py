@@ -12,9 +12,8 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import ChoiceButton, control
+from ui.widgets.controls import ChoiceButton, control, named
 from ui.widgets.layouts import FlowRow
-from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 
 WINDOWS_S: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}

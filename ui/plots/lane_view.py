@@ -20,7 +20,7 @@ from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from ui.plots.lanes import Lane, Limit, Scale, Span, Tick, fitting_scale, value_text
 from ui.plots.overlay import Overlay, Tag, apart
-from ui.style.shapes import pen
+from ui.style.painted_widget import pen
 from ui.style.theme import Size, Theme, font
 
 _MAX_BUCKETS: Final = 1000

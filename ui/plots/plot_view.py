@@ -26,7 +26,7 @@ from app.text.i18n import tr
 from ui.plots.lane_view import LaneView, style_axis
 from ui.plots.lanes import Frame, Lane, Mark, Span
 from ui.plots.overlay import ICON_PX, Overlay, Tag, beside
-from ui.style.shapes import mixed
+from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, current, font
 
 if TYPE_CHECKING:  # pyqtgraph has no types

@@ -22,8 +22,8 @@ from ui.plots.header import PlotHeader
 from ui.plots.lanes import Frame, Lane, Mark, Span, value_text
 from ui.plots.plot_view import SHORTEST_S, PlotView
 from ui.style.theme import Size, Space, font
+from ui.widgets.controls import named
 from ui.widgets.layouts import in_column
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _WINDOW_S: Final = 60.0

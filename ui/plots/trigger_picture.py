@@ -11,11 +11,10 @@ from PySide6.QtWidgets import QSizePolicy
 from app.text.i18n import tr
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.messages import TriggerRecord
-from ui.plots.aircraft import draw_aircraft
+from ui.plots.gauge import draw_aircraft
 from ui.style import icons
 from ui.style.icons import Icon
-from ui.style.painted_widget import PaintedWidget
-from ui.style.shapes import pen
+from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Meaning, Size, current, font
 
 _BEYOND_DEG: Final = 8.0

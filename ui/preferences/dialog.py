@@ -1,7 +1,9 @@
-"""Modeless dialog of preferences, which apply at once."""
+"""Preferences: applied at once and saved, in a modeless dialog; English where no font has Chinese characters."""
 
+from collections.abc import Callable
 from functools import partial
 
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -15,16 +17,50 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.text.i18n import CHINESE, ENGLISH, language
+from app.text.i18n import CHINESE, ENGLISH, language, tr
 from protocol.translatable import marked
-from ui.core.texts import Texts
-from ui.preferences.choices import Choices
-from ui.style.theme import Choice, Space
-from ui.widgets.controls import control
+from ui.core.preferences import Preferences
+from ui.core.texts import LanguageSwitch, Texts, has_font_for
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice, Meaning, Space
+from ui.widgets.controls import control, named
 from ui.widgets.document_window import bring_to_front
 from ui.widgets.layouts import in_column
-from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice
 from ui.widgets.sliders import WheelGuard
+
+
+class Choices(QObject):
+    """Each choice applies at once, and at the next start."""
+
+    changed = Signal()
+
+    def __init__(self, appearance: Appearance, language_switch: LanguageSwitch, preferences: Preferences) -> None:
+        super().__init__()
+        self._appearance, self._language_switch = appearance, language_switch
+        self.remembered = preferences
+        self.has_font_for: Callable[[str], bool] = lambda _name: True
+        self.report_no_font: Callable[[], object] = lambda: None
+
+    def use_language(self, name: str) -> None:
+        """Keeps the language, and reports it, if no font has the characters of the new one."""
+        if not self.has_font_for(name):
+            self.report_no_font()
+            return
+        self._language_switch.use(name)
+        self.remembered.language = name
+        self.changed.emit()
+
+    def use_theme(self, key: str) -> None:
+        self._appearance.choose(Choice(key))
+        self.remembered.theme = key
+        self.changed.emit()
+
+    def use_zoom(self, percent: int) -> None:
+        self._appearance.zoom(percent)
+        self.remembered.zoom_percent = percent
+        self.changed.emit()
+
 
 THEMES = (
     (Choice.AUTO, marked("System")),
@@ -103,3 +139,23 @@ class PreferencesDialog(QDialog):
     def _use_language(self, row: int) -> None:
         self._choices.use_language(self.language.itemData(row))
         self.refresh()
+
+
+def need_fonts(
+    language_switch: LanguageSwitch,
+    choices: Choices,
+    *,
+    tell: Callable[[Callable[[], Notice]], None],
+    dismiss: Callable[[], None],
+) -> None:
+    """Checks the language in use, and each one chosen later; `tell` shows a notice, `dismiss` removes it."""
+
+    def notice() -> Notice:
+        text = tr("No Chinese font is installed. Install one (fonts-noto-cjk), then restart.")
+        return Notice(Meaning.ATTENTION, text, dismiss=dismiss)
+
+    choices.has_font_for = has_font_for
+    choices.report_no_font = lambda: tell(notice)
+    if not has_font_for(language_switch.language):
+        language_switch.use(ENGLISH)
+        tell(notice)

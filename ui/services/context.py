@@ -1,21 +1,41 @@
-"""Page interface, and the services that a page is given."""
+"""What the window knows of a page, and the services that a page is given."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+
+from PySide6.QtCore import QObject, Signal
 
 from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
+from protocol.fields import Value
 from ui.core.connector import Connector
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
-from ui.services.draft_exchange import DraftExchange
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
 from ui.services.page import Page
 from ui.services.storage import PendingEdits, Storage
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
+
+
+class DraftExchange(QObject):
+    """Shared by the two pages; either may be missing."""
+
+    used = Signal(object)
+    """Values by the setting's key, to become drafts in Settings, unsent."""
+    tried = Signal(object)
+    """Values by the setting's key, to be tried on what was measured."""
+    measured = Signal()
+    """The light threshold is to be measured in Settings."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.find_drafts: Callable[[], Mapping[str, Value]] = dict
+        """What Settings wants now and has not sent."""
+        self.can_use: Callable[[], bool] = bool
+        """Whether Settings takes drafts: there is a module to write to."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Signal
 
 from app.text.i18n import tr
-from ui.core.announcer import announcer
+from ui.services.announcer import announcer
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

@@ -1,11 +1,12 @@
-"""Name of the connected module, given once by a technician and used on every page."""
+"""Name of the connected module, given once by a technician and used on every page, and the field to type it in."""
 
 import logging
 from collections.abc import Callable
 from functools import partial
 from math import inf
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QComboBox, QLineEdit
 
 from app.engine.identity import Expected, IdentityEvidence, evidence_of
 from app.engine.target import Target
@@ -18,7 +19,11 @@ from app.text.messages import clean
 from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
 from ui.core.port_connection import PortConnection
+from ui.core.texts import Texts
 from ui.services.storage import Storage
+from ui.widgets.controls import named
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _log = logging.getLogger(__name__)
 MAX_NAME_LENGTH = 60
@@ -309,3 +314,41 @@ def _store_evidence(store: Store, name: str, evidence: IdentityEvidence) -> bool
 def module_label(name: str) -> str:
     """For sentences, in the language in use."""
     return name or tr("a module without a name")
+
+
+class ModuleField(QComboBox):
+    """A name to type or choose, applied by Enter, by leaving the field, or by choosing."""
+
+    def __init__(self, name: str, naming: ModuleName, texts: Texts, guard: WheelGuard) -> None:
+        super().__init__()
+        named(self, name)
+        self._naming = naming
+        self.setEditable(True)
+        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.setMinimumContentsLength(8)
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        guard.guard(self)
+        edit = QLineEdit()
+        self.setLineEdit(edit)
+        edit.setObjectName(f"{name}_edit")
+        edit.setMaxLength(MAX_NAME_LENGTH)
+        edit.editingFinished.connect(self._apply)
+        self.activated.connect(self._apply)
+        texts.bind(self.setAccessibleName, "Module")
+        texts.bind(edit.setAccessibleName, "Module")
+        texts.bind(edit.setPlaceholderText, "not named")
+        texts.bind(self.setToolTip, "Without a serial number its name identifies it")
+        naming.changed.connect(self.show_name)
+        VisibilityTimer(self, self.show_name)
+        self.show_name()
+
+    def show_name(self) -> None:
+        with QSignalBlocker(self):
+            self.clear()
+            self.addItems([one.name for one in self._naming.known])
+            self.setCurrentIndex(self.findText(self._naming.name, Qt.MatchFlag.MatchExactly))
+            self.setEditText(self._naming.name)
+
+    def _apply(self) -> None:
+        self._naming.choose(self.currentText())
+        self.setEditText(self._naming.name)

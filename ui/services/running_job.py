@@ -1,17 +1,28 @@
-"""One procedure at a time on the module, as a page shows it: progress, cancel, result, notice."""
+"""One procedure at a time on the module, as a page shows it: progress, cancel, result, notice; the question before a
+write that takes protection away; filing a check."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject
 
+from app import version
 from app.engine.procedure import Procedure, Report, Result
+from app.engine.target import Target
 from app.engine.worker import Job
+from app.limits.expectations import Expectations, Past
+from app.preflight.evidence import Evidence, FrameLog
+from app.procedures.write_all import SettingChange, risk_message
+from app.records.filing import Filed, Person, file_check
+from app.store.database import StoreTrouble
+from app.store.store import Store
 from app.text.i18n import tr
+from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
 from ui.services.job_notice import JobNotice, progress_notice
-from ui.widgets.notice_bar import Notice
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
 
 
 class RunningJob(JobNotice):
@@ -75,3 +86,59 @@ class RunningJob(JobNotice):
 
 def _spoken(value: object) -> object:
     return tr(value) if isinstance(value, str) else value
+
+
+Write = Callable[..., None]
+"""Called with the changes that were shown and `accepted`."""
+
+
+def is_risk_open(changes: Sequence[SettingChange], accepted: frozenset[SettingChange]) -> bool:
+    """Whether the question has to be asked before these changes are written."""
+    return any(change.risks and change not in accepted for change in changes)
+
+
+def risk_notice(
+    changes: Sequence[SettingChange], write: Write, cancel: Callable[[], None], *other: Choice
+) -> Notice | None:
+    """The question in the language in use; None if the changes take nothing away."""
+    risk = risk_message(changes)
+    if risk is None:
+        return None
+    return Notice(Meaning.ATTENTION, risk.translated(), (*risk_choices(changes, write, cancel), *other))
+
+
+def risk_choices(
+    changes: Sequence[SettingChange], write: Write, cancel: Callable[[], None], *, is_shown: bool = True
+) -> tuple[Choice, ...]:
+    anyway = partial(write, accepted=frozenset(changes))
+    return (
+        Choice("not_now", tr("Cancel"), cancel),
+        Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_shown),
+    )
+
+
+def file_in_background(
+    task: BackgroundTask[Filed],
+    evidence: Evidence,
+    expectations: Expectations,
+    person: Person,
+    log: FrameLog,
+    *,
+    is_stored: bool,
+    store: Store | StoreTrouble,
+    target: Target | None,
+    then: Callable[[Filed], object],
+    past: Past | None = None,
+) -> None:
+    """Call `then` with the judged check: stored in the store's thread, or at once where it is not to be stored."""
+    used_store = store if is_stored and isinstance(store, Store) else None
+    adapter = "" if target is None else target.identity
+    work = partial(
+        file_check, evidence, expectations, person, log,
+        store=used_store, program_version=version(), adapter=adapter, past=past,
+    )  # fmt: skip
+    if used_store is None:
+        task.cancel()
+        then(work())
+    else:
+        task.run_in(used_store.queue, work, then)

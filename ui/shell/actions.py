@@ -11,8 +11,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.page import Page
 from ui.style.icons import Icon, icon
-from ui.widgets.controls import Shortcut, name_of
-from ui.widgets.naming import named
+from ui.widgets.controls import Shortcut, name_of, named
 
 _MENUS = {
     "file": marked("&File"),

@@ -12,10 +12,9 @@ from app.text.i18n import tr
 from ui.services.lock import LockControl
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 LOCK_KEYS: Final = ("Ctrl+L", "F12")

@@ -12,29 +12,26 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from protocol.translatable import marked
 from ui.connect.connect_panel import ConnectPanel
-from ui.connect.identity_notice import identity_notice
 from ui.core.background_task import BackgroundTask
-from ui.core.language_switch import LanguageSwitch
 from ui.core.preferences import LastPort
+from ui.core.texts import LanguageSwitch
 from ui.files.file_opener import FileOpener, FilePage
-from ui.preferences.choices import Choices
-from ui.preferences.dialog import PreferencesDialog
+from ui.preferences.dialog import Choices, PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.shell.actions import Actions, MenuEntry
-from ui.shell.attention import Attention
+from ui.shell.attention import Attention, identity_notice
+from ui.shell.disarming import ResumeWatcher
 from ui.shell.lock_above import LOCK_KEYS, LockAbove
-from ui.shell.page_area import PageArea, PageMaker
-from ui.shell.resume import ResumeWatcher
+from ui.shell.page_area import PageArea, PageMaker, fit_screen
 from ui.shell.shutdown import close_down
 from ui.shell.sidebar import Sidebar
 from ui.shell.status_bar import RecordingSign, StatusBar
 from ui.shell.top_bar import TopBar
-from ui.shell.window_size import fit_screen
 from ui.simulator.dock import SimulatorDock
 from ui.style.icons import Icon, app_icon
+from ui.widgets.controls import named
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 
 _log = logging.getLogger(__name__)

@@ -1,15 +1,46 @@
-"""The pages: making them one by one while the window stays responsive, and the area that shows one."""
+"""The pages: making them one by one while the window stays responsive, the area that shows one, the room on screen."""
 
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from PySide6.QtCore import QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
 
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
-from ui.widgets.naming import named
+from ui.widgets.controls import named
+
+FRAME: Final = QSize(4, 36)
+"""Size of a window's title bar and edges, before the system reports it."""
+
+
+def fitting(wanted: QRect, free: QRect) -> QRect:
+    """`wanted`, moved and shrunk until it lies within `free`."""
+    size = wanted.size().boundedTo(free.size())
+    left = min(max(wanted.left(), free.left()), free.left() + free.width() - size.width())
+    top = min(max(wanted.top(), free.top()), free.top() + free.height() - size.height())
+    return QRect(QPoint(left, top), size)
+
+
+def free_area(window: QWidget) -> QRect:
+    """The part of the screen where the inside of the window may be, in logical pixels."""
+    frame = window.frameGeometry().size() - window.geometry().size() if window.isVisible() else QSize()
+    frame = frame.expandedTo(FRAME)
+    return (
+        window.screen()
+        .availableGeometry()
+        .adjusted(frame.width() // 2, frame.height() - frame.width() // 2, -frame.width() // 2, -frame.width() // 2)
+    )
+
+
+def fit_screen(window: QWidget, smallest: QSize) -> None:
+    """Keeps the window on its screen, whose size also limits the minimum size `smallest`."""
+    free = free_area(window)
+    window.setMinimumSize(smallest.boundedTo(free.size()))
+    if not window.isMaximized() and not window.isFullScreen():
+        window.setGeometry(fitting(window.geometry(), free))
+
 
 BREATH_MS: Final = 1
 """Between two turns; with 0 Qt would process no other events."""

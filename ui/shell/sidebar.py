@@ -18,7 +18,7 @@ from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.style.icons import Icon, draw, icon
 from ui.style.theme import Size, Space, current, font, scale_in_use, scaled
-from ui.widgets.naming import named
+from ui.widgets.controls import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 WIDE_PX: Final = 160

@@ -18,10 +18,9 @@ from ui.core.texts import Texts
 from ui.services.session_recording import RecordingState
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -19,12 +19,10 @@ from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
 from ui.style.icons import Icon, battery, draw, icon, set_icon_size
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
-from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control
+from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control, named, set_role
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named, set_role
-from ui.widgets.readout import StateChip, parts_of
-from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
+from ui.widgets.readout import StateChip, age_of, parts_of, show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
 BAR_PX = 48

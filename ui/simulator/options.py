@@ -24,8 +24,7 @@ from app.simulator.quirks import Group
 from app.text.user_error import UserError
 from ui.core.texts import Texts
 from ui.style.theme import Space
-from ui.widgets.controls import control
-from ui.widgets.naming import named
+from ui.widgets.controls import control, named
 from ui.widgets.sliders import NUMBER_PX, WheelGuard, label_for
 
 PERCENT = 100.0

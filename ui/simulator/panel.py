@@ -1,6 +1,7 @@
-"""Panel of the simulated module: tilt it, drop it, unplug it."""
+"""Panel of the simulated module: tilt it, drop it, unplug it; puts it at rest for a check that fails so."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Final
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import (
@@ -13,16 +14,19 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.engine.target import Target
+from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import BenchState, SimulatedBench
 from app.text.i18n import tr
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.simulator.options import SimulatorOptions
-from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -186,3 +190,32 @@ def _summary(state: BenchState) -> str:
         tr("{rate} baud", rate=state.baud_rate),
     ]
     return " · ".join(parts)
+
+
+_OF_REST: Final = frozenset(("tilt", "tilt_spread", "acceleration", "acceleration_spread"))
+
+
+def rest_offer(
+    target: Target | None, against: Sequence[str], check_again: Callable[[], object]
+) -> Callable[[], Notice] | None:
+    """Makes the notice; None if the module is real or at rest, or if no check of rest failed."""
+    if target is None or not target.is_simulated or not _OF_REST.intersection(against):
+        return None
+    try:
+        bench = open_bench(target.device)
+    except UserError:
+        return None
+    state = bench.state()
+    if not state.is_lifelike and not state.tilt_deg:
+        return None
+
+    def set_down() -> None:
+        bench.set_lifelike(is_lifelike=False)
+        bench.set_tilt(0)
+        check_again()
+
+    def offer() -> Notice:
+        text = tr("The simulated module is not at rest.")
+        return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set down, check again"), set_down),))
+
+    return offer

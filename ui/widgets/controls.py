@@ -10,8 +10,26 @@ from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QToolButton,
 from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon, set_icon_size
-from ui.widgets.naming import named
 from ui.widgets.step_button import StepButton
+
+Named = TypeVar("Named", bound=QObject)
+
+
+def named(one: Named, name: str, role: str = "") -> Named:
+    """Sets the object name of `one`, and its role in the style sheet; returns it."""
+    one.setObjectName(name)
+    if role:
+        one.setProperty("role", role)
+    return one
+
+
+def set_role(widget: QWidget, role: str) -> None:
+    """Changes the role of `widget` in the style sheet."""
+    if (widget.property("role") or "") != role:
+        widget.setProperty("role", role)
+        widget.style().unpolish(widget)
+        widget.style().polish(widget)
+
 
 ICON_PX: Final = 16
 TEXT_GAP_PX: Final = 2

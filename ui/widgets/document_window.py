@@ -6,9 +6,8 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QWidget
 
 from ui.core.texts import Texts
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_column
-from ui.widgets.naming import named
 
 _SIZE = QSize(760, 520)
 

@@ -1,16 +1,19 @@
-"""Labels: wrapping text, one elided line, text in a fixed height, a ticking figure, and an icon of the theme."""
+"""Labels: wrapping text, one elided line, text in a fixed height, a ticking figure, an icon of the theme, and
+what stands in place of an empty list."""
 
 from functools import partial
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QEvent, QRect, QSize, Qt
 from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy
+from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.text.sentences import join_sentences
+from ui.core.texts import Texts
 from ui.style.icons import Icon, pixmap
-from ui.style.theme import Meaning, Size, current, font, scaled
-from ui.widgets.naming import named
+from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.widgets.controls import control, named
+from ui.widgets.layouts import in_column
 
 _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
 
@@ -166,3 +169,26 @@ class IconLabel(QLabel):
             self._fit()
             self._draw()
         return super().event(event)
+
+
+_MARGIN_PX: Final = 120
+_ICON_PX: Final = 48
+
+
+class EmptyState(QWidget):
+    """`title` and `text` are English, marked; without them the owner fills the labels."""
+
+    def __init__(self, name: str, picture: Icon, texts: Texts, title: str = "", text: str = "") -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self._picture = IconLabel(f"{name}_icon", _ICON_PX)
+        self._picture.show_icon(picture, is_muted=True)
+        self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.title = control(QLabel(), texts, f"{name}_title", title, role="title")
+        self.text = control(QLabel(), texts, f"{name}_text", text, role="muted")
+        column = self.column = in_column(2, self._picture, of=self, spacing=Space.S, margins=(_MARGIN_PX, 0))
+        for label in (self.title, self.text):
+            label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+            label.setWordWrap(True)
+            column.addWidget(label)  # without an alignment, which would break the height of wrapped text
+        column.addStretch(3)

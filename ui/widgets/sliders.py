@@ -5,9 +5,8 @@ from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QSlider, QWidget
 
 from ui.core.texts import Texts
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named
 
 NUMBER_PX = 104
 """Width of a number box with its unit, smaller than Qt's size hint."""

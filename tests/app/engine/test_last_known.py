@@ -28,11 +28,10 @@ from protocol.messages import Status, decode
 from tests.support.line.sim_line import Rig, settled_rig, watched
 from tests.support.window.painted_text import watching
 from tests.support.window.settings_bench import desk
-from ui.shell.notices import link_notice
+from ui.shell.attention import link_notice
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Meaning, current
-from ui.widgets.readout import StateChip
-from ui.widgets.state_chips import show_activation
+from ui.widgets.readout import StateChip, show_activation
 
 NOW = 100.0
 

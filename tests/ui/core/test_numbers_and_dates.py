@@ -14,8 +14,7 @@ from app.system.wall_clock import local_time
 from app.text.durations import duration
 from app.text.i18n import CHINESE, ENGLISH, PSEUDO, set_language, tr
 from protocol.catalogue import BY_NAME
-from ui.core.language_switch import LanguageSwitch
-from ui.core.texts import Texts
+from ui.core.texts import LanguageSwitch, Texts
 
 ROOT = Path(__file__).parents[3]
 SOURCES = [path for folder in ("app", "ui") for path in sorted((ROOT / folder).rglob("*.py"))]

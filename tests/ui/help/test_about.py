@@ -5,7 +5,7 @@ import re
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from ui.help.about import show_about
+from ui.help.small_windows import show_about
 
 
 def test_every_component_is_listed_with_version_and_licence(qtbot: QtBot) -> None:

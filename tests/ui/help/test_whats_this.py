@@ -36,7 +36,7 @@ from tests.support.window.fakes_ui import WAIT_MS, Ports, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
-from ui.help.shortcuts import keys_of
+from ui.help.small_windows import keys_of
 from ui.help.whats_this import TEXTS, WIDGETS_AT_ONCE, WhatsThis, explain, fits, text_for
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage

@@ -140,12 +140,12 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
     "ui/widgets/document_window.py: QDialog: keys": _modeless("keys"),
     "ui/preferences/dialog.py: QDialog": _modeless("preferences"),
     "ui/archive/archive_dialog.py: QDialog": _modeless("archive"),
-    "ui/help/about.py: QMessageBox": _modeless("about", QMessageBox),
+    "ui/help/small_windows.py: QMessageBox": _modeless("about", QMessageBox),
 }
 """Everything that the program shows above its window, by file and class; `test_nothing_is_missing` compares it with the
 source."""
 MENUS: Final = frozenset({
-    "ui/services/page_header.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
+    "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
     "ui/pages/settings/profiles.py: QMenu", "ui/pages/flights/lists.py: QMenu",
     "ui/plots/time_plot.py: QMenu",
     "ui/pages/fleet/page.py: QMenu", "ui/pages/fleet/card_widget.py: QMenu",

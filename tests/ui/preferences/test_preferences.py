@@ -67,7 +67,7 @@ from PySide6.QtWidgets import QApplication
 from app.text.i18n import language
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions, assemble
-from ui.preferences.missing_font import need_fonts
+from ui.preferences.dialog import need_fonts
 from ui.services.storage import Storage
 app = QApplication([])
 folder = Path(sys.argv[1])

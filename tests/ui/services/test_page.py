@@ -9,7 +9,7 @@ from tests.support.window.fakes_ui import WAIT_MS, window
 from ui.main import PAGES
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import EDITOR_PX
-from ui.services.page_header import HEIGHT_PX
+from ui.services.page import HEIGHT_PX
 from ui.style.theme import scaled
 
 

@@ -9,9 +9,8 @@ from pytestqt.qtbot import QtBot
 from app.safety.journal import NoJournal
 from app.safety.last_known import keep_away
 from tests.support.window.fake_ports import FakePorts
-from ui.core.announcer import announcer
+from ui.services.announcer import announce_states, announcer
 from ui.services.lock import LockControl
-from ui.services.state_announcer import announce_states
 
 USB0, USB1 = "/dev/ttyUSB0", "/dev/ttyUSB1"
 

@@ -22,8 +22,8 @@ from tests.support.window.moved import covered, moved, places
 from tests.support.window.steps import find, notice_text
 from ui.core.texts import Texts
 from ui.main import PAGES, WindowOptions
+from ui.shell.attention import link_notice
 from ui.shell.main_window import MainWindow
-from ui.shell.notices import link_notice
 from ui.style.theme import Choice as Theme
 from ui.style.theme import Meaning, Size, scaled
 from ui.widgets.labels import FittedLabel

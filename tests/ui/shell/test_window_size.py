@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QRect
 
-from ui.shell.window_size import fitting
+from ui.shell.page_area import fitting
 
 FREE = QRect(0, 24, 960, 490)
 

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.contrast import contrast, surfaces_of
 from ui.core.texts import Texts
 from ui.main import PAGES
-from ui.services.page_header import HEIGHT_PX, PageHeader
+from ui.services.page import HEIGHT_PX, PageHeader
 from ui.shell.sidebar import Sidebar
 from ui.style import appearance, theme
 from ui.style.appearance import Appearance, style_sheet

@@ -4,8 +4,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.text.i18n import CHINESE, ENGLISH, tr
-from ui.core.language_switch import LanguageSwitch
-from ui.core.texts import Texts
+from ui.core.texts import LanguageSwitch, Texts
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 

@@ -17,9 +17,9 @@ from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.theme import Space, scaled
+from ui.widgets.controls import named, set_role
 from ui.widgets.labels import FittedLabel, text_label
 from ui.widgets.layouts import in_column, scroll_area
-from ui.widgets.naming import named, set_role
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200

@@ -34,10 +34,9 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 CAPTURE_ENTRIES: Final = 20_000

@@ -12,10 +12,9 @@ from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, perce
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import IconLabel
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500

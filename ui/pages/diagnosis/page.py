@@ -25,9 +25,8 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import Shortcut, control
+from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 

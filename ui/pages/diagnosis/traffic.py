@@ -27,10 +27,9 @@ from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, fixed_font, font
-from ui.widgets.controls import Shortcut, control
+from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 

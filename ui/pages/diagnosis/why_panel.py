@@ -23,10 +23,9 @@ from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
-from ui.widgets.controls import control, rename
+from ui.widgets.controls import control, named, rename
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import Gap, in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500

@@ -16,14 +16,12 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised
 from ui.core.texts import Texts
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.shapes import pen
+from ui.style.painted_widget import pen
 from ui.style.theme import Meaning, Size, Space, current, scaled
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named, set_role
-from ui.widgets.readout import Readout, StateChip
-from ui.widgets.state_chips import show_activation, show_known_trigger
+from ui.widgets.readout import Readout, StateChip, show_activation, show_known_trigger
 
 CARD_PX: Final = 324
 """Minimum width of a card at 100 %."""

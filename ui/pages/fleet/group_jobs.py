@@ -26,8 +26,8 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
 from ui.pages.fleet.members import FleetMembers, port_text
-from ui.services.check_filing import file_in_background
 from ui.services.context import Services
+from ui.services.running_job import file_in_background
 
 SILENT = message(marked("The module does not answer."))
 CANCELLED = message(marked("Cancelled."))

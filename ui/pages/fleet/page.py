@@ -36,14 +36,12 @@ from ui.pages.fleet.profile_panel import ProfilePanel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
-from ui.services.risk_question import is_risk_open, risk_notice
+from ui.services.running_job import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
-from ui.widgets.empty_state import EmptyState
-from ui.widgets.labels import text_label
+from ui.widgets.controls import control, named
+from ui.widgets.labels import EmptyState, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -19,13 +19,12 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.flights.texts import short_name
-from ui.services.page_header import HEIGHT_PX
+from ui.services.page import HEIGHT_PX
 from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard, label_for
 
 NONE: Final[tuple[CsvRole, ...]] = ()

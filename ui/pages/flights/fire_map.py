@@ -15,10 +15,10 @@ from app.flight_analysis.flight_set import FireMap
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.plots.static_plot import StaticPlot, apart_from_each_other
-from ui.style.shapes import mixed
+from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
+from ui.widgets.controls import named
 from ui.widgets.layouts import FlowRow, in_row
-from ui.widgets.naming import named
 
 _TILTS_DEG: Final = (30, 45, 60, 75, 90, 105, 120)
 _TIMES_S: Final = (0.5, 1.0, 1.5, 2.0, 2.5)

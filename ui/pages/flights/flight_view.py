@@ -31,13 +31,12 @@ from ui.files.save_bar import png_parts
 from ui.pages.flights.texts import appearance_of, outcome_lines, short_name, verdict_of
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.time_plot import TimePlot
-from ui.services.page_header import HEIGHT_PX
+from ui.services.page import HEIGHT_PX
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 
 _ICON_PX: Final = 20
 _PROBLEMS_SHOWN: Final = 3

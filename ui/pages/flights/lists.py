@@ -33,10 +33,9 @@ from ui.pages.flights.texts import (
 )
 from ui.style.icons import Icon, Look, icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 
 _NAMES: Final = {FlightGroup.MUST_NOT: "flights_must_not", FlightGroup.MUST: "flights_must"}
 _ICON_PX: Final = 16

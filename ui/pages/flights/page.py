@@ -35,10 +35,9 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import Shortcut, control
-from ui.widgets.empty_state import EmptyState
+from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 

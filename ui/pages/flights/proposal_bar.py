@@ -21,10 +21,9 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import in_column, in_row, retain_size
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 
 SUFFIX: Final = ".toml"

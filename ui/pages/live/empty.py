@@ -14,10 +14,9 @@ from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row, retain_size
-from ui.widgets.naming import named, set_role
 
 _TEXT_PX: Final = 500
 _MIN_TEXT_PX: Final = 240

@@ -28,9 +28,8 @@ from ui.services.context import Services
 from ui.services.page import StreamPage
 from ui.services.session_recording import SessionTracker
 from ui.style.theme import Space
-from ui.widgets.controls import Shortcut
+from ui.widgets.controls import Shortcut, named
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 DRAW_EVERY_MS: Final = 100

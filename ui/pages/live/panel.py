@@ -20,11 +20,10 @@ from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.plots.gauge import TiltGauge
-from ui.style.painted_widget import Freshness
-from ui.style.shapes import pen
+from ui.style.painted_widget import Freshness, pen
 from ui.style.theme import Meaning, Size, Space, current
+from ui.widgets.controls import named
 from ui.widgets.layouts import FlowRow, in_column
-from ui.widgets.naming import named
 from ui.widgets.readout import Readout, StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 

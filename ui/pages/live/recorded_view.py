@@ -27,11 +27,10 @@ from ui.plots.lanes import Lane, Span
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.banner import Banner
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel
-from ui.widgets.naming import named
-from ui.widgets.state_chips import show_activation, show_known_trigger
+from ui.widgets.notice_bar import Banner
+from ui.widgets.readout import show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
 # As wide as a gap in the plots; samples further away do not count.

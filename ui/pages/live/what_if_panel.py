@@ -44,10 +44,9 @@ from ui.plots.axis import clock_text
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
-from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 

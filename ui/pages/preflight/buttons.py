@@ -5,12 +5,11 @@ from PySide6.QtWidgets import QPushButton, QWidget
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.preflight.controller import PreflightController, Standing
-from ui.services.page_header import PageHeader
+from ui.services.page import PageHeader
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
-from ui.widgets.controls import control, rename
+from ui.widgets.controls import control, rename, set_role
 from ui.widgets.layouts import FlowRow
-from ui.widgets.naming import set_role
 from ui.widgets.step_button import StepButton
 
 

@@ -16,9 +16,8 @@ from ui.pages.preflight.row import CheckRow, ManualRow, remedy
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_column
-from ui.widgets.naming import named
 
 
 class CheckList(QScrollArea):

@@ -29,9 +29,8 @@ from app.text.messages import message
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.services.check_filing import file_in_background
 from ui.services.context import Services
-from ui.services.running_job import RunningJob
+from ui.services.running_job import RunningJob, file_in_background
 
 
 class Standing(Enum):

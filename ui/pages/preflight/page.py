@@ -18,7 +18,6 @@ from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
-from ui.core.announcer import announcer
 from ui.pages.preflight.buttons import PreflightButtons
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
@@ -28,14 +27,14 @@ from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.row import Mend, Remedy
 from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner, announcement
+from ui.services.announcer import announcer
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
-from ui.simulator.level_offer import rest_offer
+from ui.simulator.panel import rest_offer
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import Shortcut
+from ui.widgets.controls import Shortcut, named
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer

@@ -8,9 +8,8 @@ from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_row
-from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
 _DECIMALS = 4

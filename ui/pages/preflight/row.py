@@ -22,9 +22,8 @@ from ui.core.texts import Texts
 from ui.pages.preflight.controller import Statement
 from ui.style.icons import Icon, Look
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.controls import ChoiceButton, control
+from ui.widgets.controls import ChoiceButton, control, named, set_role
 from ui.widgets.labels import text_label
-from ui.widgets.naming import named, set_role
 from ui.widgets.readout import StateChip
 from ui.widgets.step_button import StepButton
 

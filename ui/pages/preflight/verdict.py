@@ -23,8 +23,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController, Standing
-from ui.style.painted_widget import PaintedWidget
-from ui.style.shapes import hatch, pen
+from ui.style.painted_widget import PaintedWidget, hatch, pen
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 
 HEIGHT_PX: Final = 128

@@ -15,15 +15,14 @@ from app.text.i18n import tr
 from app.text.sentences import join_names
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.fact_rows import FactRows
+from ui.forms.rows_table import FactRows
 from ui.pages.recordings.outlines import Outline, Outlines, draw_outline
 from ui.style.icons import Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Space, current
-from ui.widgets.controls import control, rename
+from ui.widgets.controls import control, named, rename
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named
 
 WIDTH_PX: Final = 328
 _LOWEST_PX: Final = 24

@@ -8,7 +8,7 @@ from PySide6.QtCore import QLineF, QObject, QRectF, Signal
 from PySide6.QtGui import QColor, QPainter
 
 from ui.core.background_task import BackgroundTask, Running
-from ui.style.shapes import pen
+from ui.style.painted_widget import pen
 from ui.style.theme import Theme
 
 if TYPE_CHECKING:  # loads numpy, which would delay the window's first paint

@@ -24,10 +24,9 @@ from ui.pages.settings.row import CELL_GAP, aligned_cells
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 

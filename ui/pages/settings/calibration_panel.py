@@ -15,10 +15,9 @@ from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.icons import Icon, set_icon_size
 from ui.style.theme import Space
-from ui.widgets.controls import TEXT_GAP_PX, control
+from ui.widgets.controls import TEXT_GAP_PX, control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import Gap, in_column, in_row
-from ui.widgets.naming import named
 
 CLOSED, OPEN = "closed", "open"
 

@@ -26,8 +26,7 @@ from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.module_memory import ModuleMemory
 from ui.services.context import Services
-from ui.services.risk_question import is_risk_open, risk_choices, risk_notice
-from ui.services.running_job import RunningJob
+from ui.services.running_job import RunningJob, is_risk_open, risk_choices, risk_notice
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

@@ -53,9 +53,8 @@ from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import Shortcut, control
+from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer

@@ -25,10 +25,9 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 
 SUFFIX: Final = ".toml"

@@ -23,10 +23,9 @@ from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon, Look
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import FittedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named, set_role
 from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
 

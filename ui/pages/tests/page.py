@@ -32,19 +32,18 @@ from app.text.messages import clean
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_guard import RitualGuard
-from ui.connect.module_field import ModuleField
 from ui.pages.tests.controller import FAILED, GuidedController, Stage
 from ui.pages.tests.result_view import ResultView
 from ui.pages.tests.texts import VERDICT_MEANINGS, instruction, last_text, live_reading
 from ui.pages.tests.widgets import GuidedPicture, Instruction, LiveValue, StepList
 from ui.services.context import Services
+from ui.services.module_name import ModuleField
 from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, icon, set_icon_size
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import Shortcut, control, rename
+from ui.widgets.controls import Shortcut, control, named, rename, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
-from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import StepButton

@@ -13,10 +13,9 @@ from ui.forms.table_kit import RowsModel, TableColumn, list_rows
 from ui.pages.tests.texts import VERDICT_MEANINGS, outcome_text
 from ui.style.icons import MEANING_ICONS, icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.naming import named, set_role
 
 _ROW_PX: Final = 28
 

@@ -13,11 +13,10 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 from app.guided.results import GuidedKind
 from app.text.i18n import tr
 from ui.style.icons import Icon
-from ui.style.painted_widget import PaintedWidget
-from ui.style.shapes import pen
+from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.widgets.controls import named, set_role
 from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.naming import named, set_role
 
 _MARK_PX: Final = 18
 _BAR_PX: Final = 12

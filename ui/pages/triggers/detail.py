@@ -15,15 +15,14 @@ from app.text.sentences import capitalised, with_units
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message, uptime_message
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.fact_rows import FactRows
+from ui.forms.rows_table import FactRows
 from ui.pages.triggers.controller import TriggerRow
 from ui.pages.triggers.model import COLUMNS, Column, sources_text
 from ui.plots.trigger_picture import TriggerPicture
 from ui.style.theme import Size, Space, fixed_font, font
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, Gap, in_column
-from ui.widgets.naming import named
 
 _FACTS: Final = {
     "link": Column.LINK,

@@ -29,7 +29,6 @@ from app.text.messages import UserMessage
 from app.text.sentences import capitalised, join_sentences
 from app.trigger_records.history import JUDGEMENT_WORDS
 from protocol.translatable import marked
-from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import RowsFilter, select_row
@@ -49,13 +48,13 @@ from ui.pages.triggers.model import (
     when_text,
 )
 from ui.services.context import Services
+from ui.services.module_name import ModuleField
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import Shortcut, control
-from ui.widgets.empty_state import EmptyState
+from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer

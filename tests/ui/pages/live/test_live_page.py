@@ -12,7 +12,7 @@ from app.engine.device import StatusSample
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child
-from ui.core.language_switch import LanguageSwitch
+from ui.core.texts import LanguageSwitch
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.plots.plot_view import PlotView

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
-from ui.core.announcer import announcer
 from ui.pages.preflight.controller import Standing
+from ui.services.announcer import announcer
 
 
 def grow_old(bench: OnBench) -> None:

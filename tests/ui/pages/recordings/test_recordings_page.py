@@ -21,8 +21,7 @@ from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, speak_chinese, window
 from tests.support.window.steps import choosing, find
-from ui.core.language_switch import LanguageSwitch
-from ui.core.texts import Texts
+from ui.core.texts import LanguageSwitch, Texts
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES
 from ui.pages.live.page import LivePage

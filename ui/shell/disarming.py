@@ -1,17 +1,44 @@
-"""Handles uncaught errors: disarms, and shows a notice with details to copy."""
+"""Disarms at an uncaught error, which is shown with details to copy, and when the computer resumes from sleep."""
 
 from collections.abc import Callable
+from typing import Final
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QWidget
 
 from app import version
 from app.procedures.act import Armed
 from app.system.uncaught import UncaughtError
+from app.text.durations import duration
 from app.text.i18n import tr
+from ui.acts.confirm import Confirm
+from ui.core.connector import Connector
 from ui.shell.attention import Attention
+from ui.shell.status_bar import StatusBar
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
+
+SHOWN_FOR_S: Final = 60.0
+"""Long, since whoever opens the lid may not look at once."""
+
+
+class ResumeWatcher(QObject):
+    """Withdraws confirmations and disarms. The session itself marks values as stale and reads them again
+    (`app.engine.session`)."""
+
+    def __init__(self, connector: Connector, window: QWidget, armed: Armed, said: StatusBar) -> None:
+        super().__init__(window)
+        self._window, self._armed, self._said = window, armed, said
+        connector.slept.connect(self._wake)
+
+    def _wake(self, slept_s: float) -> None:
+        self._armed.act = None
+        for question in self._window.findChildren(Confirm):
+            question.withdraw()
+        self._said.show_message(
+            tr("The computer slept for {time}; everything is read again.", time=duration(slept_s)), SHOWN_FOR_S
+        )
 
 
 class UncaughtErrors(QObject):

@@ -1,17 +1,55 @@
-"""Tells screen readers what becomes of a module: triggered, active, locked, link lost, LOCK failed."""
+"""Tells screen readers, once, wherever the focus is: triggered, active, locked, link lost, LOCK failed."""
 
 from typing import Final
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.diagnosis.link_state import Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
-from ui.core.announcer import announcer
 from ui.core.connector import Connector
 from ui.core.port_connection import PortConnection
 from ui.services.lock import LockControl, PortLock
+
+_POLITENESS = QAccessible.AnnouncementPoliteness
+
+
+class Announcer(QObject):
+    """One per application: `announcer()`. For events only, not for values that change all the time."""
+
+    announced = Signal(str, bool)
+    """The text, and whether it was urgent."""
+
+    def announce(self, text: str, *, is_urgent: bool = False) -> None:
+        """`text` in the language in use. `is_urgent`: it interrupts what is being read."""
+        speaker = _speaker()
+        if not text or speaker is None:
+            return
+        event = QAccessibleAnnouncementEvent(speaker, text)
+        event.setPoliteness(_POLITENESS.Assertive if is_urgent else _POLITENESS.Polite)
+        QAccessible.updateAccessibility(event)
+        self.announced.emit(text, is_urgent)
+
+
+def _speaker() -> QWidget | None:
+    """The active window, else the first visible one."""
+    front = QApplication.activeWindow()
+    return front or next((one for one in QApplication.topLevelWidgets() if one.isVisible()), None)
+
+
+_one: Announcer | None = None
+
+
+def announcer() -> Announcer:
+    """The application's only `Announcer`."""
+    global _one  # noqa: PLW0603  as Qt has one application
+    if _one is None:
+        _one = Announcer()
+    return _one
+
 
 _STANDS: Final = frozenset({Phase.ONLINE, Phase.LATE})
 _LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})

@@ -1,17 +1,21 @@
-"""List of all shortcuts, built from the actions of the window."""
+"""List of all shortcuts, built from the actions of the window, and the about box: version, licences, components."""
 
+import platform
 from collections.abc import Iterator
+from importlib.metadata import PackageMetadata, PackageNotFoundError, metadata
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QSize, Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMainWindow
+from PySide6.QtWidgets import QMainWindow, QMessageBox, QWidget
 
+from app import version
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.services.page import Page
+from ui.style.icons import app_icon
 from ui.widgets.controls import Shortcut, name_of
 from ui.widgets.document_window import DocumentWindow
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -86,3 +90,45 @@ def _table(title: str, keys: list[Key]) -> Iterator[str]:
     for one in keys:
         yield f"| **{one.keys}** | {one.does.replace('|', '/')} |"
     yield ""
+
+
+_PARTS: Final = ("PySide6-Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "platformdirs", "mcap")
+
+_CLASSIFIER: Final = "License :: "
+
+
+def show_about(window: QWidget) -> QMessageBox:
+    """Shows a modeless message box."""
+    box = QMessageBox(window)
+    box.setObjectName("about_box")
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.setWindowModality(Qt.WindowModality.NonModal)
+    box.setWindowTitle(tr("About"))
+    box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
+    box.setText(f"{tr('DPS-S Configurator')} {version()}")
+    box.setInformativeText("\n".join((tr("MIT licence. Made with:"), *_made_with())))
+    box.show()
+    return box
+
+
+def _made_with() -> Iterator[str]:
+    """Name, version and licence of each component, from its metadata."""
+    yield f"Python {platform.python_version()} (PSF-2.0)"
+    for name in _PARTS:
+        try:
+            data = metadata(name)
+        except PackageNotFoundError:  # left out of some bundles
+            continue
+        licence = _licence(data)
+        yield f"{data['Name']} {data['Version']}" + (f" ({licence})" if licence else "")
+
+
+def _licence(data: PackageMetadata) -> str:
+    """From the current field, the older one, or the classifiers; "" where there is none."""
+    fields = data.json
+    written = str(fields.get("license_expression") or fields.get("license") or "").strip()
+    if written:
+        return written.splitlines()[0]
+    classifiers = fields.get("classifier") or ()
+    named = [one.rpartition(" :: ")[2] for one in classifiers if one.startswith(_CLASSIFIER)]
+    return named[0].removesuffix(" License") if named else ""
