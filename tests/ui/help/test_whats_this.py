@@ -1,5 +1,6 @@
 """The "What's this?" texts of all controls, the list of shortcuts, the guide and the About box."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fnmatch import fnmatchcase
@@ -36,7 +37,7 @@ from tests.support.window.fakes_ui import WAIT_MS, Ports, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
-from ui.help.small_windows import keys_of
+from ui.help.small_windows import keys_of, show_about
 from ui.help.whats_this import TEXTS, WIDGETS_AT_ONCE, WhatsThis, explain, fits, text_for
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
@@ -300,3 +301,17 @@ def test_anchors_are_those_of_github() -> None:
     assert anchor_of("What to do!") == "what-to-do"
     assert anchor_of("GO / NO-GO") == "go--no-go"
     assert anchor_of("飞行前检查") == "飞行前检查"
+
+
+def test_every_component_is_listed_with_version_and_licence(qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    box = show_about(window)
+    lines = box.informativeText().splitlines()
+    parts = lines[lines.index(next(one for one in lines if one.startswith("Python"))) :]
+    assert {"numpy", "mcap"} <= {one.split()[0] for one in parts}
+    for one in parts:
+        assert re.fullmatch(r"\S+ [\d.]+\S* \(.+\)", one), one
+    assert "mcap" in parts[-1]
+    assert parts[-1].endswith("(MIT)")
+    box.close()

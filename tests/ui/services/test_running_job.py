@@ -1,16 +1,23 @@
-"""One procedure on the module as a page shows it: progress, cancel, its end, what is said."""
+"""A page and its one procedure on the module: progress, cancel, its end, what is said."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, cast
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.procedure import Cancelled, Procedure, Report
 from app.engine.worker import Job
+from tests.support.window.fakes_ui import WAIT_MS, window
 from ui.core.connector import Connector
+from ui.main import PAGES
+from ui.pages.settings.page import SettingsPage
+from ui.pages.settings.row import EDITOR_PX
+from ui.services.page import HEIGHT_PX
 from ui.services.running_job import RunningJob
-from ui.style.theme import Meaning
+from ui.style.theme import Meaning, scaled
 from ui.widgets.notice_bar import Notice
 
 
@@ -102,3 +109,19 @@ def test_it_can_be_cancelled(qtbot: QtBot) -> None:
     line.jobs[0][0].run.error = Cancelled()
     line.end()
     assert isinstance(ended[0].run.error, Cancelled)
+
+
+def test_the_page_in_sight_follows_the_size_of_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    entries = tuple(entry for entry in PAGES if entry.key == "settings")
+    with window(qapp, tmp_path, entries=entries) as assembly:
+        main = assembly.window
+        qtbot.waitUntil(lambda: main.findChild(SettingsPage) is not None, timeout=WAIT_MS)
+        page = main.findChild(SettingsPage)
+        assert page is not None
+        main.resize(1700, 1000)
+        main.panel.hide()
+        for percent in (150, 100):
+            main.choices.use_zoom(percent)
+            qapp.processEvents()
+            editors = {row.editor.width() for row in page.rows.values()}
+            assert (page.header.minimumHeight(), editors) == (scaled(HEIGHT_PX), {scaled(EDITOR_PX)})

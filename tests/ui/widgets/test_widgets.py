@@ -1,4 +1,4 @@
-"""Readout, state chip and gauge: accessible names, appearance, stable layout."""
+"""Readout, state chip, gauge and notice bar: accessible names, appearance, stable layout."""
 
 import subprocess
 import sys
@@ -10,12 +10,15 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.text import i18n
+from app.text.i18n import CHINESE, ENGLISH, tr
 from tests.support.window.painted_text import watching
+from ui.core.texts import LanguageSwitch, Texts
 from ui.plots.gauge import TiltGauge
 from ui.style import appearance, theme
 from ui.style.icons import Icon, battery
 from ui.style.painted_widget import Freshness
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Meaning, Size
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.readout import Readout, StateChip
 
 
@@ -248,3 +251,25 @@ def test_the_first_paint_does_not_wait_for_numpy() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_notice_that_nobody_shows_again_follows_the_language(qtbot: QtBot, qapp: QApplication) -> None:
+    texts = Texts()
+    switch = LanguageSwitch(qapp, texts)
+    switch.use(ENGLISH)
+    bar = NoticeBar(texts)
+    qtbot.addWidget(bar)
+    bar.show_notice(lambda: Notice(Meaning.ATTENTION, tr("Unsaved edits."), (Choice("keep", tr("Cancel"), bar.hide),)))
+    button = bar.button("keep")
+    assert button is not None
+    before = (bar.accessibleName(), button.text())
+    switch.use(CHINESE)
+    button = bar.button("keep")
+    assert button is not None
+    assert bar.notice is not None
+    assert bar.notice.text == tr("Unsaved edits.") != "Unsaved edits."
+    assert (bar.accessibleName(), button.text()) == (tr("Message: {text}", text=bar.notice.text), tr("Cancel"))
+    assert (bar.accessibleName(), button.text()) != before
+    bar.show_notice(None)
+    switch.use(ENGLISH)
+    assert bar.notice is None
