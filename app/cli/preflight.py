@@ -90,7 +90,8 @@ class _PortEvidence:
 
 def _file(args: argparse.Namespace, found: _PortEvidence, expectations: Expectations, store: Store | None) -> Filed:
     person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
-                    are_records_reviewed=args.records_reviewed, is_same_module=args.same_module)  # fmt: skip
+                    are_records_reviewed=args.records_reviewed, is_same_module=args.same_module,
+                    is_named_by_option=True)  # fmt: skip
     return file_check(
         found.evidence, expectations, person, found.log, store=store, program_version=version(), adapter=found.adapter,
         past=found.past,

@@ -5282,6 +5282,10 @@
         <translation>模块未命名</translation>
     </message>
     <message>
+        <source>module not named: only this connection counts</source>
+        <translation>模块未命名：仅本次连接有效</translation>
+    </message>
+    <message>
         <source>more noise can end a fall</source>
         <translation>噪声更大会中断失重判断</translation>
     </message>
@@ -6342,6 +6346,10 @@
         <translation>{limit}，建议 {advised}</translation>
     </message>
     <message>
+        <source>{limit}; {known}</source>
+        <translation>{limit}；{known}</translation>
+    </message>
+    <message>
         <source>{lost} of {asked}</source>
         <translation>{asked} 次中 {lost} 次</translation>
     </message>
@@ -6364,6 +6372,14 @@
     <message>
         <source>{module} was left ACTIVE on {time}.</source>
         <translation>{module} 在 {time} 仍为激活状态。</translation>
+    </message>
+    <message>
+        <source>{module}, confirmed by a person on this connection</source>
+        <translation>{module}，已由人员在本次连接中确认</translation>
+    </message>
+    <message>
+        <source>{module}, given by --module</source>
+        <translation>{module}，由 --module 指定</translation>
     </message>
     <message>
         <source>{module}: LOCK not confirmed on {time}.</source>

@@ -32,7 +32,7 @@ RESULT_WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Input of the checks. The last three are a person's statements."""
+    """Input of the checks. The last four are a person's statements."""
 
     evidence: Evidence
     expectations: Expectations
@@ -41,6 +41,7 @@ class Case:
     are_records_reviewed: bool = False
     is_same_module: bool = False
     are_settings_approved: bool = False
+    is_named_by_option: bool = False
 
     def fault(self, key: str) -> UserMessage:
         """Why a value is not known."""

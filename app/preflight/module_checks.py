@@ -14,6 +14,7 @@ from app.limits.limits import SETTING_BOUNDS
 from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.fingerprint import COVERED
+from app.settings.identity_words import known_by
 from app.settings.setting_texts import value_text
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import BY_NAME
@@ -77,7 +78,7 @@ def _lock_first(case: Case) -> UserMessage | None:
 
 
 def trigger_records(case: Case) -> Finding:
-    limit = message(marked("all records reviewed"))
+    limit = _under_name(case, message(marked("all records reviewed")))
     history = case.evidence.history
     if history is None:
         return unknown(case.fault("trigger_records"), limit)
@@ -127,18 +128,24 @@ def records_word(case: Case) -> RecordsWord | None:
     return RecordsWord.REVIEWED if history.is_answered else RecordsWord.NEW_MODULE
 
 
+def _under_name(case: Case, limit: UserMessage) -> UserMessage:
+    """A limit that comes from what is kept under the module's name."""
+    known = known_by(case.past.module, is_by_option=case.is_named_by_option)
+    return message(marked("{limit}; {known}"), limit=limit, known=known)
+
+
 def _by_a_person(shown: UserMessage) -> UserMessage:
     return message(marked("{value}, confirmed by a person"), value=shown)
 
 
 def boot_count(case: Case) -> Finding:
     past, count = case.past, case.evidence.values.get("boot_count")
-    limit = message(marked("≥ last visit")) if past.boot_count is None else message(f"≥ {past.boot_count}")
+    earlier = message(marked("≥ last visit")) if past.boot_count is None else message(f"≥ {past.boot_count}")
+    limit = _under_name(case, earlier)
     if count is None:
         return unknown(case.fault("boot_count"), limit)
     if past.module is None:
-        shown, do = _with_reason(count, NOT_NAMED), message(marked("Name the module."))
-        return Finding(CheckResult.WARN, count, shown, limit, do)
+        return Finding(CheckResult.WARN, count, UserMessage(str(count)), limit, message(marked("Name the module.")))
     if past.boot_count is None:
         do = message(marked("On the first visit continue; otherwise compare the count by hand."))
         return Finding(CheckResult.WARN, count, _with_reason(count, message(marked("no earlier visit"))), limit, do)
@@ -163,6 +170,8 @@ def _with_reason(count: Value, why: UserMessage) -> UserMessage:
 def settings_fingerprint(case: Case) -> Finding:
     approved = case.expectations.approved_fingerprint or case.past.fingerprint
     limit = message(marked("none approved")) if approved is None else UserMessage(approved)
+    if case.expectations.approved_fingerprint is None:
+        limit = _under_name(case, limit)
     settings = case.evidence.settings(FINGERPRINT_KEYS)
     if case.fingerprint is None or len(settings) < len(FINGERPRINT_KEYS):
         missing = next((key for key in FINGERPRINT_KEYS if key not in settings), "")
@@ -183,7 +192,7 @@ def guided_tests(case: Case) -> Finding:
         for kind, days in wanted.items()
     ]
     none = message(marked("none"))
-    limit = joined(demands) if demands else none
+    limit = _under_name(case, joined(demands) if demands else none)
     if wanted and past.module is None:
         return unknown(NOT_NAMED, limit)
     against = [kind for kind, days in wanted.items() if not _holds(past.tests.get(kind), days)]

@@ -42,6 +42,8 @@ class Person:
     """Confirmed by the person although boot count or records say otherwise."""
     are_settings_approved: bool = False
     """Approved by the person although they are not those of the last check that passed."""
+    is_named_by_option: bool = False
+    """`module` is that of --module; else it was confirmed on this connection."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +93,7 @@ def file_check(
     case = Case(
         evidence=evidence, expectations=expectations, past=past, fingerprint=settings_code,
         are_records_reviewed=person.are_records_reviewed, is_same_module=person.is_same_module,
-        are_settings_approved=person.are_settings_approved,
+        are_settings_approved=person.are_settings_approved, is_named_by_option=person.is_named_by_option,
     )  # fmt: skip
     assessment = assess(case)
     circumstances = RecordContext(

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QComboBox, QLineEdit
 from app.engine.identity import Expected, IdentityEvidence, evidence_of
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
+from app.settings.identity_words import known_by
 from app.store.database import StoreTrouble
 from app.store.store import Module, Store
 from app.store.store_journal import KnownAs
@@ -249,6 +250,12 @@ class ModuleName(QObject):
     @property
     def adapter(self) -> str:
         return self._shown.adapter
+
+    @property
+    def known_by(self) -> str:
+        """By what the shown module is known, in the language in use; "" without a connection."""
+        is_open = self._connector is not None and self._connector.current.is_open
+        return known_by(self.name).translated() if is_open else ""
 
     def choose(self, name: str) -> None:
         self._shown.choose(name)

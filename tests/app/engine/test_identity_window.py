@@ -21,6 +21,7 @@ from tests.support.window.steps import press
 from ui.acts.outcomes import open_conditions
 from ui.main import Assembly
 from ui.pages.settings.controller import SettingsController
+from ui.pages.tests.page import TestsPage as GuidedPage
 from ui.services.module_name import ModuleName
 
 NAME = "M-07"
@@ -120,10 +121,16 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_pres
         one.connect()
         one.wait(lambda: one.asked.startswith("M-07? Read its label."))
         assert (one.naming.name, one.changes) == ("", [])
+        page = GuidedPage(one.assembly.window._services)
+        page.setParent(one.assembly.window)
+        page.show()
+        assert page.known_by.text() == "module not named: only this connection counts"
         one.answer("identity_same")
         one.wait(lambda: one.naming.name == NAME and one.asked == "")
+        one.wait(lambda: page.known_by.text() == "M-07, confirmed by a person on this connection")
         one.assembly.connector.current.disconnect_port()
         one.wait(lambda: not one.assembly.connector.current.is_open)
+        one.wait(lambda: page.known_by.text() == "")
         one.exchange(12)
         one.sent.clear()
         one.connect()

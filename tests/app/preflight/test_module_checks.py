@@ -1,6 +1,7 @@
 """The limits of the checks of settings, triggers and identity."""
 
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -13,7 +14,7 @@ from app.limits.limits import SETTING_BOUNDS
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult, Finding
-from app.preflight.module_checks import RecordsWord, guided_tests, records_word
+from app.preflight.module_checks import RecordsWord, guided_tests, records_word, settings_fingerprint
 from app.procedures.history import History
 from app.text.messages import UserMessage
 from protocol.fields import Value
@@ -107,7 +108,7 @@ def test_a_boot_count_only_grows(
     values = {} if count is None else {"boot_count": count}
     found = finding("boot_count", past=Past(module="M-07", boot_count=before), values=values, **more)
     assert (found.result, found.shown.in_english()) == (result, shown)
-    assert found.limit.in_english() == ("≥ last visit" if before is None else f"≥ {before}")
+    assert found.limit.in_english().startswith("≥ last visit; " if before is None else f"≥ {before}; ")
     other_records = finding(
         "boot_count", past=Past(module="M-07", boot_count=before, do_records_follow=False), values=values, **more
     )
@@ -216,7 +217,7 @@ def test_a_test_that_is_demanded_must_have_passed_in_time(
     found = guided({GuidedKind.TILT: 30}, tests)
     assert (found.result, found.shown.in_english()) == (result, shown)
     assert found.measured == int(result is FAIL)
-    assert found.limit.in_english() == "Attitude trigger within 30 days"
+    assert found.limit.in_english().startswith("Attitude trigger within 30 days; ")
     assert guided({GuidedKind.TILT: 30}, tests, None).result is UNKNOWN
 
 
@@ -228,4 +229,24 @@ def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
         (guided({}, {GuidedKind.BAY: passed, GuidedKind.TILT: failed}), WARN, "Attitude trigger: FAILED (3 d)"),
         (guided({}, {}, None), PASS, "none"),
     ):
-        assert (found.result, found.shown.in_english(), found.limit.in_english()) == (result, shown, "none")
+        assert (found.result, found.shown.in_english()) == (result, shown)
+        assert found.limit.in_english().startswith("none; ")
+
+
+@pytest.mark.parametrize(("name", "is_by_option", "known"), [
+    ("M-07", False, "M-07, confirmed by a person on this connection"),
+    ("M-07", True, "M-07, given by --module"),
+    (None, False, "module not named: only this connection counts"),
+])  # fmt: skip
+def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_known(
+    name: str | None, is_by_option: bool, known: str
+) -> None:
+    case = Case(
+        evidence=Evidence(port="sim"), expectations=Expectations(), past=Past(module=name, fingerprint=name and "CODE"),
+        is_named_by_option=is_by_option,
+    )  # fmt: skip
+    limits = {check.id: check.judge(case).limit.in_english() for check in CHECKS}
+    said = {id_: limit for id_, limit in limits.items() if limit.endswith(f"; {known}")}
+    assert said.keys() == {"trigger_records", "boot_count", "fingerprint", "guided_tests"}
+    approved = replace(case, expectations=Expectations(approved_fingerprint="CODE"))
+    assert settings_fingerprint(approved).limit.in_english() == "CODE"  # by the profile, under no name

@@ -71,6 +71,7 @@ class TestsPage(Page):
         texts.bind(self.who.setPlaceholderText, "your name")
         self.module = ModuleField("tests_module", services.naming, texts, guard)
         self.module.setMinimumContentsLength(10)
+        self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")
         self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
         self.safety = text_label("tests_safety")
@@ -126,6 +127,7 @@ class TestsPage(Page):
         with QSignalBlocker(self.list):
             self.list.setCurrentRow([test.kind for test in GUIDED_TESTS].index(self.work.kind))
         self.list.setEnabled(not self.work.is_running)
+        self.known_by.setText(self._services.naming.known_by)
 
     def _show_stage(self) -> None:
         work, test = self.work, self.work.test
@@ -265,6 +267,7 @@ class TestsPage(Page):
 
     def _lay_out(self) -> None:
         self.list.setFixedWidth(_LIST_PX)
+        self.known_by.setFixedWidth(_LIST_PX)
         set_icon_size(self.list, 18)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setSpacing(2)
@@ -285,7 +288,7 @@ class TestsPage(Page):
         scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided tests")
         foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
         pane = in_column(self.title, self.instruction, (scroll, 1), self.said, foot, spacing=Space.S)
-        body = in_row(self.list, (pane, 1), spacing=Space.M)
+        body = in_row(in_column((self.list, 1), self.known_by, spacing=Space.S), (pane, 1), spacing=Space.M)
         in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))
 
     def _make_step_area(self) -> None:

@@ -53,7 +53,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control, named
-from ui.widgets.labels import EmptyState
+from ui.widgets.labels import ElidedLabel, EmptyState
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -100,7 +100,8 @@ class TriggersPage(Page):
         guard = WheelGuard(self)
         self.module = ModuleField("triggers_module", services.naming, services.texts, guard)
         self.module.setMinimumContentsLength(14)
-        self.count, self.news = named(QLabel(), "triggers_count", "strong"), named(QLabel(), "triggers_news", "small")
+        self.count = named(QLabel(), "triggers_count", "strong")
+        self.news = named(ElidedLabel(), "triggers_news", "small")
         self.show_box = control(QComboBox(), services.texts, "triggers_show", says="Filter", tip="Filter")
         self._make_show(guard)
         self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search", key="Ctrl+F")
@@ -130,7 +131,7 @@ class TriggersPage(Page):
         self.empty.title.setText(empty_title(work))
         self.empty.text.setText(empty_text(work, is_open=self._connector.current.is_open))
         self.count.setText(count_text(work))
-        self.news.setText(news_text(work))
+        self.news.setText(" · ".join(filter(None, (news_text(work), self._naming.known_by if has_rows else ""))))
         self.read.setEnabled(work.can_read)
         for widget in (self.copy, self.save_page, self.save_archive, self.show_box, self.search):
             widget.setEnabled(has_rows)
@@ -236,7 +237,7 @@ class TriggersPage(Page):
         head = self.make_header(texts, marked("Triggers"), self.search, self.show_box, self.read)
         foot = FlowRow()
         foot.add_right(self.copy, self.save_page, self.save_archive)
-        says = in_row(self.count, self.news, 1, self.module, spacing=Space.M)
+        says = in_row(self.count, (self.news, 1), self.module, spacing=Space.M)
         beside = self._beside = scroll_area(self.detail, texts, "triggers_scroll", "Trigger records", is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         beside.setFixedWidth(WIDTH_PX)

@@ -22,6 +22,7 @@ from ui.style.theme import Meaning
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
+KNOWN = "M-07, confirmed by a person on this connection"
 
 
 def name_kept(bench: OnBench, name: str) -> None:
@@ -218,13 +219,13 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         page = bench.triggers
         name_kept(bench, "M-07")
         bench.read_triggers()
-        assert page.news.text() == "no earlier visit"
+        assert page.news.text() == f"no earlier visit · {KNOWN}"
         bench.bench.module.activate(is_active=True)
         bench.bench.set_tilt(80)
         qtbot.waitUntil(lambda: bench.bench.state().is_triggered, timeout=8000)
         bench.read_triggers()
         assert page.count.text() == "Trigger records: 10"
-        assert page.news.text() == "1 new"
+        assert page.news.text() == f"1 new · {KNOWN}"
         assert told(bench, 0).startswith("New: tipped past")
         show = bench.find(QComboBox, "triggers_show")
         show.setCurrentIndex(show.findText("New"))
@@ -232,7 +233,7 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         show.setCurrentIndex(show.findText("On the module"))
         assert page.filter.rowCount() == 9
         bench.read_triggers()
-        assert page.news.text() == "0 new"
+        assert page.news.text() == f"0 new · {KNOWN}"
 
 
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
