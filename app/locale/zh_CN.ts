@@ -1006,6 +1006,10 @@
         <translation>矢量图 (*.svg)</translation>
     </message>
     <message>
+        <source>Drop flight logs here: would it have fired?</source>
+        <translation>把飞行日志拖到这里：是否会触发？</translation>
+    </message>
+    <message>
         <source>Drop {height} m</source>
         <translation>坠落 {height} m</translation>
     </message>
@@ -1732,6 +1736,10 @@
     <message>
         <source>Last invalid bytes</source>
         <translation>最近的无效字节</translation>
+    </message>
+    <message>
+        <source>Last value at {time}. Requests unanswered since the last reply: {lost} of {asked}. The port is open.</source>
+        <translation>最后一次收到数值：{time}。自上次响应以来无响应的请求：{lost} / {asked}。串口处于打开状态。</translation>
     </message>
     <message>
         <source>Least margin: {tilt}°, {fall:.2f} s in {file}.</source>

@@ -20,6 +20,7 @@ from app.text.i18n import tr
 from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
+from ui.pages.diagnosis.traffic_texts import time_of_day
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
@@ -97,6 +98,7 @@ class WhyPanel(QScrollArea):
         self._picture = IconLabel("why_icon", 28)
         self.what = text_label("why_what", "title", is_selectable=True)
         self.next_step = text_label("why_next_step", "", is_selectable=True)
+        self.silence = text_label("why_silence", "muted", is_selectable=True)
         self.command = text_label("why_command", "", is_selectable=True)
         self.act = control(QPushButton(), services.texts, "why_act", _REMEDY_WORDS[Remedy.CONNECT_AGAIN],
                            picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)  # fmt: skip
@@ -145,7 +147,21 @@ class WhyPanel(QScrollArea):
             self._offer(REMEDIES.get(self.diagnosis.cause, Remedy.CONNECT_AGAIN))
         else:
             self._show_without_cause(state.phase)
+        self.silence.setText(self._silence_text(evidence))
+        self.silence.setVisible(bool(self.silence.text()))
         self._show_seen(evidence)
+
+    def _silence_text(self, evidence: PortEvidence) -> str:
+        """What tells a silent module from a closed port; empty unless it has fallen silent."""
+        current = self._connector.current
+        if current.state.phase is not Phase.OFFLINE:
+            return ""
+        last = max(known.at for known in current.device.values.values())
+        return tr(
+            "Last value at {time}. Requests unanswered since the last reply: {lost} of {asked}. The port is open.",
+            time=time_of_day(round(time.time() - self._connector.clock() + last)),
+            lost=f"{evidence.counters.time_outs:,}", asked=f"{evidence.counters.sent:,}",
+        )  # fmt: skip
 
     def _show_without_cause(self, phase: Phase) -> None:
         said = link_text(self._connector.current.state, self._connector.clock())
@@ -241,7 +257,7 @@ class WhyPanel(QScrollArea):
     def _lay_out(self) -> None:
         card = self.card = named(QFrame(), "why_card", "card")
         button = in_row(self.act, 1)
-        said = in_column(self.what, self.next_step, self.command, button, spacing=Space.S)
+        said = in_column(self.what, self.next_step, self.silence, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)
         tiles = {key: self._tile(key, english) for key, english in _SEEN}
         rows = [

@@ -1,6 +1,7 @@
 """The Diagnosis page: causes and next steps, statistics, support bundle, errors of the program."""
 
 import logging
+import re
 import sys
 import threading
 import time
@@ -85,6 +86,26 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
         assert page.why.act.text() == button
         assert page.why.next_step.isVisible()
         assert page.why.what.text()
+
+
+def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("why-silent") as module, diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        connect(qtbot, assembly, "sim://why-silent")
+        assert not page.why.silence.isVisible()
+        module.power_off()
+        qtbot.waitUntil(page.why.silence.isVisible, timeout=WAIT_MS)
+        said = re.fullmatch(
+            r"Last value at (.+)\. Requests unanswered since the last reply: (\d+) of (\d+)\. The port is open\.",
+            page.why.silence.text(),
+        )
+        assert said is not None
+        assert 0 < int(said[2]) <= int(said[3])
+        last = max(known.at for known in assembly.connector.current.device.values.values())
+        ago_s = assembly.connector.clock() - last
+        shown = {time.strftime("%H:%M:%S", time.localtime(time.time() - ago_s + off_s)) for off_s in (-1, 0, 1)}
+        assert said[1] in shown
 
 
 def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
