@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDropEvent
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -149,17 +149,31 @@ def test_flights_already_read_keep_their_list(desk: Desk, tmp_path: Path) -> Non
     assert desk.notice() == "No new flight logs."
 
 
-def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_without_port", [False, True])
+def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path, is_without_port: bool) -> None:
+    """On the page, and beside the ports, where somebody without a module begins."""
     write_logs(tmp_path / "logs")
     single = write_csv(tmp_path / "single.csv", tilted("", 20))
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(tmp_path / "logs")), QUrl.fromLocalFile(str(single))])
-    drop = QDropEvent(QPointF(5, 5), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton,
-                      Qt.KeyboardModifier.NoModifier)  # fmt: skip
-    desk.page.dropEvent(drop)
+    action, button, no_key = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    panel = desk.assembly.window.panel
+    panel.setVisible(is_without_port)
+    target = panel.flights if is_without_port else desk.page
+    QApplication.sendEvent(target, QDragEnterEvent(QPoint(5, 5), action, data, button, no_key))
+    QApplication.sendEvent(target, QDropEvent(QPointF(5, 5), action, data, button, no_key))
     desk.wait_read()
+    assert not panel.isVisible()
     assert str(single) in desk.shown(MUST_NOT)
     assert len(desk.page.work.flights) == 3
+
+
+def test_without_a_port_a_click_leads_to_flight_logs(desk: Desk) -> None:
+    panel = desk.assembly.window.panel
+    panel.show()
+    desk.qtbot.mouseClick(panel.flights, Qt.MouseButton.LeftButton)
+    assert not panel.isVisible()
+    assert desk.page.isVisible()
 
 
 def test_flights_move_by_button_key_and_menu(desk: Desk) -> None:
