@@ -198,6 +198,11 @@ def test_nothing_of_one_module_is_kept_for_another(desk: Desk, change: Callable[
     assert work.form.watch is desk.ports.connector.current.kept.watch
 
 
+def test_a_write_is_allowed_only_what_a_person_allowed(desk: Desk) -> None:
+    leave = desk.write()
+    assert (leave.is_unlocked, leave.accepted_risks) == (False, frozenset())
+
+
 @pytest.mark.parametrize("trust", [Trust.UNPROVEN, Trust.REFUTED])
 def test_to_a_module_that_may_be_another_nothing_is_written_or_restored(desk: Desk, trust: Trust) -> None:
     desk.write()
