@@ -82,7 +82,7 @@ def test_lock_pressed_again_is_sent_at_once(qtbot: QtBot, qapp: QApplication, tm
         times = lossy(bench, 1)
         lock = assembly.window.top_bar.lock
         press(qtbot, lock)
-        qtbot.waitUntil(lambda: len(times) == 1, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(times) >= 1, timeout=WAIT_MS)
         press(qtbot, lock)
         qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
         assert not bench.state().is_active
@@ -93,7 +93,7 @@ def test_escape_does_not_end_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path
     with active_module(qtbot, qapp, tmp_path, "escape") as (assembly, bench):
         times = lossy(bench, 4)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: len(times) == 2, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(times) >= 2, timeout=WAIT_MS)
         qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
 
