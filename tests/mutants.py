@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from importlib.util import cache_from_source
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -83,10 +84,16 @@ def _tests_of(path: Path) -> list[str]:
     return [test.relative_to(ROOT).as_posix() for test in tests if test.exists()]
 
 
+def _write(path: Path, text: str) -> None:
+    """Without its compiled form, which Python would take for current: a mutant often has the same size and second."""
+    path.write_text(text, encoding="utf-8")
+    Path(cache_from_source(path)).unlink(missing_ok=True)
+
+
 def _is_caught(checkout: Path, path: Path, text: str) -> bool:
     """In a copy of the checkout of its own."""
     original = (checkout / path).read_text(encoding="utf-8")
-    (checkout / path).write_text(text, encoding="utf-8")
+    _write(checkout / path, text)
     options = ["-x", "-q", "-p", "no:randomly", "-p", "no:cacheprovider", "-o", f"faulthandler_timeout={HANGS_S}"]
     try:
         ended = subprocess.run(
@@ -100,7 +107,7 @@ def _is_caught(checkout: Path, path: Path, text: str) -> bool:
     except subprocess.TimeoutExpired:
         return True
     finally:
-        (checkout / path).write_text(original, encoding="utf-8")
+        _write(checkout / path, original)
     return ended.returncode != pytest.ExitCode.OK
 
 
