@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from protocol.catalogue import HEARTBEAT
+from protocol.catalogue import HEARTBEAT, Layout
 from protocol.events import Answered, Role
 
 HANDSHAKE_WAITS_S = (0.5, 1.0)
@@ -16,7 +16,7 @@ class Silence(Enum):
 
     NOTHING = "nothing"
     GARBAGE = "garbage"
-    """Bytes but no frames: most likely another baud rate."""
+    """More invalid bytes than frames: most likely another baud rate."""
     ECHO = "echo"
     """Only our own frames."""
     OTHER_FRAMES = "other frames"
@@ -57,8 +57,10 @@ def handshake() -> Procedure[Handshake]:
 def _silence(before: EngineView, after: EngineView) -> Silence:
     old, new = before.link.counters, after.link.counters
     echoes = new.by_role[Role.ECHO] - old.by_role[Role.ECHO]
-    if new.frames - old.frames > echoes:
+    readable_bytes = (new.frames - old.frames - echoes) * Layout.STATUS.value
+    rejected_bytes = new.rejected - old.rejected
+    if readable_bytes > rejected_bytes:
         return Silence.OTHER_FRAMES
-    if new.rejected > old.rejected:
+    if rejected_bytes:
         return Silence.GARBAGE
     return Silence.ECHO if echoes else Silence.NOTHING

@@ -67,6 +67,7 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
         (seen(7, 6, 5), Silence.OTHER_FRAMES),
         (seen(7, 7, 6), Silence.GARBAGE),
         (seen(6, 5, 6), Silence.OTHER_FRAMES),
+        (seen(6, 5, 105), Silence.GARBAGE),
         (seen(5, 5, 6), Silence.GARBAGE),
     ],
 )

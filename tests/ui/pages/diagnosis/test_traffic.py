@@ -144,10 +144,12 @@ def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_
     with simulated("frames"), window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         connect(qtbot, assembly, "sim://frames")
-        qtbot.waitUntil(lambda: traffic.model.rowCount() > 4, timeout=WAIT_MS)
-        assert cell(traffic.model, 0, Column.MEANING) == "heartbeat"
-        kinds = {cell(traffic.model, row, Column.KIND) for row in range(traffic.model.rowCount())}
-        assert {"sent", "answer"} <= kinds
+
+        def column(wanted: Column) -> set[str]:
+            return {cell(traffic.model, row, wanted) for row in range(traffic.model.rowCount())}
+
+        qtbot.waitUntil(lambda: {"sent", "answer"} <= column(Column.KIND), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "heartbeat" in column(Column.MEANING), timeout=WAIT_MS)
 
 
 def test_pause_stops_the_list_and_loses_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
