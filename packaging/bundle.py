@@ -14,7 +14,7 @@ from bundle_contents import Entry
 from environment import ROOT, run
 from icon_files import write_program_icons
 from inventory import parts
-from linux.elf import foreign_run_path, glibc_wanted, make_run_path_relative, outside_libraries
+from linux.elf import glibc_wanted, make_run_paths_relative, outside_libraries
 from parts import Part, licence_folder
 from release import COMMAND, NAME, TITLE, Release, set_rights, stamp_times
 from sbom import LICENCES, bill_of_materials
@@ -94,10 +94,7 @@ def _add_papers(folder: Path, internal: Path, release: Release, found: Sequence[
 
 def _strip(internal: Path) -> None:
     """Remove paths of the build machine and debug information."""
-    for library in internal.rglob("*.so*"):
-        run_path = None if library.is_symlink() else foreign_run_path(library)
-        if run_path is not None:
-            make_run_path_relative(library, run_path)
+    make_run_paths_relative(internal)
     for pattern in _WITH_DEBUG_TABLES:
         for library in sorted(internal.glob(pattern)):
             if not library.is_symlink():

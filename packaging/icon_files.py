@@ -15,24 +15,11 @@ from release import NAME
 LINUX_SIDES: Final = (16, 22, 24, 32, 48, 64, 128, 256, 512)
 """The sizes of the hicolor theme, in pixels."""
 _ICO_SIDES: Final = (16, 20, 24, 32, 40, 48, 64, 128, 256)
-_ICNS_SIDES: Final = {
-    b"icp4": 16,
-    b"icp5": 32,
-    b"ic07": 128,
-    b"ic08": 256,
-    b"ic09": 512,
-    b"ic10": 1024,
-    b"ic11": 32,
-    b"ic12": 64,
-    b"ic13": 256,
-    b"ic14": 512,
-}
-"""Types of Apple's format that contain a PNG; 11 to 14 are for screens with two pixels per point."""
 SVG: Final = ROOT / "packaging" / "linux" / f"{NAME}.svg"
 
 
-def png(side: int) -> bytes:
-    """The icon as a PNG of `side` pixels."""
+def picture(side: int, kind: str = "PNG") -> bytes:
+    """The icon of `side` pixels, in a format that Qt writes."""
     from PySide6.QtCore import QBuffer, QByteArray, Qt
     from PySide6.QtGui import QImage, QPainter
     from PySide6.QtSvg import QSvgRenderer
@@ -44,35 +31,26 @@ def png(side: int) -> bytes:
     painter.end()
     buffer = QBuffer()
     buffer.open(QBuffer.OpenModeFlag.WriteOnly)
-    image.save(buffer, "PNG")  # type: ignore[call-overload]  # takes any device and a name, says Qt
+    image.save(buffer, kind)  # type: ignore[call-overload]  # takes any device and a name, says Qt
     return bytes(buffer.data().data())
 
 
 def ico() -> bytes:
     """The icon in Windows' format: a table, then the pictures as PNG."""
-    pictures = [png(side) for side in _ICO_SIDES]
+    pictures = [picture(side) for side in _ICO_SIDES]
     offset = 6 + 16 * len(pictures)
     table = struct.pack("<HHH", 0, 1, len(pictures))
-    for side, picture in zip(_ICO_SIDES, pictures, strict=True):
-        table += struct.pack("<BBBBHHII", side % 256, side % 256, 0, 0, 1, 32, len(picture), offset)
-        offset += len(picture)
+    for side, content in zip(_ICO_SIDES, pictures, strict=True):
+        table += struct.pack("<BBBBHHII", side % 256, side % 256, 0, 0, 1, 32, len(content), offset)
+        offset += len(content)
     return table + b"".join(pictures)
-
-
-def icns() -> bytes:
-    """The icon in Apple's format: type and length before each PNG."""
-    blocks = b""
-    for kind, side in _ICNS_SIDES.items():
-        picture = png(side)
-        blocks += kind + struct.pack(">I", len(picture) + 8) + picture
-    return b"icns" + struct.pack(">I", len(blocks) + 8) + blocks
 
 
 def write_program_icons(folder: Path) -> None:
     """Write the icons of the executables for Windows and macOS."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{NAME}.ico").write_bytes(ico())
-    (folder / f"{NAME}.icns").write_bytes(icns())
+    (folder / f"{NAME}.icns").write_bytes(picture(1024, "ICNS"))
 
 
 def write_theme_icons(folder: Path) -> None:
@@ -80,7 +58,7 @@ def write_theme_icons(folder: Path) -> None:
     for side in LINUX_SIDES:
         place = folder / f"{side}x{side}" / "apps" / f"{NAME}.png"
         place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_bytes(png(side))
+        place.write_bytes(picture(side))
     place = folder / "scalable" / "apps" / f"{NAME}.svg"
     place.parent.mkdir(parents=True, exist_ok=True)
     place.write_bytes(SVG.read_bytes())

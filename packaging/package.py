@@ -23,14 +23,16 @@ WORK = ROOT / "build" / "package"
 SUMS = "SHA256SUMS"
 
 
-def build(dist: Path = DIST, work: Path = WORK) -> Path:
-    """Build everything for this system; returns the folder of the bundle. Raises SetupError."""
+def build(wheel: Path | None = None, dist: Path = DIST, work: Path = WORK) -> Path:
+    """Build everything for this system, or what is built from this wheel; returns the folder of the bundle. Raises
+    SetupError."""
     release = read_release()
     for folder in (dist, work):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-    _do("wheel and sdist")
-    wheel = build_wheel(release, dist)
+    if wheel is None:
+        _do("wheel and sdist")
+        wheel = build_wheel(release, dist)
     _do("bundle")
     bundle = make_bundle(release, wheel, work=work, dist=dist)
     _do("packed bundle")
@@ -47,7 +49,7 @@ def build(dist: Path = DIST, work: Path = WORK) -> Path:
         make_installer(release, bundle, dist, work / "icons")
     papers = bundle / "Contents" / "Resources" if sys.platform == "darwin" else bundle
     shutil.copyfile(papers / BILL, dist / f"{release.bundle_name}.cdx.json")
-    _write_sums(dist)
+    write_sums(dist)
     return bundle
 
 
@@ -70,7 +72,7 @@ def _settle_sdist(sdist: Path, release: Release) -> None:
         write_tar(sdist, next(Path(folder).iterdir()), release.epoch)
 
 
-def _write_sums(dist: Path) -> None:
+def write_sums(dist: Path) -> None:
     """Write the sums for `sha256sum --check`."""
     lines = [
         f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n"
@@ -84,6 +86,7 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="bootstrap.py package", description="Build and test all packages in dist/.")
     part = parser.add_mutually_exclusive_group()
     part.add_argument("--only-build", action="store_true", help="do not run their tests")
+    part.add_argument("--only-from", type=Path, metavar="WHEEL", help="build from this wheel, and do not run the tests")
     part.add_argument("--only-test", action="store_true", help="test what was built before")
     parser.add_argument("--release", action="store_true", help="build only what may be passed on")
     parser.add_argument("--installers", action="store_true", help="install the wheel by pipx and by uv, too")
@@ -95,14 +98,14 @@ def main(arguments: list[str]) -> int:
     started = time.monotonic()
     try:
         if not chosen.only_test:
-            build()
+            build(chosen.only_from)
     except SetupError as error:
         print(error, file=sys.stderr)
         return error.exit_code
     for path in sorted(DIST.iterdir()):
         say(f"  {path.relative_to(ROOT)}" + (f"  {path.stat().st_size / 1e6:.1f} MB" if path.is_file() else "/"))
     say(f"Built in {time.monotonic() - started:.0f} s.")
-    if chosen.only_build:
+    if chosen.only_build or chosen.only_from:
         return 0
     variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
     if chosen.installers:

@@ -1,13 +1,11 @@
-"""Libraries that the programs in a folder need from a Linux system, found with `objdump`."""
+"""What programs and libraries want from a Linux system, as `objdump` shows it."""
 
 import os
 import re
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 _MAGIC: Final = b"\x7fELF"
 _NEEDED: Final = re.compile(r"^\s+NEEDED\s+(\S+)$", re.MULTILINE)
@@ -15,52 +13,25 @@ _RUN_PATH: Final = re.compile(r"^\s+(?:RUNPATH|RPATH)\s+(\S+)$", re.MULTILINE)
 _GLIBC: Final = re.compile(r"\bGLIBC_(\d+)\.(\d+)\b")
 
 
-class Glibc(NamedTuple):
-    """A version of the C library."""
-
-    major: int
-    minor: int
-
-
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """What one file needs; `glibc` may be None."""
-
-    path: Path
-    libraries: frozenset[str]
-    glibc: Glibc | None
-
-
-def wanted_by(folder: Path) -> Iterator[Wanted]:
-    """What each program and library below `folder` needs."""
+def _shown(folder: Path) -> Iterator[tuple[Path, str]]:
+    """Each program and library below `folder` with what it says of itself."""
     for path in sorted(folder.rglob("*")):
-        if path.is_symlink() or not path.is_file() or not _is_elf(path):
-            continue
-        shown = _shown(path)
-        versions = [Glibc(int(major), int(minor)) for major, minor in _GLIBC.findall(shown)]
-        yield Wanted(path, frozenset(_NEEDED.findall(shown)), max(versions, default=None))
+        if path.is_file() and not path.is_symlink():
+            with path.open("rb") as file:
+                is_program = file.read(4) == _MAGIC
+            if is_program:
+                command = ["objdump", "-p", str(path)]
+                variables = {**os.environ, "LC_ALL": "C"}  # independent of the locale
+                done = subprocess.run(command, capture_output=True, text=True, check=True, env=variables)
+                yield path, done.stdout
 
 
-def _shown(path: Path) -> str:
-    state = path.stat()
-    return _dumped(path, state.st_size, state.st_mtime_ns)
-
-
-@cache
-def _dumped(path: Path, _size: int, _changed: int) -> str:
-    """Cached; size and time make sure that a changed file is read again."""
-    variables = {**os.environ, "LC_ALL": "C"}  # independent of the locale
-    done = subprocess.run(["objdump", "-p", str(path)], capture_output=True, text=True, check=True, env=variables)
-    return done.stdout
-
-
-def foreign_run_path(path: Path) -> str | None:
-    """The absolute run path of a library, or None.
-
-    A Python that was not built by a distribution writes its folder into all that it compiles.
-    """
-    found = _RUN_PATH.search(_shown(path)) if _is_elf(path) else None
-    return found[1] if found is not None and found[1].startswith("/") else None
+def make_run_paths_relative(folder: Path) -> None:
+    """A Python that was not built by a distribution writes its folder into all that it compiles."""
+    for path, shown in _shown(folder):
+        found = _RUN_PATH.search(shown)
+        if found is not None and found[1].startswith("/"):
+            make_run_path_relative(path, found[1])
 
 
 def make_run_path_relative(path: Path, run_path: str) -> None:
@@ -73,22 +44,17 @@ def make_run_path_relative(path: Path, run_path: str) -> None:
     path.write_bytes(content.replace(old + b"\0", own.ljust(len(old) + 1, b"\0")))
 
 
-def _is_elf(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(4) == _MAGIC
-
-
-def glibc_wanted(folder: Path) -> Glibc:
-    """The oldest C library with which everything in `folder` starts."""
-    return max(one.glibc for one in wanted_by(folder) if one.glibc is not None)
+def glibc_wanted(folder: Path) -> tuple[int, int]:
+    """The oldest C library with which everything in `folder` starts: major and minor."""
+    found = (version for _, shown in _shown(folder) for version in _GLIBC.findall(shown))
+    return max((int(major), int(minor)) for major, minor in found)
 
 
 def outside_libraries(folder: Path) -> dict[str, list[Path]]:
     """Libraries that are needed and not in `folder`, each with the files that need it."""
-    found = list(wanted_by(folder))
     inside = {path.name for path in folder.rglob("*") if path.is_file()}
     outside: dict[str, list[Path]] = {}
-    for one in found:
-        for library in sorted(one.libraries - inside):
-            outside.setdefault(library, []).append(one.path)
+    for path, shown in _shown(folder):
+        for library in sorted({*_NEEDED.findall(shown)} - inside):
+            outside.setdefault(library, []).append(path)
     return outside

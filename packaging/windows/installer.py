@@ -1,13 +1,12 @@
 """Builds the installer for Windows with NSIS, which runs on Windows and Linux, from installer.nsi."""
 
-import hashlib
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 from environment import run, say
 from file_types import FILE_TYPES, FileType
-from release import Release, project
+from release import Release
 
 SCRIPT = Path(__file__).with_name("installer.nsi")
 FILE_TYPES_NAME = "file-types.nsh"
@@ -23,26 +22,7 @@ def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> P
     write_file_types(file_types)
     words = arguments(release, bundle, target, icons / "dps-s-configurator.ico", file_types)
     run([compiler, *words], "NSIS failed")
-    write_winget(target, release)
     return target
-
-
-def write_winget(installer: Path, release: Release) -> Path:
-    """Write the manifests for winget beside the installer; returns their folder. Never tried with winget."""
-    words = {key.upper(): value for key, value in project().items()} | {
-        "VERSION": release.version,
-        "DATE": f"{release.time:%Y-%m-%d}",
-        "FILE": installer.name,
-        "SHA256": hashlib.sha256(installer.read_bytes()).hexdigest().upper(),
-    }
-    folder = installer.parent / "winget"
-    folder.mkdir(exist_ok=True)
-    for template in SCRIPT.with_name("winget").iterdir():
-        text = template.read_text(encoding="utf-8")
-        for word, value in words.items():
-            text = text.replace(f"@{word}@", value)
-        (folder / template.name).write_text(text, encoding="utf-8", newline="\n")
-    return folder
 
 
 def arguments(release: Release, bundle: Path, target: Path, icon: Path, file_types: Path) -> list[str]:

@@ -4,11 +4,11 @@ import shutil
 from pathlib import Path
 
 from environment import ROOT, SetupError, say
-from package import build_wheel
+from package import build_wheel, write_sums
 from release import read_release
 
 from windows import wine
-from windows.installer import FILE_TYPES_NAME, SCRIPT, arguments, write_file_types, write_winget
+from windows.installer import FILE_TYPES_NAME, SCRIPT, arguments, write_file_types
 
 SOURCE = wine.DRIVE / "source"
 PACKAGES = wine.PLACE / "packages"
@@ -24,7 +24,7 @@ def make_package() -> Path:
     wheel = shutil.copy(build_wheel(release, wine.PLACE / "wheel"), wine.DRIVE)
     say("Building the bundle on the Python for Windows ...")
     made = wine.inside(
-        ["wine", wine.PYTHON, "packaging/windows/build_bundle.py", f"C:\\{Path(wheel).name}"],
+        ["wine", wine.PYTHON, "packaging/package.py", "--only-from", f"C:\\{Path(wheel).name}"],
         folder="/place/prefix/drive_c/source", limit_s=LIMIT_S,
         SOURCE_DATE_EPOCH=str(release.epoch),
     )  # fmt: skip
@@ -35,10 +35,6 @@ def make_package() -> Path:
     if list(bundle.rglob("icuuc.dll")):
         raise SetupError("The stub of icuuc.dll got into the bundle.")
     say("Building the installer ...")
-    return _installer(bundle)
-
-
-def _installer(bundle: Path) -> Path:
     shutil.rmtree(PACKAGES, ignore_errors=True)
     PACKAGES.mkdir()
     target = PACKAGES / f"{bundle.name}-setup.exe"
@@ -47,13 +43,13 @@ def _installer(bundle: Path) -> Path:
     write_file_types(file_types)
     words = [
         word.replace(str(wine.PLACE), "/place").replace(str(SCRIPT), f"/checkout/{SCRIPT.relative_to(ROOT)}")
-        for word in arguments(read_release(), bundle, target, icon, file_types)
+        for word in arguments(release, bundle, target, icon, file_types)
     ]
     done = wine.inside(["makensis", "-DTARGET=amd64-unicode", *words], limit_s=LIMIT_S)
     if done.returncode != 0 or not target.is_file():
         raise SetupError(f"{done.stdout}\nNSIS failed; it says why above.", exit_code=4)
-    write_winget(target, read_release())
     for path in bundle.parent.iterdir():
         if path.is_file():
             shutil.copy(path, PACKAGES)
+    write_sums(PACKAGES)
     return target

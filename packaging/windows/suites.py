@@ -14,69 +14,24 @@ class Suite(NamedTuple):
     limit_s: int
 
 
-_NAMED: Final = (
-    Suite("Protocol", ("tests/protocol",), "offscreen", 300),
-    Suite("Text and files", ("tests/app/text", "tests/app/system", "tests/test_text_files.py"), "offscreen", 300),
-    Suite(
-        "Engine and procedures",
-        ("tests/app/engine", "tests/app/procedures", "tests/app/safety", "tests/app/port_urls", "tests/app/samples"),
-        "offscreen",
-        600,
-    ),
-    Suite("Store", ("tests/app/store",), "offscreen", 600),
-    Suite("Profiles and limits", ("tests/app/settings", "tests/app/limits"), "offscreen", 600),
-    Suite("Recordings", ("tests/app/recordings", "tests/app/captures", "tests/app/firing"), "offscreen", 900),
-    Suite(
-        "Pre-flight check and records",
-        ("tests/app/preflight", "tests/app/records", "tests/app/trigger_records"),
-        "offscreen",
-        900,
-    ),
-    Suite("Diagnosis", ("tests/app/diagnosis",), "offscreen", 300),
-    Suite("Simulated module", ("tests/app/simulator",), "offscreen", 600),
-    Suite("Command line", ("tests/app/cli", "tests/app/terminal", "tests/app/test_frozen.py"), "offscreen", 1200),
+def _rooms() -> list[str]:
+    """The folders of tests that stand for a room or a group of pages, and the files beside them."""
+    tops = [*(ROOT / "tests" / "app").iterdir(), *(ROOT / "tests" / "ui").iterdir()]
+    tops += [ROOT / "tests" / name for name in ("protocol", "scenarios", "gestures", "test_text_files.py")]
+    files = (path for path in tops if path.is_dir() or path.name.startswith("test_"))
+    return sorted(path.relative_to(ROOT).as_posix() for path in files if path.name != "__pycache__")
+
+
+SUITES: Final = (
+    *(Suite(name, (name,), "offscreen", 1800) for name in _rooms()),
     Suite("Command line over a COM port", ("tests/windows/test_com_port.py",), None, 900),
-    Suite("Flight logs", ("tests/app/flight_logs", "tests/app/flight_analysis", "tests/app/guided"), "offscreen", 600),
-    Suite("Scenarios and gestures", ("tests/scenarios", "tests/gestures"), "offscreen", 1800),
-    Suite(
-        "Window, its parts",
-        ("tests/ui/core", "tests/ui/files", "tests/ui/help", "tests/ui/plots", "tests/ui/services",
-         "tests/ui/simulator", "tests/ui/style", "tests/ui/widgets"),
-        "offscreen",
-        1800,
-    ),
-    Suite("Window, shell and connecting", ("tests/ui/shell", "tests/ui/lock", "tests/ui/connect"), "offscreen", 1800),
-    Suite("Window, live page", ("tests/ui/pages/live",), "offscreen", 1800),
-    Suite(
-        "Window, check, commands and settings",
-        ("tests/ui/pages/preflight", "tests/ui/pages/commands", "tests/ui/pages/settings", "tests/ui/pages/tests"),
-        "offscreen",
-        1800,
-    ),
-    Suite(
-        "Window, recordings and diagnosis",
-        ("tests/ui/pages/recordings", "tests/ui/pages/flights", "tests/ui/pages/diagnosis", "tests/ui/pages/triggers"),
-        "offscreen",
-        1800,
-    ),
     Suite(
         "Window, Qt's windows platform on a virtual screen",
         ("tests/ui/widgets", "tests/ui/connect", "tests/ui/shell/test_shutdown.py", "tests/ui/shell/test_window.py"),
         "windows",
         1200,
     ),
-)  # fmt: skip
-
-
-def _unnamed() -> tuple[str, ...]:
-    """Test files that no suite names."""
-    named = {ROOT / path for suite in _NAMED for path in suite.tests}
-    files = (path for top in ("protocol", "app", "ui") for path in (ROOT / "tests" / top).rglob("test_*.py"))
-    return tuple(sorted(path.relative_to(ROOT).as_posix() for path in files if not named & {path, *path.parents}))
-
-
-_NEW: Final = _unnamed()
-SUITES: Final = (*_NAMED, *([Suite("Everything else", _NEW, "offscreen", 1800)] if _NEW else []))
+)
 QUICK: Final = Suite(
     "A short part",
     ("tests/protocol/test_frame.py", "tests/protocol/test_messages.py", "tests/app/settings/test_profile_file.py",

@@ -1,7 +1,7 @@
 """How packages are made, as far as that can be told without making them (tests/packages makes sure of the rest)."""
 
+import ast
 import configparser
-import hashlib
 import json
 import re
 import struct
@@ -25,13 +25,13 @@ MODULES = (
     "bundle",
     "bundle_contents",
     "file_types",
-    "file_types",
     "icon_files",
     "linux.debian",
     "linux.elf",
     "package",
     "release",
     "windows.installer",
+    "windows.suites",
 )
 
 
@@ -117,7 +117,7 @@ def test_the_committed_icon_is_the_programs(made: dict[str, ModuleType]) -> None
     assert made["icon_files"].SVG.read_bytes() == app_icon_svg()
 
 
-def test_icons_of_windows_and_macos_hold_every_size(made: dict[str, ModuleType]) -> None:
+def test_icons_of_windows_and_macos_are_whole(made: dict[str, ModuleType]) -> None:
     content = made["icon_files"].ico()
     reserved, kind, count = struct.unpack_from("<HHH", content)
     assert (reserved, kind, count) == (0, 1, 9)
@@ -127,9 +127,8 @@ def test_icons_of_windows_and_macos_hold_every_size(made: dict[str, ModuleType])
         assert picture.startswith(b"\x89PNG")
         assert struct.unpack_from(">II", picture, 16) == (side or 256, side or 256)
         assert depth == 32
-    apple = made["icon_files"].icns()
-    assert apple[:4] == b"icns"
-    assert struct.unpack_from(">I", apple, 4)[0] == len(apple)
+    apple = made["icon_files"].picture(64, "ICNS")
+    assert (apple[:4], struct.unpack_from(">I", apple, 4)[0]) == (b"icns", len(apple))
 
 
 # macOS and the forge, which are never run here, and Windows, which only Wine runs.
@@ -139,7 +138,6 @@ def test_icons_of_windows_and_macos_hold_every_size(made: dict[str, ModuleType])
     "path",
     [
         "packaging/macos/disk_image.py",
-        *(f"packaging/windows/winget/{path.name}" for path in (PACKAGING / "windows" / "winget").iterdir()),
         ".github/workflows/packages.yml",
     ],
 )
@@ -184,6 +182,19 @@ def test_every_type_of_file_that_setup_registers_is_removed(made: dict[str, Modu
         assert f'DeleteRegKey HKCU "${{CLASSES}}\\DPS-S.{kind.key}"' in removed
         for ending in kind.mime_types:
             assert f'DeleteRegKey HKCU "${{CLASSES}}\\{ending}' not in removed, "others' entries would go with it"
+
+
+def test_what_is_tried_under_wine_is_there_and_every_exception_has_a_reason(made: dict[str, ModuleType]) -> None:
+    suites = made["windows.suites"]
+    tried = {ROOT / name for suite in (*suites.SUITES, suites.QUICK) for name in suite.tests}
+    assert [path for path in tried if not path.exists()] == []
+    files = {path for top in ("protocol", "app", "ui") for path in (ROOT / "tests" / top).rglob("test_*.py")}
+    assert {path for path in files if not tried & {path, *path.parents}} == set()
+    for name, reason in suites.NOT_JUDGED.items():
+        path, _, function = name.partition("::")
+        tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+        assert function in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}, name
+        assert reason
 
 
 def test_the_uninstaller_takes_nothing_of_the_users() -> None:
@@ -284,21 +295,6 @@ def test_the_manual_names_every_command() -> None:
 
 
 # Releases.
-
-
-def test_the_manifests_for_winget_are_filled_in(made: dict[str, ModuleType], release: Any, tmp_path: Path) -> None:
-    installer = tmp_path / "dps-s-configurator-1.2.3-windows-x86_64-setup.exe"
-    installer.write_bytes(b"a package")
-    folder = made["windows.installer"].write_winget(installer, release)
-    texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()}
-    start = "DPS-S.Configurator"
-    assert {*texts} == {f"{start}.yaml", f"{start}.installer.yaml", f"{start}.locale.en-US.yaml"}
-    for text in texts.values():
-        assert not re.search(r"@[A-Z0-9_]+@", text)
-        assert "PackageVersion: '1.2.3'\n" in text
-    of_installer = texts[f"{start}.installer.yaml"]
-    assert hashlib.sha256(b"a package").hexdigest().upper() in of_installer
-    assert f"/download/v1.2.3/{installer.name}'" in of_installer
 
 
 def test_a_release_is_refused_while_a_placeholder_is_left(
