@@ -80,17 +80,20 @@ class PortModule(QObject):
             return ()
 
     def choose(self, name: str) -> None:
+        """An empty or unchanged name answers no question: a field says it whenever it loses the focus."""
         name = clean(name.strip(), longest=MAX_NAME_LENGTH)
         connector = self._connector
-        if name and connector is not None and connector.is_open and not connector.identity.is_settled:
-            if name == self.expected_name:
-                connector.confirm_identity()
-            else:
+        if name == self.name:
+            return
+        if connector is not None and connector.is_open and not connector.identity.is_settled:
+            if name and name == self.expected_name:
+                self.confirm_identity()
+            elif name:
                 self.before_new(partial(self._begin_new, name))
         else:
             self._use(name)
             if connector is not None and connector.is_open:
-                connector.confirm_identity(is_named=bool(name))
+                connector.confirm_identity(connector.identity, is_named=bool(name))
 
     def confirm_identity(self) -> None:
         """A person confirms that it is the expected module."""

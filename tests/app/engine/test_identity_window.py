@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
@@ -17,12 +17,13 @@ from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.app.engine.test_identity import NOT_PROVEN
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.steps import press
+from tests.support.window.steps import find, press
 from ui.acts.outcomes import open_conditions
 from ui.main import Assembly
 from ui.pages.settings.controller import SettingsController
 from ui.pages.tests.page import TestsPage as GuidedPage
-from ui.services.module_name import ModuleName
+from ui.services.module_name import ModuleField, ModuleName
+from ui.widgets.sliders import WheelGuard
 
 NAME = "M-07"
 
@@ -145,6 +146,32 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_pres
         assert notice is not None
         assert notice.text == f"Nothing was written. {NOT_PROVEN}"
         assert one.changes == []
+
+
+@pytest.mark.parametrize("is_named", [True, False])
+def test_leaving_the_empty_field_of_the_name_answers_nothing(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_named: bool
+) -> None:
+    """Whoever presses "Enable triggers and check" takes the focus from the field."""
+    with desk(qtbot, qapp, tmp_path, "left") as one:
+        connector = one.assembly.connector
+        if not is_named:
+            one.naming.choose("")
+            one.wait(lambda: not connector.current.identity.is_named)
+        one.bench.unplug()
+        one.wait(lambda: not connector.current.is_open)
+        one.bench.plug()
+        one.wait(lambda: one.asked != "" and connector.current.identity.is_for_a_person)
+        asked = connector.current.identity
+        field = ModuleField("module", one.naming, one.assembly.window._services.texts, WheelGuard())
+        qtbot.addWidget(field)
+        edit = find(field, QLineEdit)
+        assert edit.text() == ""
+        edit.editingFinished.emit()
+        one.sent.clear()
+        one.wait(lambda: len(one.sent) > 5)
+        assert connector.current.identity == asked
+        assert one.asked != ""
 
 
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
