@@ -5,8 +5,8 @@
     python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
     python3 docs/generate/translations.py merge DIR --over corrections.json    whose entries replace existing ones
 
-Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)``,
-``control(...)`` and ``scroll_area(...)``.  Any other argument of ``tr`` has to be the name of a marked text.
+Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)``, ``control(...)``,
+``scroll_area(...)`` and ``RowsTable(...)``.  Any other argument of ``tr`` has to be the name of a marked text.
 """
 
 import argparse
@@ -25,9 +25,9 @@ ROOT: Final = Path(__file__).resolve().parents[2]
 TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
 CONTEXT: Final = "dps-s"
-_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3, "scroll_area": 3}
+_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3, "scroll_area": 3, "RowsTable": 2}
 _KEYWORDS_OF_TEXT: Final = {"control": ("says", "tip")}
-_WITHOUT_VALUES: Final = ("marked", "control", "scroll_area")
+_WITHOUT_VALUES: Final = ("marked", "control", "scroll_area", "RowsTable")
 
 
 @dataclass(slots=True)

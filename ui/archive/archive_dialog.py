@@ -91,14 +91,11 @@ class ArchiveDialog(QDialog):
         label = control(QLabel(), texts, "archive_server_label", "Server")
         label.setBuddy(self.server)
         self._lay_out_question()
-        self.modules = modules_table(self)
-        self.life = history_table(self)
-        texts.bind(self.modules.view.setAccessibleName, "Modules")
-        texts.bind(self.life.view.setAccessibleName, "Records")
-        self.modules.view.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
+        self.modules, self.life = modules_table(texts), history_table(texts)
+        self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
         split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
-        split.addWidget(self.modules.view)
-        split.addWidget(self.life.view)
+        split.addWidget(self.modules)
+        split.addWidget(self.life)
         self.empty = EmptyState(
             "archive_empty", Icon.BUNDLE, texts, marked("No modules yet"), marked("Each check or test adds its module.")
         )
@@ -220,12 +217,12 @@ class ArchiveDialog(QDialog):
         self._loading.run(lambda _running: load(), self._show, self._fail)
 
     def _show(self, loaded: Loaded) -> None:
-        self.modules.model.show_rows(loaded.states)
+        self.modules.show_rows(loaded.states)
         self._views.setCurrentIndex(0 if loaded.states else 1)
         self._conflicts = loaded.conflicts
         self._show_question()
-        if loaded.states and not self.modules.view.selectionModel().hasSelection():
-            select_row(self.modules.view, 0)
+        if loaded.states and not self.modules.selectionModel().hasSelection():
+            select_row(self.modules, 0)
         self._show_life()
 
     def _show_question(self) -> None:
@@ -246,16 +243,16 @@ class ArchiveDialog(QDialog):
 
     def _show_life(self) -> None:
         chosen = self.modules.chosen()
-        if chosen is None:
-            self.life.model.show_rows(())
+        if not chosen:
+            self.life.show_rows(())
             return
-        module, storage = chosen.module, self._services.storage
+        module, storage = chosen[0].module, self._services.storage
 
         def load() -> tuple[HistoryEvent, ...]:
             with opened_archive(storage) as archive:
                 return tuple(reversed(module_history(archive.facts, module).events))
 
-        self._loading_history.run(lambda _running: load(), self.life.model.show_rows, self._fail)
+        self._loading_history.run(lambda _running: load(), self.life.show_rows, self._fail)
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, UserError):

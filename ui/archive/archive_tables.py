@@ -1,10 +1,7 @@
 """Tables of the archive: every module today, and the history of one."""
 
-from collections.abc import Callable, Sequence
 from datetime import datetime
-from typing import Final, Generic, TypeVar
-
-from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from typing import Final
 
 from app.archive.fleet_state import ModuleToday
 from app.archive.module_history import HistoryEvent
@@ -13,50 +10,23 @@ from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences
 from protocol.translatable import marked
-from ui.forms.table_kit import RowsFilter, RowsModel, TableColumn, list_rows
+from ui.core.texts import Texts
+from ui.forms.rows_table import RowsTable
+from ui.forms.table_kit import TableColumn
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
-from ui.widgets.controls import named
 
-Row = TypeVar("Row")
 _ROW_PX: Final = 26
 
 
-class ArchiveTable(Generic[Row]):
-    """A table view with its model."""
-
-    def __init__(
-        self,
-        parent: QWidget,
-        name: str,
-        columns: Sequence[TableColumn[Row]],
-        identify: Callable[[Row], object],
-        tell: Callable[[Row], str],
-    ) -> None:
-        self.model: RowsModel[Row] = RowsModel(columns, identify, tell, parent, aligns_heads=True)
-        self.rows: RowsFilter[Row] = RowsFilter(self.model, parent)
-        self.view = named(QTableView(), name)
-        self.view.setModel(self.rows)
-        list_rows(self.view, row_px=_ROW_PX)
-        self.view.setSelectionMode(QTableView.SelectionMode.SingleSelection)
-        head = self.view.horizontalHeader()
-        head.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        head.setStretchLastSection(True)
-
-    def chosen(self) -> Row | None:
-        """None if no row is selected."""
-        rows = self.view.selectionModel().selectedRows()
-        return self.rows.row_at(rows[0].row()) if rows else None
+def modules_table(texts: Texts) -> RowsTable[ModuleToday]:
+    return RowsTable(texts, "archive_modules", "Modules", _MODULE_COLUMNS, lambda row: row.module.members,
+                     _accessible_text, row_px=_ROW_PX, is_single=True)  # fmt: skip
 
 
-def modules_table(parent: QWidget) -> ArchiveTable[ModuleToday]:
-    return ArchiveTable(parent, "archive_modules", _MODULE_COLUMNS, lambda row: row.module.members, _accessible_text)
-
-
-def history_table(parent: QWidget) -> ArchiveTable[HistoryEvent]:
-    return ArchiveTable(
-        parent, "archive_life", _HISTORY_COLUMNS, lambda row: row.fact.id, lambda row: row.text.translated()
-    )
+def history_table(texts: Texts) -> RowsTable[HistoryEvent]:
+    return RowsTable(texts, "archive_life", "Records", _HISTORY_COLUMNS, lambda row: row.fact.id,
+                     lambda row: row.text.translated(), row_px=_ROW_PX, is_single=True)  # fmt: skip
 
 
 def short_station(public: str) -> str:
@@ -96,11 +66,11 @@ _MODULE_COLUMNS: Final = (
     TableColumn[ModuleToday](
         marked("Due"), _due,
         ink=lambda row: Meaning.ATTENTION if row.due else None,
-        picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if row.due else None,
+        picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if row.due else None, stretches=True,
     ),
 )  # fmt: skip
 _HISTORY_COLUMNS: Final = (
     TableColumn[HistoryEvent](marked("Time"), lambda row: _local(row.fact.made_at)),
     TableColumn[HistoryEvent](marked("Station"), lambda row: short_station(row.fact.station)),
-    TableColumn[HistoryEvent](marked("Record"), lambda row: row.text.translated()),
+    TableColumn[HistoryEvent](marked("Record"), lambda row: row.text.translated(), stretches=True),
 )

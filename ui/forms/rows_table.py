@@ -1,14 +1,15 @@
 """A table of whole rows, which are opened by double click or Enter and removed by Del; rows of facts."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Generic
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QLabel, QTableView, QWidget
 
+from app.text.i18n import tr
 from ui.core.texts import Texts
-from ui.forms.table_kit import Row, RowsFilter, list_rows
+from ui.forms.table_kit import Row, RowsFilter, RowsModel, TableColumn, list_rows
 from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
@@ -23,71 +24,85 @@ _ICON_PX: Final = 24
 
 
 class RowsTable(QTableView, Generic[Row]):
-    """`stretched`: the column that takes the remaining width; `spare`: the column that is hidden where there is no room
-    for it."""
+    """Makes a table of its columns; `says` is its accessible name in English, the rest as in `RowsModel`. Sorted by a
+    column, newest or largest first, or not at all."""
 
     opened = Signal()
     remove_wanted = Signal()
 
     def __init__(
-        self, name: str, model: RowsFilter[Row], *, row_px: int, sorted_by: int, stretched: int,
-        order: Qt.SortOrder = Qt.SortOrder.DescendingOrder, hidden: Collection[int] = (),
-        spare: int | None = None,
+        self, texts: Texts, name: str, says: str, columns: Sequence[TableColumn[Row]],
+        identify: Callable[[Row], object], tell: Callable[[Row], str], *, row_px: int, sorted_by: int | None = None,
+        order: Qt.SortOrder = Qt.SortOrder.DescendingOrder, is_single: bool = False, searches_sentence: bool = False,
     ) -> None:  # fmt: skip
         super().__init__()
-        named(self, name)
-        self._filter, self._spare = model, spare
+        control(self, texts, name, says=says)
         self._widths: dict[int, int] = {}
-        self.setModel(model)
-        self.setSortingEnabled(True)
-        self.sortByColumn(sorted_by, order)
+        self.source: RowsModel[Row] = RowsModel((), identify, tell, self)
+        self.filter: RowsFilter[Row] = RowsFilter(self.source, self, searches_sentence=searches_sentence)
+        self.setModel(self.filter)
         list_rows(self, row_px=row_px)
-        for column in hidden:
-            self.setColumnHidden(column, True)
-        self.horizontalHeader().setSectionResizeMode(stretched, QHeaderView.ResizeMode.Stretch)
+        if is_single:
+            self.setSelectionMode(QTableView.SelectionMode.SingleSelection)
         self.doubleClicked.connect(self._open)
         VisibilityTimer(self, self.measure, restyle=self.measure)
+        self.show_columns(columns)
+        if sorted_by is not None:
+            self.setSortingEnabled(True)
+            self.sortByColumn(sorted_by, order)
 
-    def measure(self) -> None:
-        """Sets the widths of the columns; called again after a change of language, font or theme."""
+    def show_columns(self, columns: Sequence[TableColumn[Row]]) -> None:
+        """Replaces the columns, and removes the rows."""
+        self.source.show_columns(columns)
+        modes = QHeaderView.ResizeMode
+        for place, column in enumerate(columns):
+            mode = modes.Interactive if column.widest is not None else modes.ResizeToContents
+            self.setColumnHidden(place, column.is_beside)
+            self.horizontalHeader().setSectionResizeMode(place, modes.Stretch if column.stretches else mode)
+        self.measure()
+
+    def show_rows(self, rows: Sequence[Row]) -> None:
+        self.source.show_rows(tuple(rows))
 
     def chosen(self) -> tuple[Row, ...]:
         """The selected rows in the order shown."""
         rows = sorted(index.row() for index in self.selectionModel().selectedRows())
-        return tuple(self._filter.row_at(row) for row in rows)
+        return tuple(self.filter.row_at(row) for row in rows)
 
     def choose(self, is_wanted: Callable[[Row], bool]) -> None:
         """Selects the rows for which `is_wanted` is true."""
         model = self.selectionModel()
         self.clearSelection()
-        for row in range(self._filter.rowCount()):
-            if is_wanted(self._filter.row_at(row)):
-                model.select(self._filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
+        for row in range(self.filter.rowCount()):
+            if is_wanted(self.filter.row_at(row)):
+                model.select(self.filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
 
-    def fit_columns(
-        self, texts: Mapping[int, str], *, with_icon: Collection[int] = (), fixed_px: Mapping[int, int] | None = None
-    ) -> None:
-        """Makes columns as wide as these texts, and at least as their headers with the sort arrow."""
-        self._widths = dict(fixed_px or {})
+    def measure(self) -> None:
+        """Makes the columns as wide as their texts, and at least as their headers with the sort arrow."""
         body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
-        for column, text in texts.items():
-            title = str(self._filter.headerData(column, Qt.Orientation.Horizontal))
-            icon_px = _ICON_PX if column in with_icon else 0
-            self._widths[column] = max(
-                body.horizontalAdvance(text) + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX,
-                heads.horizontalAdvance(title) + Space.XL + 2,
-            )
-        for column, width in self._widths.items():
-            self.setColumnWidth(column, width)
+        self._widths.clear()
+        titles_px = []
+        for place, column in enumerate(self.source.columns):
+            title_px = heads.horizontalAdvance(tr(column.title)) + Space.XL + 2
+            titles_px += [title_px] * column.stretches
+            if column.widest is None or (self.isColumnHidden(place) and not column.is_spare):
+                continue
+            icon_px = 0 if column.picture is None else _ICON_PX
+            text_px = body.horizontalAdvance(column.widest()) + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX
+            self._widths[place] = max(text_px, title_px)
+            self.setColumnWidth(place, self._widths[place])
+        if len(titles_px) > 1:
+            self.horizontalHeader().setMinimumSectionSize(max(titles_px))
         self._share_width()
         self.viewport().update()
 
     def _share_width(self) -> None:
-        if self._spare in self._widths:
-            # Whether it scrolls or not, so that lists of the same width have the same columns.
-            room = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
-            self.setColumnHidden(self._spare, sum(self._widths.values()) > room)
-            self.setColumnWidth(self._spare, self._widths[self._spare])
+        # Whether it scrolls or not, so that lists of the same width have the same columns.
+        room = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
+        for place in self._widths:
+            if self.source.columns[place].is_spare:
+                self.setColumnHidden(place, sum(self._widths.values()) > room)
+                self.setColumnWidth(place, self._widths[place])
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -28,15 +28,22 @@ ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 1
 
 @dataclass(frozen=True)
 class TableColumn(Generic[Row]):
-    """`title` and `tip` of the header are English, marked. Without `sort_key` rows are sorted by their text."""
+    """`title` of the header is English, marked. Without `sort_key` rows are sorted by their text."""
 
     title: str
     text: Callable[[Row], str]
     sort_key: Callable[[Row], float | str] | None = None
     is_right: bool = False
-    picture: Callable[[Row], QIcon | None] = lambda _row: None
+    picture: Callable[[Row], QIcon | None] | None = None
     ink: Callable[[Row], Meaning | None] = lambda _row: None
-    tip: str = ""
+    widest: Callable[[], str] | None = None
+    """The text that has to fit, in the language in use; without one the column is as wide as its contents."""
+    stretches: bool = False
+    """Takes what room remains, beside others that do."""
+    is_beside: bool = False
+    """Hidden, shown in the details; rows are searched, copied and exported with it."""
+    is_spare: bool = False
+    """Hidden where there is no room for it."""
 
 
 class RowsModel(QAbstractTableModel, Generic[Row]):
@@ -49,16 +56,19 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         identify: Callable[[Row], object],
         tell: Callable[[Row], str],
         parent: QWidget | None = None,
-        *,
-        aligns_heads: bool = False,
     ) -> None:
         super().__init__(parent)
         self.rows: Sequence[Row] = ()
-        self._aligns_heads = aligns_heads
         self.columns, self.tell = columns, tell
         self._identify = identify
         if parent is not None:
             VisibilityTimer(parent, retranslate=self._retranslate)
+
+    def show_columns(self, columns: Sequence[TableColumn[Row]]) -> None:
+        """Replaces the columns, and removes the rows."""
+        self.beginResetModel()
+        self.columns, self.rows = columns, ()
+        self.endResetModel()
 
     def show_rows(self, rows: tuple[Row, ...]) -> None:
         """Replaces the rows; the same rows with other figures stay selected."""
@@ -90,10 +100,8 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         match role:
             case Qt.ItemDataRole.DisplayRole:
                 return tr(column.title)
-            case Qt.ItemDataRole.TextAlignmentRole if self._aligns_heads:
+            case Qt.ItemDataRole.TextAlignmentRole:
                 return aligned(is_right=column.is_right)
-            case Qt.ItemDataRole.ToolTipRole if column.tip:
-                return tr(column.tip)
         return None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
@@ -104,7 +112,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
             case Qt.ItemDataRole.DisplayRole:
                 return column.text(row)
             case Qt.ItemDataRole.DecorationRole:
-                return column.picture(row)
+                return None if column.picture is None else column.picture(row)
             case Qt.ItemDataRole.ForegroundRole:
                 meaning = column.ink(row)
                 return None if meaning is None else QColor(current().ink(meaning))

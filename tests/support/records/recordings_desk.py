@@ -80,7 +80,7 @@ class Desk(Driver):
     def list_again(self, count: int) -> None:
         """Refresh the list; wait until it has `count` rows and nothing reads it any more."""
         self.page.work.refresh()
-        self.until(lambda: self.page.filter.rowCount() == count and not self.page.work._listing.is_running)
+        self.until(lambda: self.page.table.filter.rowCount() == count and not self.page.work._listing.is_running)
 
     def answer(self, key: str) -> None:
         self.click(self.page.strip.button(key))
@@ -95,7 +95,9 @@ class Desk(Driver):
         return "" if notice is None else notice.text
 
     def texts(self, column: Column) -> list[str]:
-        return [str(self.page.filter.index(row, column).data()) for row in range(self.page.filter.rowCount())]
+        return [
+            str(self.page.table.filter.index(row, column).data()) for row in range(self.page.table.filter.rowCount())
+        ]
 
 
 @contextmanager

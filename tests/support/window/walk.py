@@ -208,16 +208,16 @@ class Walk(Driver):
         page.lists.of[FlightGroup.MUST].table.selectRow(0)
         page.map.setFocus()
         yield self._stop("flights, sorted")
-        page.open_flight(page.lists.of[FlightGroup.MUST].filter.row_at(0))
+        page.open_flight(page.lists.of[FlightGroup.MUST].table.filter.row_at(0))
         self.until(lambda: page.flight.plot is not None)
         yield self._stop("flights, one flight")
         page.flight.close_flight()
-        page.open_flight(next(row for row in page.lists.of[FlightGroup.MUST_NOT].filter.shown() if row.unread))
+        page.open_flight(next(row for row in page.lists.of[FlightGroup.MUST_NOT].table.filter.shown() if row.unread))
         page.form.attitude.setCurrentIndex(2)
         page.form.read.click()
         yield self._stop("flights, columns")
         page.on_escape()
-        page.work.remove([row.name for one in page.lists.of.values() for row in one.model.rows])
+        page.work.remove([row.name for one in page.lists.of.values() for row in one.table.source.rows])
 
     def _on_diagnosis(self) -> Iterator[Stop]:
         for key in ("traffic", "figures", "bundle", "why"):

@@ -73,13 +73,13 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         dialog = _dialog(qtbot, assembly)
         assert not assembly.archive.line.isVisible()
         assert not dialog.sync.isEnabled()
-        assert [row.module.name for row in dialog.modules.model.rows] == ["M-07"]
-        assert "Pre-flight check 1: GO" in " ".join(row.text.translated() for row in dialog.life.model.rows)
+        assert [row.module.name for row in dialog.modules.source.rows] == ["M-07"]
+        assert "Pre-flight check 1: GO" in " ".join(row.text.translated() for row in dialog.life.source.rows)
         dialog.ask_open = choosing(stick)
         dialog.import_.click()
         _wait(qtbot, dialog)
         assert "Received: 2." in dialog.state.text()
-        assert [row.module.name for row in dialog.modules.model.rows] == ["M-07", "M-07"]
+        assert [row.module.name for row in dialog.modules.source.rows] == ["M-07", "M-07"]
         assert dialog.question.isVisible()
         assert "is it the same module?" in dialog.asked.text()
         assert not dialog.same.isEnabled()  # nobody has said yet who decides
@@ -87,7 +87,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         dialog.same.click()
         _wait(qtbot, dialog)
         assert not dialog.question.isVisible()
-        (module,) = dialog.modules.model.rows
+        (module,) = dialog.modules.source.rows
         assert (module.checks, len(module.module.members)) == (2, 2)
         dialog.ask_save = choosing(stick)
         dialog.export.click()
@@ -109,7 +109,7 @@ def test_an_empty_archive_says_what_fills_it(
         here.check("M-07")
         dialog.bring_up()
         _wait(qtbot, dialog)
-        assert dialog.modules.view.isVisible()
+        assert dialog.modules.isVisible()
         assert not dialog.empty.isVisible()
 
 

@@ -129,7 +129,6 @@ class TrafficPage(QWidget):
         columns = table.horizontalHeader()
         # A header would ask for each row whether it is selected: 10 s for a million rows.
         columns.setSelectionModel(QItemSelectionModel(self.model, columns))
-        columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setStretchLastSection(True)
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._notice_scrolling)

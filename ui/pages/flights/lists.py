@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import Final
 
 from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QFontMetrics, QKeyEvent
 from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 
 from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
@@ -15,7 +15,7 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
-from ui.forms.table_kit import RowsFilter, RowsModel, TableColumn
+from ui.forms.table_kit import TableColumn
 from ui.pages.flights.controller import GROUPS, FlightRow
 from ui.pages.flights.texts import (
     MOVE_WORD,
@@ -32,7 +32,7 @@ from ui.pages.flights.texts import (
     verdict_text,
 )
 from ui.style.icons import Icon, Look, icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import in_column, in_row
@@ -64,31 +64,40 @@ def _duration(row: FlightRow) -> float:
 
 
 COLUMNS: Final = (
-    TableColumn[FlightRow](marked("Flight"), lambda row: short_name(row.name)),
+    TableColumn[FlightRow](
+        marked("Flight"), lambda row: short_name(row.name), widest=lambda: "survey-0000", stretches=True
+    ),
     TableColumn[FlightRow](
         marked("Fires"),
         lambda row: verdict_text(row.outcome),
         lambda row: order_of(row.group, row.outcome),
         picture=lambda row: icon(_look(row).icon, _look(row).meaning),
         ink=lambda row: _look(row).meaning,
+        widest=lambda: max(
+            (tr("unclear"), tr("too late"), tr("not read"), "8888.8 s"), key=QFontMetrics(font()).horizontalAdvance
+        ),
     ),
     TableColumn[FlightRow](
         marked("Tilt"),
         lambda row: "—" if math.isnan(_tilt(row)) else f"{_tilt(row):.0f}°",
         lambda row: -1.0 if math.isnan(_tilt(row)) else _tilt(row),
         is_right=True,
+        widest=lambda: "180°",
     ),
     TableColumn[FlightRow](
         marked("Fall"),
         lambda row: "—" if row.longest_fall_s < 0 else f"{row.longest_fall_s:.2f} s",
         lambda row: row.longest_fall_s,
         is_right=True,
+        widest=lambda: "88.88 s",
     ),
     TableColumn[FlightRow](
         marked("Duration"),
         lambda row: "—" if row.outcome is None else stopwatch(_duration(row)),
         _duration,
         is_right=True,
+        widest=lambda: "88:88",
+        is_spare=True,
     ),
     TableColumn[FlightRow](
         marked("Problems"),
@@ -96,6 +105,8 @@ COLUMNS: Final = (
         lambda row: float(problem_count(row)),
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if problem_count(row) else None,
         ink=lambda row: Meaning.ATTENTION if problem_count(row) else None,
+        widest=lambda: "88",
+        is_beside=True,
     ),
 )
 
@@ -103,37 +114,23 @@ COLUMNS: Final = (
 class FlightTable(RowsTable[FlightRow]):
     move_wanted = Signal()
 
-    def __init__(self, name: str, group: FlightGroup, model: RowsFilter[FlightRow]) -> None:
-        super().__init__(name, model, row_px=_ROW_PX, sorted_by=FlightColumn.FIRES, stretched=FlightColumn.NAME,
-                         order=Qt.SortOrder.AscendingOrder, spare=FlightColumn.DURATION)  # fmt: skip
+    def __init__(self, texts: Texts, group: FlightGroup) -> None:
+        super().__init__(texts, f"{_NAMES[group]}_table", group.value, COLUMNS, lambda row: row.name, row_text,
+                         row_px=_ROW_PX, sorted_by=FlightColumn.FIRES,
+                         order=Qt.SortOrder.AscendingOrder)  # fmt: skip
         self._group = group
-        self._has_problems = False
         self.setAlternatingRowColors(True)
         self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
         self.horizontalHeader().setMinimumSectionSize(44)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.customContextMenuRequested.connect(self._show_menu)
         self.setMinimumHeight(3 * _ROW_PX)
-        self.measure()
 
     def show_problems(self, *, has_problems: bool) -> None:
         """Without a problem in any flight the names take the column's room."""
-        if has_problems != self._has_problems:
-            self._has_problems = has_problems
+        if has_problems is self.isColumnHidden(FlightColumn.PROBLEMS):
+            self.setColumnHidden(FlightColumn.PROBLEMS, not has_problems)
             self.measure()
-
-    def measure(self) -> None:
-        words = tr("unclear"), tr("too late"), tr("not read"), "8888.8 s"
-        texts: dict[int, str] = {
-            FlightColumn.NAME: "survey-0000",
-            FlightColumn.FIRES: max(words, key=self.fontMetrics().horizontalAdvance),
-            FlightColumn.TILT: "180°", FlightColumn.FALL: "88.88 s",
-            FlightColumn.DURATION: "88:88",
-        }  # fmt: skip
-        self.setColumnHidden(FlightColumn.PROBLEMS, not self._has_problems)
-        if self._has_problems:
-            texts[FlightColumn.PROBLEMS] = "88"
-        self.fit_columns(texts, with_icon=(FlightColumn.FIRES, FlightColumn.PROBLEMS))
 
     def menu(self) -> QMenu:
         """Context menu for the selection."""
@@ -179,9 +176,7 @@ class FlightList(QWidget):
         name = _NAMES[group]
         self.setObjectName(f"{name}_list")
         self.group = group
-        self.model = RowsModel(COLUMNS, lambda row: row.name, row_text, self, aligns_heads=True)
-        self.filter = RowsFilter(self.model, self)
-        self.table = FlightTable(f"{name}_table", group, self.filter)
+        self.table = FlightTable(texts, group)
         self.picture = IconLabel(f"{name}_icon", _ICON_PX)
         self.caption = named(QLabel(), f"{name}_caption", "strong")
         self.detail = named(ElidedLabel(), f"{name}_detail", "small")
@@ -189,7 +184,6 @@ class FlightList(QWidget):
         self.move_button = control(QPushButton(), texts, f"{name}_move", "Move", tip=MOVE_WORD, key="M",
                                    picture=Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
                                    slot=self.move_chosen)  # fmt: skip
-        texts.bind(self.table.setAccessibleName, group.value)
         head = in_row(self.picture, self.caption, spacing=Space.XS)
         head.addSpacing(Space.XS)
         head.addWidget(self.detail, 1)
@@ -202,7 +196,7 @@ class FlightList(QWidget):
         self._refresh_button()
 
     def show_rows(self, rows: Sequence[FlightRow]) -> None:
-        self.model.show_rows(tuple(rows))
+        self.table.show_rows(rows)
         outcomes = [row.outcome for row in rows if row.outcome is not None]
         self.show_caption(outcomes)
         self._refresh_button()
@@ -218,7 +212,7 @@ class FlightList(QWidget):
     def show_only_fired(self, *, is_wanted: bool) -> None:
         """Hides flights that do not fire with the chosen thresholds."""
         hidden = (Verdict.HOLDS, Verdict.UNREAD)
-        self.filter.use("", lambda row: not is_wanted or verdict_of(row.outcome) not in hidden)
+        self.table.filter.use("", lambda row: not is_wanted or verdict_of(row.outcome) not in hidden)
 
     def move_chosen(self) -> None:
         names = self._names()

@@ -144,7 +144,7 @@ class FlightsPage(Page):
     def _show_fired(self) -> None:
         """Shows the flights that fire with the chosen thresholds."""
         self.fired_only.setChecked(True)
-        first = next((one for one in self.lists.of.values() if one.filter.rowCount()), None)
+        first = next((one for one in self.lists.of.values() if one.table.filter.rowCount()), None)
         if first is not None:
             first.table.setFocus()
             select_row(first.table, 0)

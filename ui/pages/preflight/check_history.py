@@ -8,14 +8,11 @@ import pyqtgraph as pg
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QComboBox,
     QGridLayout,
-    QHeaderView,
     QLabel,
     QPushButton,
     QSizePolicy,
-    QTableView,
     QWidget,
 )
 
@@ -30,7 +27,8 @@ from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.table_kit import RowsModel, TableColumn, list_rows, select_row
+from ui.forms.rows_table import RowsTable
+from ui.forms.table_kit import TableColumn, select_row
 from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
@@ -138,15 +136,11 @@ def _verdict_icon(check: StoredCheck) -> QIcon:
 _COLUMNS: Final = (
     TableColumn[StoredCheck](marked("When"), lambda check: local_time(check.at)),
     TableColumn[StoredCheck](marked("Verdict"), _verdict, picture=_verdict_icon),
-    TableColumn[StoredCheck](marked("Module"), lambda check: check.module or "—"),
-    TableColumn[StoredCheck](marked("Aircraft"), lambda check: check.aircraft or "—"),
-    TableColumn[StoredCheck](marked("Checked by"), lambda check: check.who or "—"),
+    TableColumn[StoredCheck](marked("Module"), lambda check: check.module or "—", stretches=True),
+    TableColumn[StoredCheck](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True),
+    TableColumn[StoredCheck](marked("Checked by"), lambda check: check.who or "—", stretches=True),
     TableColumn[StoredCheck](marked("Settings code"), lambda check: check.fingerprint or "—"),
 )
-
-
-_NAMES: Final = (2, 3, 4)
-"""Columns of what people write, which may be long."""
 
 
 def _row_sentence(check: StoredCheck) -> str:
@@ -169,8 +163,8 @@ class CheckHistory(QWidget):
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
-        self.model = RowsModel(_COLUMNS, lambda check: check.id, _row_sentence, self)
-        self.table = self._make_table()
+        self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.id,
+                               _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
         self.trends = {one.name: Trend(f"trend_{one.name}") for one in TRENDED}
         self.back = control(QPushButton(), texts, "check_history_back", "Back",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
@@ -226,47 +220,25 @@ class CheckHistory(QWidget):
         else:
             said = store.sentence
         self.count.setText(said or tr("Checks: {count}", count=len(self.checks)))
-        self._fill()
-        for one in TRENDED:
-            self.trends[one.name].show_points(tr(one.title), one.unit, points.get(one.name, ()), decimals=one.decimals)
-            self.trends[one.name].setVisible(kind == "module")
-
-    def _fill(self) -> None:
-        columns = self.table.horizontalHeader()
-        columns.ensurePolished()
-        width = columns.fontMetrics().horizontalAdvance
-        columns.setMinimumSectionSize(max(width(tr(column.title)) for column in _COLUMNS) + Space.L)
-        self.model.show_rows(self.checks)
+        self.table.show_rows(self.checks)
         if self.checks:
             select_row(self.table, 0)
         self._enable()
+        for one in TRENDED:
+            self.trends[one.name].show_points(tr(one.title), one.unit, points.get(one.name, ()), decimals=one.decimals)
+            self.trends[one.name].setVisible(kind == "module")
 
     def _enable(self) -> None:
         chosen = self._chosen()
         self.print.setEnabled(chosen is not None and not chosen.is_void)
 
     def _chosen(self) -> StoredCheck | None:
-        rows = [index.row() for index in self.table.selectionModel().selectedRows()]
-        return self.checks[rows[0]] if len(rows) == 1 and rows[0] < len(self.checks) else None
+        return next(iter(self.table.chosen()), None)
 
     def _print(self) -> None:
         chosen = self._chosen()
         if chosen is not None and not chosen.is_void:
             self.print_wanted.emit(chosen.hash)
-
-    # Construction
-
-    def _make_table(self) -> QTableView:
-        table = control(QTableView(), self._services.texts, "check_history_table", says="Past checks")
-        table.setModel(self.model)
-        list_rows(table, row_px=_ROW_PX)
-        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        columns = table.horizontalHeader()
-        columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        modes = QHeaderView.ResizeMode
-        for number in range(len(_COLUMNS)):
-            columns.setSectionResizeMode(number, modes.Stretch if number in _NAMES else modes.ResizeToContents)
-        return table
 
     def _lay_out(self) -> None:
         title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")

@@ -5,14 +5,13 @@ from enum import IntEnum
 from typing import Final
 
 from PySide6.QtGui import QIcon
-from PySide6.QtWidgets import QWidget
 
-from app.recordings.entry_texts import entry_text, remarks, size_text
+from app.recordings.entry_texts import remarks, size_text
 from app.recordings.library import RecordingEntry
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.forms.table_kit import RowsModel, TableColumn
+from ui.forms.table_kit import TableColumn
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
@@ -53,39 +52,43 @@ COLUMNS: Final = (
         lambda entry: entry.started_at.timestamp(),
         picture=_remark_icon,
         ink=_ink,
+        widest=lambda: "0000-00-00 00:00",
     ),
-    TableColumn[RecordingEntry](marked("Module"), lambda entry: entry.module or "—", ink=_ink),
-    TableColumn[RecordingEntry](marked("Port"), lambda entry: entry.port.removeprefix("/dev/") or "—", ink=_ink),
+    TableColumn[RecordingEntry](
+        marked("Module"), lambda entry: entry.module or "—", ink=_ink, widest=lambda: "M-00", stretches=True
+    ),
+    TableColumn[RecordingEntry](
+        marked("Port"), lambda entry: entry.port.removeprefix("/dev/") or "—", ink=_ink, is_beside=True
+    ),
     TableColumn[RecordingEntry](
         marked("Duration"),
         _if_known(lambda entry: stopwatch(entry.duration_s)),
         lambda entry: entry.duration_s,
         is_right=True,
         ink=_ink,
+        widest=lambda: "00:00:00",
+        is_spare=True,
     ),
     TableColumn[RecordingEntry](
         marked("Samples"),
         _if_known(lambda entry: f"{entry.sample_count:,}"),
         lambda entry: float(entry.sample_count),
-        is_right=True,
         ink=_ink,
+        is_beside=True,
     ),
     TableColumn[RecordingEntry](
         marked("Size"),
         lambda entry: size_text(entry.size_bytes),
         lambda entry: float(entry.size_bytes),
-        is_right=True,
         ink=_ink,
+        is_beside=True,
     ),
     TableColumn[RecordingEntry](
         marked("Pin"),
         lambda entry: tr("pinned") if entry.is_pinned else "",
         picture=lambda entry: icon(Icon.BOOKMARK) if entry.is_pinned else None,
         ink=_ink,
+        widest=str,
     ),
-    TableColumn[RecordingEntry](marked("Remarks"), remarks, picture=_remark_icon, ink=_ink),
+    TableColumn[RecordingEntry](marked("Remarks"), remarks, ink=_ink, is_beside=True),
 )
-
-
-def recordings_model(parent: QWidget) -> RowsModel[RecordingEntry]:
-    return RowsModel(COLUMNS, lambda entry: entry.path, entry_text, parent, aligns_heads=True)

@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QRectF, QSize
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QLineEdit, QStackedWidget, QStyledItemDelegate, QStyleOptionViewItem, QTableView
 
@@ -15,9 +15,9 @@ from app.text.sentences import capitalised, join_names, join_sentences
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.rows_table import RowsTable
-from ui.forms.table_kit import ROW_ROLE, Index, RowsFilter, select_row
+from ui.forms.table_kit import ROW_ROLE, Index, select_row
 from ui.pages.recordings.detail import RecordingsDetail
-from ui.pages.recordings.model import Column, recordings_model
+from ui.pages.recordings.model import COLUMNS, Column
 from ui.pages.recordings.outlines import Outlines, draw_outline
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -33,8 +33,6 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 ROW_PX: Final = 44
 _OUTLINE_PX: Final = 88
-_BESIDE: Final = (Column.PORT, Column.SAMPLES, Column.SIZE, Column.REMARKS)
-"""Hidden columns, shown in the details; rows are searched with them."""
 _FRAME_PX: Final = 8
 """Padding of the style at both sides of a cell."""
 
@@ -45,6 +43,9 @@ class OutlineDelegate(QStyledItemDelegate):
     def __init__(self, outlines: Outlines, parent: QTableView) -> None:
         super().__init__(parent)
         self._outlines = outlines
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        return QSize(_OUTLINE_PX, super().sizeHint(option, index).height())
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         super().paint(painter, option, index)
@@ -62,26 +63,6 @@ class PinDelegate(QStyledItemDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
         option.text = ""
-
-
-class RecordingsTable(RowsTable[RecordingEntry]):
-    def __init__(self, model: RowsFilter[RecordingEntry], outlines: Outlines) -> None:
-        super().__init__("recordings_table", model, row_px=ROW_PX, sorted_by=Column.WHEN, stretched=Column.MODULE,
-                         hidden=_BESIDE, spare=Column.DURATION)  # fmt: skip
-        self.setAlternatingRowColors(True)
-        self.setItemDelegateForColumn(Column.TILT, OutlineDelegate(outlines, self))
-        self.setItemDelegateForColumn(Column.PINNED, PinDelegate(self))
-        outlines.changed.connect(self.viewport().update)
-        self.measure()
-
-    def measure(self) -> None:
-        self.fit_columns(
-            {
-                Column.WHEN: "0000-00-00 00:00", Column.MODULE: "M-00", Column.DURATION: "00:00:00",
-                Column.PINNED: "",
-            },
-            with_icon=(Column.PINNED, Column.WHEN), fixed_px={Column.TILT: _OUTLINE_PX},
-        )  # fmt: skip
 
 
 _SEARCH_PX: Final = 200
@@ -104,18 +85,19 @@ class RecordingsPage(Page):
         self._folder = Path.home()
         self._to_delete: tuple[RecordingEntry, ...] = ()
         """Recordings whose deletion needs confirmation."""
-        self.model = recordings_model(self)
-        self.filter = RowsFilter(self.model, self)
         self.outlines = Outlines(self)
-        self.table = RecordingsTable(self.filter, self.outlines)
+        self.table = RowsTable(services.texts, "recordings_table", "Recordings", COLUMNS, lambda entry: entry.path,
+                               entry_text, row_px=ROW_PX, sorted_by=Column.WHEN)  # fmt: skip
+        self.table.setAlternatingRowColors(True)
+        self.table.setItemDelegateForColumn(Column.TILT, OutlineDelegate(self.outlines, self.table))
+        self.table.setItemDelegateForColumn(Column.PINNED, PinDelegate(self.table))
+        self.outlines.changed.connect(self.table.viewport().update)
         self.strip = named(NoticeBar(services.texts), "recordings_notice")
         self.bounds = named(ElidedLabel(), "recordings_bounds", "small")
         self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search", key="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
-        bind = services.texts.bind
-        bind(self.search.setPlaceholderText, "Search")
-        bind(self.table.setAccessibleName, "Recordings")
+        services.texts.bind(self.search.setPlaceholderText, "Search")
         self.detail = RecordingsDetail(services.texts, self.outlines)
         self.buttons = self.detail.buttons
         words = marked("No recordings yet"), marked("Every session is recorded automatically.")
@@ -133,7 +115,7 @@ class RecordingsPage(Page):
 
     def refresh(self) -> None:
         work, chosen = self.work, self.table.chosen()
-        self.model.show_rows(work.entries)
+        self.table.show_rows(work.entries)
         paths = {one.path for one in chosen}
         if {one.path for one in self.table.chosen()} != paths:
             self.table.choose(lambda one: one.path in paths)
@@ -152,10 +134,10 @@ class RecordingsPage(Page):
         if not self.work.entries:
             self._stack.setCurrentWidget(self.empty)
         else:
-            self._stack.setCurrentWidget(self.table if self.filter.rowCount() else self.no_match)
+            self._stack.setCurrentWidget(self.table if self.table.filter.rowCount() else self.no_match)
 
     def _search(self, text: str) -> None:
-        self.filter.use(text)
+        self.table.filter.use(text)
         self._show_list()
 
     def _refresh_notice(self) -> None:

@@ -3,17 +3,18 @@
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedResult, MeasuredValue
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.table_kit import RowsModel, TableColumn, list_rows
+from ui.forms.rows_table import RowsTable
+from ui.forms.table_kit import TableColumn
 from ui.pages.tests.texts import VERDICT_MEANINGS, outcome_text
 from ui.style.icons import MEANING_ICONS, icon
 from ui.style.theme import Space
-from ui.widgets.controls import control, named, set_role
+from ui.widgets.controls import named, set_role
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 
@@ -21,8 +22,8 @@ _ROW_PX: Final = 28
 
 COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
     TableColumn(marked("Quantity"), lambda one: one.name.translated()),
-    TableColumn(marked("Measured"), lambda one: one.shown.translated()),
-    TableColumn(marked("Tolerance"), lambda one: one.tolerance.translated()),
+    TableColumn(marked("Measured"), lambda one: one.shown.translated(), stretches=True),
+    TableColumn(marked("Tolerance"), lambda one: one.tolerance.translated(), stretches=True),
     TableColumn(
         marked("Result"),
         lambda one: tr(VERDICT_WORDS[one.verdict]),
@@ -40,16 +41,9 @@ class ResultView(QWidget):
         named(self, "tests_result")
         self.mark, self.verdict = IconLabel("tests_verdict_mark", 24), text_label("tests_verdict", "heading")
         self.advice = text_label("tests_advice")
-        self.model = RowsModel(COLUMNS, lambda one: one.name, _row_sentence, self, aligns_heads=True)
-        self.table = control(QTableView(), texts, "tests_table", says="Measured values")
-        self.table.setModel(self.model)
-        list_rows(self.table, row_px=_ROW_PX)
-        self.table.setSelectionMode(QTableView.SelectionMode.SingleSelection)
+        self.table = RowsTable(texts, "tests_table", "Measured values", COLUMNS, lambda one: one.name, _row_sentence,
+                               row_px=_ROW_PX, is_single=True)  # fmt: skip
         self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        for place in (0, len(COLUMNS) - 1):
-            header.setSectionResizeMode(place, QHeaderView.ResizeMode.ResizeToContents)
         head = in_row(self.mark, (self.verdict, 1), spacing=Space.S)
         in_column(head, self.advice, self.table, 1, of=self, spacing=Space.S, margins=0)
 
@@ -62,7 +56,7 @@ class ResultView(QWidget):
         self.verdict.setText(text)
         self.verdict.setAccessibleName(text)
         measured = outcome.measured if isinstance(outcome, GuidedResult) else ()
-        self.model.show_rows(measured)
+        self.table.show_rows(measured)
         self.table.setVisible(bool(measured))
         self.table.setFixedHeight(self.table.horizontalHeader().sizeHint().height() + _ROW_PX * len(measured) + 4)
         advice = outcome.advice if isinstance(outcome, GuidedResult) else None

@@ -5,7 +5,6 @@ from enum import Enum, IntEnum
 from typing import Final
 
 from PySide6.QtGui import QIcon
-from PySide6.QtWidgets import QWidget
 
 from app.limits.out_of_limits import record_outside
 from app.text.i18n import tr
@@ -14,7 +13,7 @@ from app.text.sentences import capitalised, in_brackets
 from app.trigger_records.fields import source_message
 from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_message
 from protocol.translatable import marked
-from ui.forms.table_kit import RowsModel, TableColumn
+from ui.forms.table_kit import TableColumn
 from ui.pages.triggers.controller import TriggerRow, TriggersController
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
@@ -95,13 +94,29 @@ COLUMNS: Final = (
         lambda row: when_text(row.record.boot_count, uptime_message(row.record)),
         lambda row: float(row.seen.place),
         picture=_news_icon,
+        widest=lambda: when_text(255, UserMessage("59 min 59 s")),
     ),
-    TableColumn[TriggerRow](marked("Why"), lambda row: sources_text(row.record.sources)),
-    TableColumn[TriggerRow](marked("Settings"), _settings, lambda row: float(row.record.attitude_threshold_deg)),
-    TableColumn[TriggerRow](marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no")),
-    TableColumn[TriggerRow](marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no")),
     TableColumn[TriggerRow](
-        marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda row: row.record.light_v, is_right=True
+        marked("Why"),
+        lambda row: sources_text(row.record.sources),
+        widest=lambda: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
+        stretches=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Settings"),
+        _settings,
+        lambda row: float(row.record.attitude_threshold_deg),
+        widest=lambda: "180° 2.5 g 2.55 s",
+        is_spare=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no"), is_beside=True
+    ),
+    TableColumn[TriggerRow](
+        marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no"), is_beside=True
+    ),
+    TableColumn[TriggerRow](
+        marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda row: row.record.light_v, is_beside=True
     ),
     TableColumn[TriggerRow](
         marked("Cell"),
@@ -109,13 +124,12 @@ COLUMNS: Final = (
         lambda row: row.record.cell_voltage_v,
         picture=_cell_icon,
         ink=lambda row: Meaning.ATTENTION if row.record.implausible else None,
+        is_beside=True,
     ),
-    TableColumn[TriggerRow](marked("Reviewed"), _judged),
+    TableColumn[TriggerRow](
+        marked("Reviewed"), _judged, widest=lambda: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len)
+    ),
 )
-
-
-def triggers_model(parent: QWidget) -> RowsModel[TriggerRow]:
-    return RowsModel(COLUMNS, lambda row: row.seen.id, record_text, parent)
 
 
 def is_chosen(show: Show, row: TriggerRow) -> bool:

@@ -1,7 +1,7 @@
 """Triggers page: all trigger records of a module, newest first, with the details and the review of the selected ones.
 
     head     search, filter, Read
-    list     `TriggersTable` of `triggers_model`, or why it is empty; beside it `TriggersDetail`
+    list     `RowsTable`, or why it is empty; beside it `TriggersDetail`
     foot     copy, export
 `TriggersController` reads the records, merges them with the stored ones and stores judgements.
 """
@@ -25,16 +25,15 @@ from app.recordings.export import not_saved_text
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
-from app.text.messages import UserMessage
 from app.text.sentences import capitalised, join_sentences
-from app.trigger_records.history import JUDGEMENT_WORDS
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.rows_table import RowsTable
-from ui.forms.table_kit import RowsFilter, select_row
-from ui.pages.triggers.controller import TriggerRow, TriggersController
+from ui.forms.table_kit import select_row
+from ui.pages.triggers.controller import TriggersController
 from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
 from ui.pages.triggers.model import (
+    COLUMNS,
     Column,
     Show,
     as_text,
@@ -44,8 +43,7 @@ from ui.pages.triggers.model import (
     empty_title,
     is_chosen,
     news_text,
-    triggers_model,
-    when_text,
+    record_text,
 )
 from ui.services.context import Services
 from ui.services.module_name import ModuleField
@@ -60,27 +58,9 @@ from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ROW_PX: Final = 36
-_BESIDE: Final = (Column.LINK, Column.CHARGE, Column.LIGHT, Column.CELL)
-"""Hidden columns, shown in the details; rows are searched, copied and exported with them."""
 _SEARCH_PX: Final = 140
 _READ_EVERY_MS: Final = 500
 """Retry interval until the module is online and idle."""
-
-
-class TriggersTable(RowsTable[TriggerRow]):
-    def __init__(self, model: RowsFilter[TriggerRow]) -> None:
-        super().__init__("triggers_table", model, row_px=_ROW_PX, sorted_by=Column.WHEN, stretched=Column.WHY,
-                         hidden=_BESIDE, spare=Column.SETTINGS)  # fmt: skip
-        self.horizontalHeader().setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.measure()
-
-    def measure(self) -> None:
-        self.fit_columns({
-            Column.WHY: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
-            Column.WHEN: when_text(255, UserMessage("59 min 59 s")),
-            Column.SETTINGS: "180° 2.5 g 2.55 s",
-            Column.JUDGED: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len),
-        }, with_icon=(Column.WHEN,))  # fmt: skip
 
 
 class TriggersPage(Page):
@@ -92,9 +72,9 @@ class TriggersPage(Page):
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self.work = TriggersController(services, self)
-        self.model = triggers_model(self)
-        self.filter = RowsFilter(self.model, self, searches_sentence=True)
-        self.table = TriggersTable(self.filter)
+        self.table = RowsTable(services.texts, "triggers_table", "Trigger records", COLUMNS, lambda row: row.seen.id,
+                               record_text, row_px=_ROW_PX, sorted_by=Column.WHEN,
+                               searches_sentence=True)  # fmt: skip
         self.detail = TriggersDetail(services.texts)
         self.strip = named(NoticeBar(services.texts), "triggers_notice")
         guard = WheelGuard(self)
@@ -123,7 +103,7 @@ class TriggersPage(Page):
 
     def refresh(self) -> None:
         work = self.work
-        self.model.show_rows(work.rows)
+        self.table.show_rows(work.rows)
         has_rows = bool(work.rows)
         self._show_list()
         if has_rows and not self.table.selectionModel().hasSelection():
@@ -140,7 +120,7 @@ class TriggersPage(Page):
 
     def _show_list(self) -> None:
         """The list with the details, or why it is empty."""
-        found = self.table if self.filter.rowCount() else self.no_match
+        found = self.table if self.table.filter.rowCount() else self.no_match
         self._stack.setCurrentWidget(found if self.work.rows else self.empty)
         self._beside.setVisible(bool(self.work.rows))
 
@@ -165,10 +145,10 @@ class TriggersPage(Page):
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all shown ones."""
-        QGuiApplication.clipboard().setText(as_text(self.table.chosen() or self.filter.shown()))
+        QGuiApplication.clipboard().setText(as_text(self.table.chosen() or self.table.filter.shown()))
 
     def _save(self, _is_checked: bool = False, *, is_archive: bool) -> None:
-        rows = self.work.rows if is_archive else self.filter.shown()
+        rows = self.work.rows if is_archive else self.table.filter.shown()
         name = self._naming.name
         title = tr("Export all…") if is_archive else tr("Export shown…")
         new = frozenset(row.seen.id for row in rows if row.is_new)
@@ -190,7 +170,7 @@ class TriggersPage(Page):
         self.work.job.notify(Meaning.GOOD, lambda: tr("Saved to {path}. Rows: {rows}.", rows=count, path=path))
 
     def _use_filter(self) -> None:
-        self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
+        self.table.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
         self._show_list()
         self._show_detail()
 
@@ -219,7 +199,6 @@ class TriggersPage(Page):
         self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", key="Ctrl+Shift+S",
                                     picture=Icon.SAVE, slot=partial(self._save, is_archive=True))  # fmt: skip
         texts.bind(self.search.setPlaceholderText, "Search")
-        texts.bind(self.table.setAccessibleName, "Trigger records")
 
     def _wire(self) -> None:
         self.show_box.currentIndexChanged.connect(self._use_filter)

@@ -59,7 +59,7 @@ class Desk:
         self.wait_proposal()
 
     def shown(self, group: FlightGroup) -> list[str]:
-        return [row.name for row in self.page.lists.of[group].filter.shown()]
+        return [row.name for row in self.page.lists.of[group].table.filter.shown()]
 
     def caption(self, group: FlightGroup) -> str:
         return self.page.lists.of[group].caption.text()
@@ -274,7 +274,7 @@ def test_flights_that_depend_on_the_reading_are_shown(desk: Desk) -> None:
     desk.add(tilted("bump", 70, seconds=0.1))
     page = desk.page
     table = page.lists.of[MUST_NOT]
-    assert table.filter.index(0, 1).data() == "unclear"
+    assert table.table.filter.index(0, 1).data() == "unclear"
     assert table.detail.text() == "unclear: 1"
     assert desk.caption(MUST_NOT) == "Must not fire: 1 of 1 fire"
     page.thresholds.reading.setCurrentIndex(1)
@@ -330,7 +330,7 @@ def test_a_missing_log_is_reported(desk: Desk, tmp_path: Path) -> None:
     desk.page.open_paths([path])
     desk.wait_read()
     path.unlink()
-    desk.page.open_flight(desk.page.lists.of[MUST_NOT].filter.row_at(0))
+    desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
     waiting = desk.page.flight.waiting
     desk.qtbot.waitUntil(lambda: "No such file" in waiting.text(), timeout=WAIT_MS)
 

@@ -136,7 +136,7 @@ def test_a_log_that_is_gone_is_said_in_the_language(qtbot: QtBot, qapp: QApplica
         desk.page.open_paths([path])
         desk.wait_read()
         path.unlink()
-        desk.page.open_flight(desk.page.lists.of[MUST_NOT].filter.row_at(0))
+        desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
         waiting = desk.page.flight.waiting
         qtbot.waitUntil(lambda: "No such file" in waiting.text(), timeout=WAIT_MS)
         desk.assembly.language_switch.use("zh_CN")

@@ -54,10 +54,10 @@ def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp
         bench.preflight.work.check(Statement(is_enabling=True, are_records_reviewed=True))
         bench.wait_standing(Standing.READY)
         bench.read_triggers()
-        assert [str(bench.triggers.filter.index(row, Column.JUDGED).data()) for row in range(2)] == [
+        assert [str(bench.triggers.table.filter.index(row, Column.JUDGED).data()) for row in range(2)] == [
             "false trigger",
             "reviewed",
         ]
         show = bench.find(QComboBox, "triggers_show")
         show.setCurrentIndex(show.findText("Not reviewed"))
-        assert bench.triggers.filter.rowCount() == 0
+        assert bench.triggers.table.filter.rowCount() == 0

@@ -76,9 +76,9 @@ def test_it_refreshes_only_while_it_is_seen(one: Desk) -> None:
     record(one.library.folder, seconds=2)
     page.work.refresh()
     one.until(lambda: len(page.work.entries) == 2)
-    assert page.model.rowCount() == 1
+    assert page.table.source.rowCount() == 1
     page.show()
-    assert page.model.rowCount() == 2
+    assert page.table.source.rowCount() == 2
 
 
 @pytest.mark.parametrize(
@@ -378,7 +378,7 @@ def test_the_language_changes_while_it_is_open(
         try:
             both.until(lambda: both.live.banner.label.text().endswith("nicht jetzt"))
             assert find(both.page, QLabel, "recordings_title").text() == "Aufnahmen"
-            assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
+            assert both.page.table.source.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
             language_switch.use("en")
 

@@ -15,9 +15,10 @@ from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import CHECK_MS, OnBench, name_module, on_bench
 from tests.support.window.steps import choosing
+from ui.core.texts import Texts
+from ui.forms.rows_table import RowsTable
 from ui.pages.preflight.controller import Standing
-from ui.pages.triggers.model import Column
-from ui.pages.triggers.page import TriggersTable
+from ui.pages.triggers.model import COLUMNS, Column, record_text
 from ui.style.theme import Meaning
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
@@ -35,11 +36,11 @@ def wait_kept(bench: OnBench) -> None:
 
 
 def texts(bench: OnBench, row: int) -> list[str]:
-    return [str(bench.triggers.filter.index(row, column).data()) for column in Column]
+    return [str(bench.triggers.table.filter.index(row, column).data()) for column in Column]
 
 
 def told(bench: OnBench, row: int) -> str:
-    return str(bench.triggers.filter.index(row, 0).data(Qt.ItemDataRole.ToolTipRole))
+    return str(bench.triggers.table.filter.index(row, 0).data(Qt.ItemDataRole.ToolTipRole))
 
 
 def said(bench: OnBench) -> str:
@@ -191,26 +192,23 @@ def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplica
 
 
 @pytest.mark.parametrize(("width", "is_hidden"), [(900, False), (450, True)])
-def test_the_cause_is_whole_in_a_narrow_list(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, width: int, is_hidden: bool
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "narrow", is_connected=False) as bench:
-        table = TriggersTable(bench.triggers.filter)
-        qtbot.addWidget(table)
-        table.resize(width, 300)
-        table.show()
-        longest = f"{tr('attitude')} + {tr('free fall')}"
-        assert table.columnWidth(Column.WHY) > table.fontMetrics().horizontalAdvance(longest)
-        assert table.isColumnHidden(Column.SETTINGS) is is_hidden
+def test_the_cause_is_whole_in_a_narrow_list(qtbot: QtBot, width: int, is_hidden: bool) -> None:
+    table = RowsTable(Texts(), "narrow", "", COLUMNS, id, record_text, row_px=36, sorted_by=Column.WHEN)
+    qtbot.addWidget(table)
+    table.resize(width, 300)
+    table.show()
+    longest = f"{tr('attitude')} + {tr('free fall')}"
+    assert table.columnWidth(Column.WHY) > table.fontMetrics().horizontalAdvance(longest)
+    assert table.isColumnHidden(Column.SETTINGS) is is_hidden
 
 
 @pytest.mark.parametrize("delivery", list(Delivery))
 def test_nine_records_in_any_order(qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery) -> None:
     with on_bench(qtbot, qapp, tmp_path, "nine", history=9, records=delivery) as bench:
         bench.read_triggers()
-        assert bench.triggers.filter.rowCount() == 9
+        assert bench.triggers.table.filter.rowCount() == 9
         assert all(told(bench, row) for row in range(9))
-        boots = [bench.triggers.filter.shown()[row].record.boot_count for row in range(9)]
+        boots = [bench.triggers.table.filter.shown()[row].record.boot_count for row in range(9)]
         assert boots == sorted(boots, reverse=True)  # newest first
 
 
@@ -229,9 +227,9 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         assert told(bench, 0).startswith("New: tipped past")
         show = bench.find(QComboBox, "triggers_show")
         show.setCurrentIndex(show.findText("New"))
-        assert page.filter.rowCount() == 1
+        assert page.table.filter.rowCount() == 1
         show.setCurrentIndex(show.findText("On the module"))
-        assert page.filter.rowCount() == 9
+        assert page.table.filter.rowCount() == 9
         bench.read_triggers()
         assert page.news.text() == f"0 new · {KNOWN}"
 
@@ -336,7 +334,7 @@ def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) 
         search = bench.find(QLineEdit, "triggers_search")
         search.setFocus()
         qtbot.keyClicks(search, "implausible 4.70")
-        assert page.filter.rowCount() == 1
+        assert page.table.filter.rowCount() == 1
         bench.click(page.copy)
         lines = QApplication.clipboard().text().splitlines()
         assert len(lines) == 2
@@ -344,7 +342,7 @@ def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) 
         assert "(implausible)" in lines[1]
         search.clear()
         page.table.sortByColumn(Column.CELL, Qt.SortOrder.AscendingOrder)
-        volts = [row.record.cell_voltage_v for row in page.filter.shown()]
+        volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
         assert volts == sorted(volts)
 
 
