@@ -18,16 +18,18 @@ if os.environ.get("LC_ALL") in ("C", "POSIX"):
 
 import pytest
 from hypothesis import settings
+from pytestqt.qtbot import QtBot
 
 from app.simulator.quirks import EmptySlots, Quirks
 from app.text import i18n
 from tests.support import archive_server, x_server
+from tests.support.patience import PATIENCE_S
 from tests.support.setup_files import SetupFiles, loaded_setup_files
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
-LEAK_GRACE_S = 2.0
+LEAK_GRACE_S = PATIENCE_S
 _CHINESE_FONTS = (
     "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc",
     "/System/Library/Fonts/PingFang.ttc",
@@ -42,6 +44,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # The simulated module is silent to the query for its records where it has none, as the vendor leaves it open (E7).
 # What that means is held by tests that say so; all others are about a module that answers with empty slots.
 vars(Quirks)["__init__"].__kwdefaults__["empty_slots"] = EmptySlots.ZEROS
+
+# What a test waits for comes late on a busy machine.
+for wait in QtBot.waitUntil, QtBot.waitSignal:
+    (wait.__kwdefaults__ or {})["timeout"] = round(PATIENCE_S * 1000)
 
 settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)
 settings.register_profile("thorough", max_examples=2000, deadline=None)

@@ -19,8 +19,9 @@ from app.engine.ports import PortInfo, list_ports
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
+from tests.support.patience import in_time
 from tests.support.processes import ENVIRONMENT, ROOT
-from tests.support.terminals import STATUS_FRAME, Terminal, in_time
+from tests.support.terminals import STATUS_FRAME, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 pytest_plugins = ["tests.support.port_fixtures"]
@@ -189,7 +190,7 @@ def test_a_slow_list_of_ports_is_abandoned_in_time(monkeypatch: pytest.MonkeyPat
     is_over = threading.Event()
 
     def scan() -> list[PortInfo]:
-        is_over.wait(10)
+        is_over.wait()
         return []
 
     monkeypatch.setattr(ports, "scan", scan)

@@ -12,6 +12,7 @@ from app.procedures.stream import StreamSwitch, watch
 from protocol.events import Rejected
 from protocol.link_states import Presence
 from tests.support.line.batches import Batches
+from tests.support.patience import PATIENCE_S
 from tests.support.processes import RunningModule
 from tests.support.terminals import CLOSING_S, STATUS_FRAME, Terminal
 
@@ -38,7 +39,7 @@ def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches,
     module.process.kill()  # its pseudo-terminal goes with it
     lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
     assert all(known.is_stale for known in lost.device.values.values())
-    assert job.wait(1)
+    assert job.wait(PATIENCE_S)
 
 
 def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, terminal: Terminal) -> None:
@@ -52,7 +53,7 @@ def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, termi
     batches.mark()
     batches.until(is_open)
     terminal.send(b"\x00")
-    seen = batches.until(lambda batch: any(isinstance(event, Rejected) for event in batch.events), limit_s=2)
+    seen = batches.until(lambda batch: any(isinstance(event, Rejected) for event in batch.events))
     assert closed.device.values == {}
     assert seen.device.known("tilt_deg", seen.at) is None
 

@@ -8,8 +8,9 @@ import time
 import pytest
 
 from app.engine.transport import open_line
+from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, RunningModule
-from tests.support.terminals import STATUS_FRAME, in_time
+from tests.support.terminals import STATUS_FRAME
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 pytest_plugins = ["tests.support.port_fixtures"]
@@ -24,7 +25,7 @@ def test_sigterm_ends_in_time_and_switches_the_stream_off(module: RunningModule)
         assert first.stdout.readline()
         with in_time(2.0):
             first.send_signal(signal.SIGTERM)
-            _, said = first.communicate(timeout=10)
+            _, said = first.communicate(timeout=PATIENCE_S)
     assert "Traceback" not in said
     line = open_line(module.port, 115200)
     try:

@@ -24,8 +24,9 @@ from app.text.messages import UserMessage
 from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from tests.support.line.sim_line import Rig, settled_rig
+from tests.support.patience import PATIENCE_S
 
-LIMIT_S = 10.0
+LIMIT_S = PATIENCE_S
 
 
 @pytest.fixture

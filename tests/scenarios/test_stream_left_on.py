@@ -18,6 +18,7 @@ from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from tests.support.line.sim_line import Rig, end_watch, settled_rig
+from tests.support.patience import PATIENCE_S
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
 
 ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
@@ -47,7 +48,7 @@ def changes(rig: Rig) -> list[Request]:
 
 
 def wait_stored(store: Store, is_on: bool) -> None:
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE_S
     while (store.stream_left_on(ADAPTER) is not None) is not is_on:
         assert time.monotonic() < deadline
         time.sleep(0.005)
@@ -76,7 +77,7 @@ def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
 def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     rig = settled_rig()
     watched(rig, StoredStreamMemory(store, ADAPTER))
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE_S
     while changes(rig) != [ON]:
         assert time.monotonic() < deadline
         rig.session.step()
@@ -141,7 +142,7 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
         here = {**ENVIRONMENT, **os.environ}
         with subprocess.Popen(words, cwd=ROOT, env=here, stdout=subprocess.PIPE, text=True) as first:
             assert first.stdout is not None
-            deadline = time.monotonic() + 30
+            deadline = time.monotonic() + PATIENCE_S
             with closing(open_store()) as store:
                 while store.stream_left_on(module.port) is None:
                     assert time.monotonic() < deadline

@@ -6,6 +6,7 @@ import pytest
 
 from app.engine.worker import Worker
 from tests.support.line.batches import Batches
+from tests.support.patience import PATIENCE_S
 from tests.support.processes import RunningModule, run_module
 from tests.support.terminals import Terminal
 
@@ -27,7 +28,7 @@ def worker(batches: Batches) -> Iterator[Worker]:
     made = Worker(batches)
     made.start()
     yield made
-    assert made.stop(2.0)
+    assert made.stop(PATIENCE_S)
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
-"""A pseudo-terminal for tests, and the time limit for closing a port."""
+"""A pseudo-terminal for tests; limits of closing and returning."""
 
 import os
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -10,8 +9,6 @@ from protocol.messages import Status
 CLOSING_S = 0.5
 RETURN_LIMIT_S = 2.0
 """From the adapter's return to the open port: one interval, one list, one opening."""
-MACHINE_S = 0.25
-"""Allowance for a busy machine."""
 MOST_FILES = 128
 STATUS_FRAME = Status(5, 1.0, triggered=False, active=False).encode()
 
@@ -45,14 +42,6 @@ class Terminal:
                 os.write(self._slave, b"\x00" * 1024)
             except BlockingIOError:
                 return
-
-
-@contextmanager
-def in_time(limit_s: float = CLOSING_S) -> Iterator[None]:
-    start_s = time.monotonic()
-    yield
-    took_s = time.monotonic() - start_s
-    assert took_s < limit_s + MACHINE_S, f"took {took_s:.2f} s"
 
 
 @contextmanager

@@ -26,6 +26,7 @@ from app.store.facts import FactKind, payload_of
 from app.store.store import open_store
 from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
+from tests.support.patience import PATIENCE_S
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
@@ -298,7 +299,7 @@ def test_who_looks_at_the_archive_keeps_no_reader_of_the_store_waiting(stations:
     one.act()
     one.collect()
     with ThreadPoolExecutor(1) as pool, one.store.database._reading_lock:
-        assert len(pool.submit(one.facts.of_kind, None).result(10)) == 2
+        assert len(pool.submit(one.facts.of_kind, None).result(PATIENCE_S)) == 2
 
 
 def test_what_is_recorded_during_an_exchange_is_not_called_shared(stations: list[ArchiveStation]) -> None:

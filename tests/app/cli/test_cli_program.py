@@ -58,7 +58,7 @@ def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkey
     release = threading.Event()
 
     def hang(self: serial.Serial) -> None:
-        release.wait(10)
+        release.wait()
         raise OSError(errno.ENOENT, "gone")
 
     monkeypatch.setattr(connection, "OPENING_LIMIT_S", 0.3)

@@ -12,6 +12,7 @@ import pytest
 
 import app.__main__ as program
 from tests.support.line.vectors import BY_ID, VALID, Vector
+from tests.support.patience import PATIENCE_S
 
 ROOT = Path(__file__).parents[3]
 STATUS = "41 75 32 07 0A 00 01 44"
@@ -198,4 +199,4 @@ def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() ->
         process.stdin.write(f"{STATUS}\n")
         process.stdin.close()
         assert process.stderr.read() == ""
-        assert process.wait(timeout=10) == 0
+        assert process.wait(timeout=PATIENCE_S) == 0

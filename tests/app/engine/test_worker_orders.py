@@ -12,14 +12,14 @@ from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.simulator import bench
+from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import run_module
-from tests.support.terminals import STATUS_FRAME, Terminal, in_time
+from tests.support.terminals import STATUS_FRAME, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
 pytest_plugins = ["tests.support.port_fixtures"]
 
-LIMIT_S = 3.0
-_FOR_EVER_S = 20.0
+_FOR_EVER_S = 2 * PATIENCE_S
 
 
 def ignore(_: Batch) -> None:
@@ -41,10 +41,10 @@ def test_orders_are_obeyed_while_the_port_is_quiet() -> None:
         worker.open(module.port, 115200)
         for _ in range(20):
             job = worker.submit(Job(handshake()))
-            assert job.wait(LIMIT_S)
+            assert job.wait(PATIENCE_S)
             assert job.outcome().is_answered
         worker.close()
-        assert worker.stop(LIMIT_S)
+        assert worker.stop(PATIENCE_S)
 
 
 @pytest.mark.parametrize("is_windows", [False, True])
@@ -57,8 +57,8 @@ def test_an_interrupt_ends_the_lingering_after_the_first_byte_and_loses_none(
         monkeypatch.setattr(serial.Serial, "cancel_read", lambda _self: None)  # cancels only a read that is waiting
     terminal.send(STATUS_FRAME)
     line.interrupt()
-    with in_time(_FOR_EVER_S / 2):
-        assert line.read(LIMIT_S, _FOR_EVER_S) + line.read(LIMIT_S, 0.0) == STATUS_FRAME
+    with in_time(PATIENCE_S):
+        assert line.read(PATIENCE_S, _FOR_EVER_S) + line.read(PATIENCE_S, 0.0) == STATUS_FRAME
     line.close()
 
 
@@ -86,16 +86,16 @@ def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave
     worker.start()
     try:
         worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
-        assert worker.submit(Job(handshake())).wait(LIMIT_S)
+        assert worker.submit(Job(handshake())).wait(PATIENCE_S)
         reading = worker.submit(Job(read_everything()))
         locking = worker.submit(Job(lock()), is_urgent=True)
         leave(worker)
-        assert locking.wait(LIMIT_S)
-        assert reading.wait(LIMIT_S)
+        assert locking.wait(PATIENCE_S)
+        assert reading.wait(PATIENCE_S)
         assert not bench.module("lock-and-leave").module.state.is_active
         assert locking.outcome().is_acknowledged or locking.outcome().is_locked  # repeated, the report may come first
     finally:
-        assert worker.stop(LIMIT_S)
+        assert worker.stop(PATIENCE_S)
         bench.remove_bench("lock-and-leave")
 
 

@@ -26,6 +26,7 @@ from app.simulator.servers.endpoint import Endpoint, Loop
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.terminal.console import Refused
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
+from tests.support.patience import PATIENCE_S
 
 ASK = STATUS.query().encode()
 ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
@@ -44,18 +45,18 @@ def serving(bench: SimulatedBench, endpoint: Endpoint) -> Iterator[tuple[Loop, "
         yield loop, addresses
     finally:
         loop.stop()
-        thread.join(5)
+        thread.join(PATIENCE_S)
         assert not thread.is_alive()
 
 
 def exchange(address: str) -> bytes:
-    with serial.serial_for_url(address, baudrate=115200, timeout=2) as port:
+    with serial.serial_for_url(address, baudrate=115200, timeout=PATIENCE_S) as port:
         port.write(ASK)
         return bytes(port.read(8))
 
 
 def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE_S
     while not condition():
         assert time.monotonic() < deadline
         threading.Event().wait(0.002)
@@ -63,7 +64,7 @@ def until(condition: Callable[[], bool]) -> None:
 
 def test_tcp_serves_one_client_after_the_other() -> None:
     with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as (_, addresses):
-        address = addresses.get(timeout=5)
+        address = addresses.get(timeout=PATIENCE_S)
         assert address.startswith("socket://127.0.0.1:")
         assert [exchange(address) for _ in range(3)] == [ANSWER] * 3
 
@@ -73,7 +74,7 @@ def test_tcp_streams() -> None:
     bench.change(rate=1000)
     with (
         serving(bench, TcpEndpoint("127.0.0.1", 0)) as (_, addresses),
-        serial.serial_for_url(addresses.get(timeout=5), timeout=5) as port,
+        serial.serial_for_url(addresses.get(timeout=PATIENCE_S), timeout=PATIENCE_S) as port,
     ):
         port.write(SERIAL_OUTPUT.set(True).encode())
         assert len(port.read(6 + 100 * 8)) == 806
@@ -82,8 +83,8 @@ def test_tcp_streams() -> None:
 def test_tcp_unplugged_and_plugged_in_again() -> None:
     bench = SimulatedBench()
     with serving(bench, TcpEndpoint("127.0.0.1", 0)) as (loop, addresses):
-        address = addresses.get(timeout=5)
-        with serial.serial_for_url(address, timeout=2) as port:
+        address = addresses.get(timeout=PATIENCE_S)
+        with serial.serial_for_url(address, timeout=PATIENCE_S) as port:
             port.write(ASK)
             assert port.read(8) == ANSWER
             bench.unplug()
@@ -92,7 +93,7 @@ def test_tcp_unplugged_and_plugged_in_again() -> None:
                 port.read(1)
         bench.plug()
         loop.wake()
-        assert addresses.get(timeout=5) == address
+        assert addresses.get(timeout=PATIENCE_S) == address
         assert exchange(address) == ANSWER
 
 
@@ -106,12 +107,12 @@ def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
 def test_a_plug_that_slips_out_and_in_before_anybody_looks_has_still_slipped() -> None:
     bench = SimulatedBench()
     with serving(bench, pty()) as (loop, addresses):
-        with serial.Serial(addresses.get(timeout=5), timeout=0) as port:
+        with serial.Serial(addresses.get(timeout=PATIENCE_S), timeout=0) as port:
             with bench.changed:
                 bench.unplug()
                 bench.plug()
             loop.wake()
-            again = addresses.get(timeout=5)
+            again = addresses.get(timeout=PATIENCE_S)
             with pytest.raises((serial.SerialException, OSError)):
                 port.write(ASK)
         assert exchange(again) == ANSWER
@@ -120,7 +121,7 @@ def test_a_plug_that_slips_out_and_in_before_anybody_looks_has_still_slipped() -
 @posix_only
 def test_pty_serves_a_host_at_its_rate_only() -> None:
     with serving(SimulatedBench(), pty()) as (_, addresses):
-        address = addresses.get(timeout=5)
+        address = addresses.get(timeout=PATIENCE_S)
         assert exchange(address) == ANSWER
         with serial.Serial(address, 9600, timeout=0.1) as port:
             port.write(ASK)
@@ -132,11 +133,11 @@ def test_pty_serves_a_host_at_its_rate_only() -> None:
 def test_a_rate_that_was_set_as_a_number_is_understood() -> None:
     """As Wine sets every rate, and pyserial one of its own."""
     with serving(SimulatedBench(), pty()) as (_, addresses):
-        address = addresses.get(timeout=5)
+        address = addresses.get(timeout=PATIENCE_S)
         with serial.Serial(address, 12345, timeout=0.1) as port:
             port.write(ASK)
             assert port.read(8) != ANSWER
-            port.timeout = 5  # which sets the rate again
+            port.timeout = PATIENCE_S  # which sets the rate again
             _set_rate_by_number(port.fileno(), 115200)
             port.reset_input_buffer()
             port.write(ASK)
@@ -159,7 +160,7 @@ def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
     link.symlink_to("/nowhere")
     bench = SimulatedBench()
     with serving(bench, pty(link)) as (loop, addresses):
-        address = addresses.get(timeout=5)
+        address = addresses.get(timeout=PATIENCE_S)
         assert str(link.readlink()) == address
         assert exchange(str(link)) == ANSWER
         bench.unplug()
@@ -167,7 +168,7 @@ def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
         until(lambda: not link.is_symlink())
         bench.plug()
         loop.wake()
-        addresses.get(timeout=5)
+        addresses.get(timeout=PATIENCE_S)
         assert exchange(str(link)) == ANSWER
     assert not link.is_symlink()
 
@@ -188,7 +189,7 @@ def test_pty_is_unplugged_under_an_open_port() -> None:
     bench = SimulatedBench()
     with (
         serving(bench, pty()) as (loop, addresses),
-        serial.Serial(addresses.get(timeout=5), 115200, timeout=2) as port,
+        serial.Serial(addresses.get(timeout=PATIENCE_S), 115200, timeout=PATIENCE_S) as port,
     ):
         bench.unplug()
         loop.wake()
@@ -212,13 +213,15 @@ def test_each_way_to_the_module_has_the_gap_half_duplex_and_the_lag(
         else:
             endpoint = TcpEndpoint("127.0.0.1", 0) if way == "tcp" else pty()
             _, addresses = stack.enter_context(serving(bench, endpoint))
-            address = addresses.get(timeout=5)
-        port = stack.enter_context(serial.serial_for_url(address, baudrate=115200, timeout=0.3))
+            address = addresses.get(timeout=PATIENCE_S)
+        port = stack.enter_context(serial.serial_for_url(address, baudrate=115200, timeout=PATIENCE_S))
         began_s = time.monotonic()
         port.write(2 * ASK)
         assert port.read(1) == ANSWER[:1]
         assert time.monotonic() - began_s >= 0.06
-        assert port.read(99) == (answers * ANSWER)[1:]
+        assert port.read(answers * len(ANSWER) - 1) == (answers * ANSWER)[1:]
+        port.timeout = 0.2
+        assert port.read(1) == b""
 
 
 def parse(*words: str) -> argparse.Namespace:
@@ -272,11 +275,11 @@ def test_the_program_prints_the_port_and_ends_cleanly(tmp_path: Path, number: si
             assert program.stderr is not None
             assert Path(program.stdout.readline().strip()).exists()
             assert program.stderr.readline()
-            with serial.Serial(str(link), 115200, timeout=2) as port:
+            with serial.Serial(str(link), 115200, timeout=PATIENCE_S) as port:
                 port.write(ASK)
                 assert port.read(8).hex(" ") == "41 75 32 07 0a 00 00 43"
             program.send_signal(number)
-            assert program.wait(5) == 0
+            assert program.wait(PATIENCE_S) == 0
             assert program.stderr.read() == ""
         finally:
             program.kill()

@@ -19,9 +19,9 @@ from app.store.left_active import LeftActive, left_active, note_locked, note_rep
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import KnownAs, StoreJournal, journal_for
 from app.text.user_error import UserError
+from tests.support.patience import PATIENCE_S
 from tests.support.records.kept_facts import kept_settings
 
-LIMIT_S = 10.0
 ROOT = Path(__file__).parents[3]
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 
@@ -162,9 +162,9 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     assert isinstance(journal, NoJournal)
     assert not journal.is_ready
     with pytest.raises(UserError, match="may not write"):
-        journal.begin(Act.ZERO, FRAME, {}).result(LIMIT_S)
+        journal.begin(Act.ZERO, FRAME, {}).result(PATIENCE_S)
     with pytest.raises(UserError):
-        journal.begin_baud(115200, 9600).result(LIMIT_S)
+        journal.begin_baud(115200, 9600).result(PATIENCE_S)
 
 
 @pytest.mark.parametrize(
@@ -175,17 +175,17 @@ def test_a_store_that_takes_nothing_any_more_says_so(folder: Path, pragma: str, 
         journal = StoreJournal(store, port="p", origin="window")
         entry = journal.begin(Act.ZERO, FRAME, {})
         rate = journal.begin_baud(115200, 9600)
-        rate.result(LIMIT_S)
+        rate.result(PATIENCE_S)
         with store.database.transaction():
             store.database.read(f"PRAGMA {pragma}")
         with pytest.raises(StoreTrouble) as trouble:
             store.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}, port="p", origin="window")
         assert trouble.value.fault is fault
         with pytest.raises(UserError):
-            journal.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}).result(LIMIT_S)
+            journal.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}).result(PATIENCE_S)
         journal.settle(entry, Outcome.CONFIRMED, {"much": "x" * 100_000})
         journal.settle_baud(rate, "x" * 100_000)
-        store.queue.submit(int).result(LIMIT_S)
+        store.queue.submit(int).result(PATIENCE_S)
         assert store.audit()[0].outcome is Outcome.UNKNOWN
 
 
@@ -335,7 +335,7 @@ def note(store: Store, module: str, *, is_active: bool) -> None:
 
 
 def wait(store: Store) -> None:
-    store.queue.submit(lambda: None).result(5)
+    store.queue.submit(lambda: None).result(PATIENCE_S)
 
 
 def test_only_a_report_that_differs_from_the_log_is_added(store: Store) -> None:

@@ -12,6 +12,7 @@ from app.store import copies
 from app.store.copies import EVERY_S, FOLDER, copies_of, copy_store, restore, to_drop
 from app.store.database import FILE_NAME, _check_copy
 from app.store.store import Store, open_store
+from tests.support.patience import PATIENCE_S
 
 START = datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
 
@@ -132,7 +133,7 @@ def test_the_copies_are_made_beside_while_the_store_is_written(folder: Path, clo
         assert not copies_of(folder / FILE_NAME)
         for hours in range(1, 4):
             clock.now = START + timedelta(hours=1.5 * hours)
-            deadline = time.monotonic() + 20
+            deadline = time.monotonic() + PATIENCE_S
             while len(copies_of(folder / FILE_NAME)) < hours:
                 assert time.monotonic() < deadline
                 store.database.copy_if_due()  # as the window's timer does: the thread of the last copy may still end
@@ -170,7 +171,7 @@ def test_a_store_that_was_there_is_copied_at_the_opening_where_the_last_copy_is_
     for hours, count in ((0, 1), (1.5, 2)):
         clock.now = START + timedelta(hours=hours)
         with closing(open_store(folder, clock=clock)):
-            deadline = time.monotonic() + (20 if count == 2 else 0.2)
+            deadline = time.monotonic() + (PATIENCE_S if count == 2 else 0.2)
             while len(copies_of(path)) < 2 and time.monotonic() < deadline:
                 time.sleep(0.01)
         assert len(copies_of(path)) == count

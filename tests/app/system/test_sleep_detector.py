@@ -32,6 +32,7 @@ from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import INSTANT_S, Rig
+from tests.support.patience import PATIENCE_S
 
 NIGHT_S = 8 * 3600.0
 CLOCK_TICK_S = 0.05
@@ -331,9 +332,9 @@ def test_the_worker_notices(sim: str) -> None:
         assert woken.connection.state is PortState.OPEN
         batches.mark()
         batches.until(lambda batch: _fresh(batch) >= EVERYTHING)
-        assert job.wait(5)
+        assert job.wait(PATIENCE_S)
     finally:
-        assert worker.stop(2.0)
+        assert worker.stop(PATIENCE_S)
 
 
 def _fresh(batch: Batch) -> set[str]:

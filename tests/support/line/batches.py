@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 
 from app.engine.worker import Batch
+from tests.support.patience import PATIENCE_S
 
 
 class Batches:
@@ -32,7 +33,7 @@ class Batches:
         self,
         is_enough: Callable[[Batch], bool],
         *,
-        limit_s: float = 10.0,
+        limit_s: float = PATIENCE_S,
         meanwhile: Callable[[Batch], None] = lambda _batch: None,
     ) -> Batch:
         """Return the first batch since `mark` that is enough; call `meanwhile` with the latest 20 times a second."""

@@ -24,13 +24,14 @@ from protocol.fields import Value
 from protocol.frame import Direction, Frame
 from protocol.link_states import Presence
 from protocol.messages import Status
+from tests.support.patience import PATIENCE_S
 
 NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 PORT = "/dev/ttyUSB0"
 OPEN = Connection(PortState.OPEN, PORT, 115200)
 CLOSED = replace(OPEN, state=PortState.CLOSED)
 LINE_HZ = 1440
-WAIT_S = 20.0
+WAIT_S = PATIENCE_S
 HEADING = Heading(PORT, 115200, "Bench 7")
 TENTHS = 26
 """Count of values of acceleration that occur: 0.0 … 2.5 g."""

@@ -16,6 +16,7 @@ from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from protocol.link_states import Presence
+from tests.support.patience import PATIENCE_S
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, start
@@ -24,7 +25,7 @@ from ui.services.context import PageEntry, Services
 from ui.services.page import StreamPage
 from ui.style.icons import Icon
 
-WAIT_MS = 8000
+WAIT_MS = round(PATIENCE_S * 1000)
 
 
 def speak_chinese() -> None:
@@ -67,7 +68,7 @@ class Ports:
 
     def poll(self, deadline_s: float) -> list[PortInfo]:
         self.looks += 1
-        self._may_answer.wait(WAIT_MS / 1000)  # as long as any test waits
+        self._may_answer.wait(PATIENCE_S)  # as long as any test waits
         return list(self.now)
 
     def hold(self) -> None:

@@ -27,7 +27,6 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
-CHECK_MS = 20_000
 VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
 
 
@@ -78,7 +77,7 @@ class OnBench(Driver):
 
     def wait_standing(self, *wanted: Standing) -> None:
         page = self.preflight
-        self.until(lambda: page.banner.announcement.standing in wanted, CHECK_MS)
+        self.until(lambda: page.banner.announcement.standing in wanted)
 
     def restart(self) -> None:
         """Restart the module; wait for both heartbeats and for answers."""
@@ -91,7 +90,7 @@ class OnBench(Driver):
     def read_triggers(self) -> None:
         page = self.triggers
         self.click(page.read)
-        self.until(lambda: not page.work.is_busy, CHECK_MS)
+        self.until(lambda: not page.work.is_busy)
 
     def drop(self, path: Path) -> None:
         data = QMimeData()

@@ -144,7 +144,7 @@ def reason(one: Desk, key: str) -> str:
 
 def write(one: Desk) -> None:
     """Click Write once the job before it has ended, which reads all settings again."""
-    one.until(lambda: not one.settings.work.job.is_running, 30_000)
+    one.until(lambda: not one.settings.work.job.is_running)
 
     def may_write() -> bool:
         one.settings.refresh()

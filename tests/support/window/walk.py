@@ -41,7 +41,6 @@ from ui.pages.triggers.page import TriggersPage
 from ui.style.theme import Choice
 
 SMALL_SCREEN = QSize(1024, 600)
-CHECK_MS = 20_000
 PROFILE = """
 format = 1
 name = "Survey hexacopter"
@@ -165,7 +164,7 @@ class Walk(Driver):
     def _on_triggers(self) -> Iterator[Stop]:
         page = self.find(TriggersPage)
         page.read.click()
-        self.until(lambda: not page.work.is_busy, CHECK_MS)
+        self.until(lambda: not page.work.is_busy)
         page.table.selectRow(0)
         yield self._stop("triggers, chosen")
 
@@ -173,7 +172,7 @@ class Walk(Driver):
         page = self.find(PreflightPage)
         page.buttons.run.click()
         ended = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
-        self.until(lambda: page.banner.announcement.standing in ended, CHECK_MS)
+        self.until(lambda: page.banner.announcement.standing in ended)
         yield self._stop("preflight, verdict")
         bar = page.list.verticalScrollBar()
         bar.setValue(bar.maximum())

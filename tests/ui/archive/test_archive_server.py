@@ -13,8 +13,6 @@ from tests.support.archive_server import archive_server
 from tests.support.records.archive_stations import archive_station
 from tests.support.window.fakes_ui import window
 
-WAIT_MS = 30_000
-
 
 def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, user_files: Path
@@ -30,7 +28,7 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
         store_server(data_folder(), server.url())
         with window(qapp, tmp_path) as assembly:
             exchange, line = assembly.archive.exchange, assembly.archive.line
-            qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
+            qtbot.waitUntil(line.isVisible)
             assert exchange.seen is not None
             assert exchange.seen.status.last_at is not None
             last = datetime.fromisoformat(exchange.seen.status.last_at).astimezone()
@@ -42,9 +40,9 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
                 "UPDATE dps_s_facts SET payload = replace(payload, 'GO', 'NO-GO') WHERE kind = 'preflight_check'"
             )
             exchange.sync()
-            qtbot.waitUntil(lambda: not exchange.is_running, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: not exchange.is_running)
             assert line.text() == "Left out, unreadable or altered: 1"
             exchange.refresh()  # as every minute: nothing new is known, so it stays
-            qtbot.waitUntil(lambda: not exchange.is_running, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: not exchange.is_running)
             assert line.text() == "Left out, unreadable or altered: 1"
             assert here.content() == other.content()

@@ -26,7 +26,6 @@ from ui.archive.archive_dialog import ArchiveDialog
 from ui.main import Assembly
 
 pytestmark = pytest.mark.qt_log_ignore("does not support", extend=True)
-WAIT_MS = 30_000
 NOWHERE = "postgresql://li:secret@/x?host=/nowhere/at/all"
 
 
@@ -48,7 +47,7 @@ def stick(tmp_path: Path) -> Path:
 
 def _dialog(qtbot: QtBot, assembly: Assembly) -> ArchiveDialog:
     archive = assembly.archive
-    qtbot.waitUntil(lambda: assembly.window._maker.is_done, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: assembly.window._maker.is_done)
     assembly.window.menus["archive"].trigger()
     assert archive.dialog is not None
     _wait(qtbot, archive.dialog)
@@ -61,7 +60,7 @@ def _wait(qtbot: QtBot, dialog: ArchiveDialog) -> None:
     def is_idle() -> bool:
         return not (dialog._exchange.is_running or dialog._loading.is_running or dialog._loading_history.is_running)
 
-    qtbot.waitUntil(is_idle, timeout=WAIT_MS)
+    qtbot.waitUntil(is_idle)
 
 
 def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
@@ -120,7 +119,7 @@ def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
     store_server(data_folder(), NOWHERE)
     with window(qapp, tmp_path) as assembly:
         line = assembly.archive.line
-        qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(line.isVisible)
         assert line.text() == "Not shared: 2. Last: never."
         assert "postgresql://li@/x" in line.toolTip()
         dialog = _dialog(qtbot, assembly)
@@ -149,7 +148,7 @@ def test_an_exchange_that_runs_by_itself_shows_what_was_altered_on_the_server(
     store_server(data_folder(), NOWHERE)
     with window(qapp, tmp_path) as assembly:
         line = assembly.archive.line
-        qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(line.isVisible)
         assert line.text() == "Left out, unreadable or altered: 2"
 
 

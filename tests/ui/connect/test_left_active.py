@@ -17,6 +17,7 @@ from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.store.left_active import left_active
 from app.store.store import Store, open_store
+from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
 from tests.support.window.fakes_ui import WAIT_MS, window
 from tests.support.window.steps import press, show_page
@@ -76,8 +77,8 @@ class Bench:
         QApplication.processEvents()
 
     def left(self) -> list[str]:
-        self.store.queue.submit(lambda: None).result(5)
-        self.store.queue.submit(lambda: None).result(5)
+        self.store.queue.submit(lambda: None).result(PATIENCE_S)
+        self.store.queue.submit(lambda: None).result(PATIENCE_S)
         return [one.known_as.name for one in left_active(self.store)]
 
 

@@ -22,7 +22,6 @@ from ui.services.lock import LockControl
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning
 
-WAIT_MS = 8000
 LIGHT = BY_NAME["light_threshold"]
 ONE, TWO = Target("/dev/one", 115200), Target("/dev/two", 115200)
 
@@ -41,7 +40,7 @@ def forever() -> Procedure[None]:
 
 def open_first(qtbot: QtBot, ports: FakePorts) -> Connector:
     first, _ = ports.plug_in(ONE.device, tilt_deg=11)
-    qtbot.waitUntil(lambda: first.is_open, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: first.is_open)
     return ports.connector
 
 
@@ -81,7 +80,7 @@ def test_a_report_that_was_under_way_is_not_the_next_modules(
     assert connector.current.identity.trust is Trust.OPEN
     ports.workers[0].values.clear()
     ports.workers[0].say(tilt_deg=33)
-    qtbot.waitUntil(lambda: connector.current.device.fresh("tilt_deg", ports.now_s) == 33, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: connector.current.device.fresh("tilt_deg", ports.now_s) == 33)
 
 
 @pytest.mark.parametrize("change", CHANGES)
@@ -90,7 +89,7 @@ def test_pages_are_told_before_anything_of_the_next_module(
 ) -> None:
     connector = open_first(qtbot, ports)
     second, _ = ports.plug_in("/dev/three", tilt_deg=22)
-    qtbot.waitUntil(lambda: second.is_open, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: second.is_open)
     told: list[str] = []
     before = connector.current.kept
     connector.chosen.connect(lambda: told.append("chosen"))
@@ -109,7 +108,7 @@ def test_a_job_that_outlives_the_change_reports_to_nobody(
 ) -> None:
     connector = open_first(qtbot, ports)
     second, _ = ports.plug_in("/dev/three")
-    qtbot.waitUntil(lambda: second.is_open, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: second.is_open)
     ended: list[Job[Any]] = []
     running = RunningJob(connector)
     running.run(forever(), ended.append)
@@ -117,11 +116,11 @@ def test_a_job_that_outlives_the_change_reports_to_nobody(
     connector.run(forever(), ended.append)
     jobs = [job for job, _ in ports.workers[0].jobs][-2:]
     change(ports)
-    qtbot.waitUntil(lambda: not running.is_running, timeout=WAIT_MS)  # a switch waits a second for them
+    qtbot.waitUntil(lambda: not running.is_running)  # a switch waits a second for them
     assert running.result_notice() is None
     assert not connector.is_busy
     ports.workers[0].end_jobs()
-    qtbot.waitUntil(lambda: all(job.is_done for job in jobs), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: all(job.is_done for job in jobs))
     qtbot.wait(50)
     assert ended == []
 
@@ -130,7 +129,7 @@ def test_an_unconfirmed_activation_outlives_a_new_connection_of_the_same_port(qt
     """What may fire is not forgotten because somebody pressed "Connect again"."""
     connector = open_first(qtbot, ports)
     ports.workers[0].say(active=True)
-    qtbot.waitUntil(lambda: connector.current.activation.state is Activation.ACTIVE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: connector.current.activation.state is Activation.ACTIVE)
     to_the_same_port(ports)
     assert connector.current.activation.state is Activation.WAS_ACTIVE
     to_another_port(ports)
@@ -140,7 +139,7 @@ def test_an_unconfirmed_activation_outlives_a_new_connection_of_the_same_port(qt
 def test_what_any_page_wrote_is_known_to_the_port(qtbot: QtBot, ports: FakePorts) -> None:
     open_first(qtbot, ports)
     second, worker = ports.plug_in("/dev/three", light_threshold_v=1.8)
-    qtbot.waitUntil(lambda: second.is_open, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: second.is_open)
     watch = second.kept.watch
     watch.observe(second.device, ports.now_s)
     request = LIGHT.set(2.0)
@@ -150,12 +149,12 @@ def test_what_any_page_wrote_is_known_to_the_port(qtbot: QtBot, ports: FakePorts
     watch.observe(second.device, ports.now_s)  # still the reading before the write
     ports.now_s += 1.0
     worker.say(light_threshold_v=2.0)
-    qtbot.waitUntil(lambda: second.device.fresh("light_threshold_v", ports.now_s) == 2.0, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: second.device.fresh("light_threshold_v", ports.now_s) == 2.0)
     watch.observe(second.device, ports.now_s)
     assert watch.changed == {}
     ports.now_s += 1.0
     worker.say(light_threshold_v=0.4)  # nobody here wrote that
-    qtbot.waitUntil(lambda: second.device.fresh("light_threshold_v", ports.now_s) == 0.4, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: second.device.fresh("light_threshold_v", ports.now_s) == 0.4)
     watch.observe(second.device, ports.now_s)
     assert {one.after for one in watch.changed.values()} == {0.4}
 
@@ -175,7 +174,7 @@ def test_locked_is_said_only_while_the_module_reports_it(qtbot: QtBot, ports: Fa
         ports.workers[0].hand_over()
     else:
         to_the_same_port(ports)
-    qtbot.waitUntil(lambda: not lock.current.is_reported, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not lock.current.is_reported)
     ports.workers[0].say(active=False)
     qtbot.wait(20)
     assert lock.current.is_reported is (end == "silence")

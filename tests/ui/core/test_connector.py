@@ -15,8 +15,6 @@ from tests.support.window.fake_ports import FakePorts
 from ui.core.connector import SETTLE_MS
 from ui.services.lock import LockControl
 
-WAIT_MS = 8000
-
 
 @pytest.fixture
 def ports(qtbot: QtBot) -> Iterator[FakePorts]:
@@ -26,7 +24,7 @@ def ports(qtbot: QtBot) -> Iterator[FakePorts]:
 
 
 def wait_for(qtbot: QtBot, is_so: Callable[[], bool]) -> None:
-    qtbot.waitUntil(is_so, timeout=WAIT_MS)
+    qtbot.waitUntil(is_so)
 
 
 def forever() -> Procedure[None]:

@@ -11,7 +11,7 @@ from app.diagnosis.link_state import Phase
 from app.simulator import bench as benches
 from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS, Ports, wait_online, window
-from tests.support.window.preflight_window import CHECK_MS, VERDICTS
+from tests.support.window.preflight_window import VERDICTS
 from tests.support.window.steps import find, press
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
@@ -33,7 +33,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
     benches.remove_bench("demo")
     with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
         main, connector = assembly.window, assembly.connector
-        with qtbot.waitSignal(main.pages_made, timeout=CHECK_MS):
+        with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)
         main.activateWindow()
         qtbot.waitUntil(main.isActiveWindow, timeout=WAIT_MS)
@@ -72,7 +72,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
 
 
 def wait_verdict(qtbot: QtBot, page: PreflightPage) -> None:
-    qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING, timeout=CHECK_MS)
+    qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING)
     assert page.work.standing in VERDICTS
 
 
@@ -80,7 +80,7 @@ def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, 
     """Every page, with nothing connected: one sentence on it, and a button in sight that leads on."""
     with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
         main = assembly.window
-        with qtbot.waitSignal(main.pages_made, timeout=CHECK_MS):
+        with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)
         qtbot.waitUntil(main.panel.isVisible, timeout=WAIT_MS)
         for entry in PAGES[1:]:

@@ -43,7 +43,6 @@ from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
 from ui.widgets.readout import Readout, StateChip
 
-MAKING_MS = 20_000
 CONTROLS = (QAbstractButton, QAbstractItemView, QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit, Readout,
             StateChip)  # fmt: skip
 OFFSCREEN = pytest.mark.qt_log_ignore("does not support", extend=True)
@@ -54,7 +53,7 @@ NOT_OURS = ("qt_*", "about_*", "*_profile_none")
 @contextmanager
 def whole_window(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Assembly]:
     with window(qapp, folder, ports=Ports(), entries=PAGES) as assembly:
-        with qtbot.waitSignal(assembly.window.pages_made, timeout=MAKING_MS):
+        with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(QSize(1024, 600))
         assembly.window.activateWindow()
         qtbot.waitUntil(assembly.window.isActiveWindow, timeout=WAIT_MS)

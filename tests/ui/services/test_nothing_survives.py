@@ -31,6 +31,7 @@ from app.store.store import Store
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from protocol.fields import Value
+from tests.support.patience import PATIENCE_S
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import close_window
@@ -42,7 +43,6 @@ from ui.main import PAGES, Assembly, WindowOptions, assemble
 from ui.services.job_notice import JobNotice
 from ui.style.theme import Meaning
 
-WAIT_MS: Final = 8000
 NAME_A: Final = "ALPHA"
 PORT_A, PORT_B = Target("/dev/ttyONE", 115200), Target("/dev/ttyTWO", 115200)
 A: Final[dict[str, Value]] = {
@@ -373,7 +373,7 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     assert rig.assembly.window._services.naming.name == "BETA"
     store = rig.assembly.storage.store
     assert isinstance(store, Store)
-    store.queue.submit(int).result(WAIT_MS / 1000)
+    store.queue.submit(int).result(PATIENCE_S)
     assert filed == [NAME_A]
 
 

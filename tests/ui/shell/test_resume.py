@@ -26,6 +26,7 @@ from app.text.user_error import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
 from tests.benchmarks.module import StreamingModule, streaming_module
+from tests.support.patience import MACHINE_S
 from tests.support.terminals import RETURN_LIMIT_S, taken
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -45,7 +46,6 @@ from ui.shell.main_window import MainWindow
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
-MACHINE_S = 1.0
 """What a busy machine adds."""
 KEYS = {command.key for command in READABLE[1:]}
 DIAGNOSIS = tuple(entry for entry in PAGES if entry.key == "diagnosis")

@@ -15,7 +15,7 @@ from app.engine.worker import Batch, Connection, PortState
 from protocol.link_states import Presence
 from tests.support.line.sim_line import FakeClock
 from tests.support.window.fake_ports import VALUES
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.screen_reader import NameChanges, name_of
 from ui.core.connector import Connector
 from ui.main import PAGES, Assembly
@@ -56,7 +56,7 @@ def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: 
     clock = FakeClock()
     with patch("ui.main.Connector", partial(Connector, clock=clock)), window(qapp, tmp_path, entries=PAGES) as assembly:
         main = assembly.window
-        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES), timeout=4 * WAIT_MS)
+        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
         session, changes = Session(assembly, clock), NameChanges(main)
         for entry in PAGES:
             main.go_to(entry.key)

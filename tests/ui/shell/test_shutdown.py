@@ -26,8 +26,9 @@ from app.procedures.history import read_history
 from app.procedures.read import read_everything
 from tests.support.line.batches import Batches
 from tests.support.line.stubborn_port import StubbornPort
+from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ENVIRONMENT, ROOT
-from tests.support.terminals import CLOSING_S, Terminal, in_time
+from tests.support.terminals import CLOSING_S, Terminal
 from tests.support.window.fakes_ui import WAIT_MS, Ports, connect, simulated, window
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, _memory
@@ -35,7 +36,6 @@ from ui.services.storage import Storage
 from ui.shell.shutdown import CLOSE_LIMIT_S, BoundedThread, Countdown
 
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
-PROCESS_LIMIT_S = 30.0
 POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
 
@@ -70,7 +70,7 @@ def held(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> Iterator[th
 
 
 def close_in_time(assembly: Assembly) -> None:
-    with in_time():
+    with in_time(CLOSING_S):
         assembly.window.close_now()
     assert not assembly.window.isVisible()
 
@@ -86,7 +86,7 @@ def test_a_driver_that_never_returns(
         else:
             qtbot.waitUntil(port.is_stuck.is_set, timeout=WAIT_MS)
         close_in_time(assembly)
-        assert port.is_stuck.is_set()
+        assert port.is_stuck.wait(PATIENCE_S)
 
 
 @POSIX_ONLY
@@ -99,7 +99,7 @@ def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tm
             terminal.choke()
             assembly.connector.run(read_everything(), lambda _job: None)
             close_in_time(assembly)
-            assert assembly.connector.stop(2.0)
+            assert assembly.connector.stop(PATIENCE_S)
     finally:
         terminal.hang_up()
 
@@ -117,11 +117,11 @@ def test_a_blocked_write_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
         terminal.choke()
         batches.mark()
         batches.until(lambda batch: batch.connection.state is PortState.OPEN)
-        with in_time():
-            assert worker.stop(CLOSING_S)
+        with in_time(CLOSING_S):
+            assert worker.stop(PATIENCE_S)
     finally:
         terminal.hang_up()
-        assert worker.stop(2.0)
+        assert worker.stop(PATIENCE_S)
 
 
 def read_for_ever() -> Procedure[None]:
@@ -154,8 +154,8 @@ def test_any_procedure_in_progress(
         job = assembly.connector.run(procedure(), lambda _job: None)
         qtbot.waitUntil(lambda: job.run.is_started, timeout=WAIT_MS)
         close_in_time(assembly)
-        assert job.is_done
-        assert assembly.connector.stop(2.0)
+        assert job.wait(PATIENCE_S)
+        assert assembly.connector.stop(PATIENCE_S)
 
 
 @pytest.mark.parametrize(
@@ -200,11 +200,11 @@ def test_no_process_stays_behind(tmp_path: Path, sticks_in: str) -> None:
     environment = {**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
     ended = subprocess.run(
         [sys.executable, "-B", "-c", code, sticks_in],
-        cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PROCESS_LIMIT_S, check=False,
+        cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False,
     )  # fmt: skip
     said = [line for line in ended.stderr.splitlines() if "propagateSizeHints" not in line]
     assert (ended.returncode, said) == (1, [])  # it was not seen that a module answers
-    assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + 0.25
+    assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + MACHINE_S
 
 
 # The parts
@@ -221,7 +221,7 @@ def test_a_failing_chore_is_logged(caplog: pytest.LogCaptureFixture) -> None:
     def fail() -> None:
         raise OSError("the disk is gone")
 
-    assert BoundedThread("store", fail).wait(5.0)
+    assert BoundedThread("store", fail).wait(PATIENCE_S)
     assert "the disk is gone" in caplog.text
 
 

@@ -222,7 +222,7 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
         bench.module.activate(is_active=False)
         bench.change(mute=False)
         port = connector.current
-        qtbot.waitUntil(lambda: port.identity.is_for_a_person and not lock.current.is_repeating, timeout=2 * WAIT_MS)
+        qtbot.waitUntil(lambda: port.identity.is_for_a_person and not lock.current.is_repeating)
         qtbot.wait(300)  # it has reported LOCKED several times
         assert (lock.current.confirmed, lock.current.failed is None) == (None, False)
         qtbot.waitUntil(lambda: bar.button("identity_same") is not None, timeout=WAIT_MS)

@@ -20,8 +20,6 @@ from ui.services.storage import Storage
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
 
-WAIT_MS = 8000
-
 
 @dataclass
 class Desk:
@@ -45,7 +43,7 @@ class Desk:
         return self.page._widgets[connection].card
 
     def wait(self, is_so: Callable[[], bool]) -> None:
-        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
+        self.qtbot.waitUntil(is_so)
 
     def click(self, button: QPushButton) -> None:
         self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)

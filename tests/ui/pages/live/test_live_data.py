@@ -22,13 +22,14 @@ from app.recordings.table import HEAD, TimeCells, csv_parts, part_count
 from protocol.events import Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
+from tests.support.patience import PATIENCE_S
 from ui.pages.live.data import LiveData, lanes
 from ui.plots.lanes import Mark
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 LOST = replace(OPEN, state=PortState.CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
 NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
-WAIT_S = 10.0
+WAIT_S = PATIENCE_S
 
 
 def device(at: float = 0.0, *, presence: Presence = Presence.ONLINE, restarts: int = 0, **values: Value) -> DeviceView:

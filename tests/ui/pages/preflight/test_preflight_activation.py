@@ -21,7 +21,7 @@ from ui.widgets.step_button import StepButton
 def activate(bench: OnBench) -> None:
     """By the page's own row: ask, then confirm."""
     row = bench.preflight.activation
-    bench.qtbot.waitUntil(row.confirm.ask.isEnabled, timeout=8000)
+    bench.qtbot.waitUntil(row.confirm.ask.isEnabled)
     for _ in range(10):  # a step that has just come to lie elsewhere does not count a press
         settle(row.confirm.ask)
         bench.click(row.confirm.ask)

@@ -30,20 +30,20 @@ def test_a_dropped_record_is_intact_or_altered(qtbot: QtBot, qapp: QApplication,
         bench.click(page.buttons.print)
         bench.assembly.window.go_to("triggers")
         bench.drop(target)
-        qtbot.waitUntil(lambda: "INTACT" in said(bench), timeout=8000)
+        qtbot.waitUntil(lambda: "INTACT" in said(bench))
         assert bench.assembly.window.navigation.chosen == "preflight"
         record = target.with_suffix(".json")
         record.write_text(record.read_text(encoding="utf-8").replace('"measured": 3.9', '"measured": 4.1'), "utf-8")
         bench.drop(record)
-        qtbot.waitUntil(lambda: "ALTERED: the content" in said(bench), timeout=8000)
+        qtbot.waitUntil(lambda: "ALTERED: the content" in said(bench))
         assert page.strip.notice is not None
         assert page.strip.notice.meaning is Meaning.DANGER
         nonsense = tmp_path / "x.json"
         nonsense.write_text("[" * 100_000, encoding="utf-8")
         bench.drop(nonsense)
-        qtbot.waitUntil(lambda: "No pre-flight record" in said(bench), timeout=8000)
+        qtbot.waitUntil(lambda: "No pre-flight record" in said(bench))
         bench.drop(tmp_path / "gone.pdf")
-        qtbot.waitUntil(lambda: "cannot be read" in said(bench), timeout=8000)
+        qtbot.waitUntil(lambda: "cannot be read" in said(bench))
 
 
 def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
@@ -59,13 +59,13 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         page = bench.preflight
         page.files.ask_name = answer
         bench.drop(record)
-        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench), timeout=8000)
+        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench))
         assert page.strip.notice is not None
         assert page.strip.notice.meaning is Meaning.ATTENTION
         trust = page.strip.button("trust_station")
         assert trust is not None
         bench.click(trust)
-        qtbot.waitUntil(lambda: "signed by Hangar 2" in said(bench), timeout=8000)
+        qtbot.waitUntil(lambda: "signed by Hangar 2" in said(bench))
         fingerprint = fingerprint_of(station().public)
         assert fingerprint in asked[0]
         bench.click(page.buttons.history)
@@ -75,7 +75,7 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         bench.click(row.forget)
         assert not row.forget.isEnabled()
         bench.drop(record)
-        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench), timeout=8000)
+        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench))
 
 
 def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

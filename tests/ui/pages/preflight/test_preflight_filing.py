@@ -26,9 +26,9 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
         name_module(bench, "M-07")
         try:
             bench.click(page.buttons.run)
-            qtbot.waitUntil(lambda: page.work._job.is_running, timeout=8000)
+            qtbot.waitUntil(lambda: page.work._job.is_running)
             store.queue.submit(lambda: release.wait(LIMIT_S))
-            qtbot.waitUntil(lambda: page.work._filing.is_running, timeout=30000)
+            qtbot.waitUntil(lambda: page.work._filing.is_running)
             assert page.work.standing is Standing.CHECKING
             began = time.monotonic()
             for _ in range(20):
@@ -39,7 +39,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
             assert not page.work.can_check
         finally:
             release.set()
-        qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING, timeout=8000)
+        qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING)
         assert page.work.trouble is None
         assert len(kept(bench, "M-07")) == 1
 

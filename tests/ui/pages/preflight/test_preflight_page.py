@@ -292,7 +292,7 @@ def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path
     with on_bench(qtbot, qapp, tmp_path, "once") as bench:
         confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
-        qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)
+        qtbot.waitUntil(lambda: edit.text() == "M-07")
         assert bench.triggers.module.currentText() == "M-07"
 
 
@@ -317,7 +317,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
     with on_bench(qtbot, qapp, tmp_path, "short") as bench:
         confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
-        qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)
+        qtbot.waitUntil(lambda: edit.text() == "M-07")
 
 
 def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

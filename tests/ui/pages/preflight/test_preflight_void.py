@@ -65,10 +65,10 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
         assert bench.triggers.isVisible()
         announcer().announced.connect(lambda text, _is_urgent: spoken.append(text))
         bench.bench.set_bay(is_open=True)
-        qtbot.waitUntil(lambda: page.work.standing is Standing.VOID, timeout=8000)
+        qtbot.waitUntil(lambda: page.work.standing is Standing.VOID)
         assert spoken == ["VOID. Changed: Light"]
         bench.bench.set_bay(is_open=False)
-        qtbot.waitUntil(lambda: bench.assembly.connector.current.device.values["light_v"].value < 1.0, timeout=8000)
+        qtbot.waitUntil(lambda: bench.assembly.connector.current.device.values["light_v"].value < 1.0)
         assert page.banner.announcement.standing is Standing.READY
         assert bench.preflight.banner.announcement.standing is Standing.VOID
 
@@ -91,7 +91,7 @@ def test_unplugged_in_the_middle(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
     with on_bench(qtbot, qapp, tmp_path, "middle") as bench:
         page = bench.preflight
         bench.click(page.buttons.enable)
-        qtbot.waitUntil(lambda: page.work.progress is not None and page.work.progress.done >= 2, timeout=8000)
+        qtbot.waitUntil(lambda: page.work.progress is not None and page.work.progress.done >= 2)
         bench.bench.unplug()
         bench.wait_standing(Standing.VOID)
         assert page.banner.announcement.head == "Port lost"

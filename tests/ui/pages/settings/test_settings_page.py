@@ -221,7 +221,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
         assert not panel.confirm.is_asking
         one.ask(panel.confirm)
         one.click(panel.confirm.go)
-        one.until(lambda: panel.said.notice is not None and says in panel.said.notice.text, 20_000)
+        one.until(lambda: panel.said.notice is not None and says in panel.said.notice.text)
         assert len(one.changes("baud_rate")) == 1
         assert one.assembly.connector.current.connection.baud_rate == one.bench.module.baud_rate
         one.until(lambda: not one.assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
@@ -236,10 +236,10 @@ def test_the_light_threshold_by_measurement(
         one.click("light_threshold_measure")
         panel = one.settings.calibration
         one.click("calibration_closed_measure")
-        one.until(panel.sides["open"].button.isEnabled, 20_000)
+        one.until(panel.sides["open"].button.isEnabled)
         one.bench.set_bay(is_open=True)
         one.click("calibration_open_measure")
-        one.until(panel.take.isEnabled, 20_000)
+        one.until(panel.take.isEnabled)
         assert ("reads lower" in panel.detail.text()) is is_inverted
         one.click("calibration_take")
         row = one.settings.rows[LIGHT].row

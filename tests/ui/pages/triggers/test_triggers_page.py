@@ -13,7 +13,7 @@ from app.simulator.quirks import Delivery, EmptySlots
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.support.window.preflight_window import CHECK_MS, OnBench, name_module, on_bench
+from tests.support.window.preflight_window import OnBench, name_module, on_bench
 from tests.support.window.steps import choosing
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
@@ -113,7 +113,7 @@ def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp
     """Once, with queries only, without a click, and not again after a cancel."""
     with on_bench(qtbot, qapp, tmp_path, "unasked", reads_triggers=True) as bench:
         page = bench.triggers
-        qtbot.waitUntil(lambda: page.work.reading is not None and not page.work.is_busy, timeout=CHECK_MS)
+        qtbot.waitUntil(lambda: page.work.reading is not None and not page.work.is_busy)
         assert page.empty.title.text() == "Trigger records: 0"
         assert bench.acts == []
         page.work.reading = None  # as after a cancel
@@ -137,20 +137,20 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
         else:
             bench.bench.module.memory.boot_count = 11
             bench.bench.restart()
-        bench.until(lambda: page.work.reading is None, CHECK_MS)
+        bench.until(lambda: page.work.reading is None)
         bench.until(lambda: page.count.text() == "Trigger records")
         fire(bench)
         page.work.reads_by_itself = True
-        bench.until(lambda: page.count.text() == "Trigger records: 3", CHECK_MS)
+        bench.until(lambda: page.count.text() == "Trigger records: 3")
         assert bench.acts == []
 
 
 def test_a_trigger_in_sight_is_read_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "in sight", reads_triggers=True, active=True) as bench:
         page = bench.triggers
-        bench.until(lambda: page.work.reading is not None and not page.work.is_busy, CHECK_MS)
+        bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
         bench.bench.set_tilt(80)
-        bench.until(lambda: page.count.text() == "Trigger records: 1", CHECK_MS)
+        bench.until(lambda: page.count.text() == "Trigger records: 1")
         assert bench.acts == []
 
 
@@ -162,7 +162,7 @@ def test_a_reading_that_the_lost_link_ended_is_begun_again(qtbot: QtBot, qapp: Q
         bench.until(lambda: not page.work.is_busy)
         assert page.work.reading is None
         bench.bench.plug()
-        bench.until(lambda: page.count.text() == "Trigger records: 4", CHECK_MS)
+        bench.until(lambda: page.count.text() == "Trigger records: 4")
 
 
 def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -220,7 +220,7 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         assert page.news.text() == f"no earlier visit · {KNOWN}"
         bench.bench.module.activate(is_active=True)
         bench.bench.set_tilt(80)
-        qtbot.waitUntil(lambda: bench.bench.state().is_triggered, timeout=8000)
+        qtbot.waitUntil(lambda: bench.bench.state().is_triggered)
         bench.read_triggers()
         assert page.count.text() == "Trigger records: 10"
         assert page.news.text() == f"1 new · {KNOWN}"
@@ -321,7 +321,7 @@ def test_reading_can_be_cancelled(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         button = page.strip.button("cancel")
         assert button is not None
         bench.click(button)
-        qtbot.waitUntil(lambda: not page.work.is_busy, timeout=8000)
+        qtbot.waitUntil(lambda: not page.work.is_busy)
         assert said(bench).startswith("Cancelled")
         assert page.work.reading is None
 
