@@ -56,7 +56,9 @@ def left_active(store: Store) -> tuple[LeftActive, ...]:
         name, adapter, run = (str(entry.detail.get(key, "")) for key in ("module", "adapter", "run"))
         known_as = KnownAs(name, run, is_in_doubt=bool(entry.detail.get("is_in_doubt")))
         seen = LeftActive(known_as, entry.port, adapter, entry.at, is_lock_unconfirmed=entry.act is Act.LOCK)
-        if entry.outcome in _LEAVES_ACTIVE.get(entry.act, ()):
+        if entry.detail.get("goes_on_as"):
+            left.pop(seen.keys[0], None)
+        elif entry.outcome in _LEAVES_ACTIVE.get(entry.act, ()):
             left[seen.keys[0]] = seen
         elif entry.act is not Act.ACTIVATE and entry.outcome is Outcome.CONFIRMED and not known_as.is_in_doubt:
             for key in seen.keys:
@@ -76,8 +78,15 @@ def note_locked(store: Store, left: LeftActive, origin: str) -> None:
     _log(store, left, origin, "person", False)
 
 
-def _log(store: Store, where: LeftActive, origin: str, said_by: str, is_active: bool) -> None:
+def note_continued(store: Store, left: LeftActive, here: LeftActive, origin: str) -> None:
+    """Logs that a person says that it is the one connected `here`, whose reports count from now on; to be run in the
+    store's thread."""
+    _log(store, left, origin, "person", True, goes_on_as=here.known_as.run)
+
+
+def _log(store: Store, where: LeftActive, origin: str, said_by: str, is_active: bool, **more: str) -> None:
     """An entry without a frame: nothing was sent."""
-    detail = detail_of(KnownAs(where.known_as.name, where.known_as.run), where.adapter) | {"reported_by": said_by}
+    detail = detail_of(KnownAs(where.known_as.name, where.known_as.run), where.adapter)
+    detail |= {"reported_by": said_by, **more}
     act = Act.ACTIVATE if is_active else Act.LOCK
     store.settle(store.begin(act, b"", detail, port=where.port, origin=origin), Outcome.CONFIRMED, {"sent": 0})

@@ -13,7 +13,7 @@ from app.procedures.baud import end_found
 from app.procedures.find import look_for
 from app.safety.last_known import Activation
 from app.store.database import StoreTrouble
-from app.store.left_active import LeftActive, left_active, note_locked, note_report
+from app.store.left_active import LeftActive, left_active, note_continued, note_locked, note_report
 from app.store.store import PendingBaud, Store
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
@@ -57,7 +57,19 @@ class LeftActiveWatch(QObject):
             return None
         act = partial(self._update, partial(note_locked, left=left, origin=ORIGIN))
         locked = Choice("left_active_locked", tr("It is locked"), act, is_step=True)
-        return Notice(Meaning.ATTENTION, left.sentence, (locked,))
+        return Notice(Meaning.ATTENTION, left.sentence, (*self._here_choices(left), locked))
+
+    def _here_choices(self, left: LeftActive) -> tuple[Choice, ...]:
+        """A person who has read the label can say that it is the connected one, which then speaks for itself."""
+        port, name = self._connector.current, left.known_as.name
+        here, _is_active = self._seen.get(port, (None, False))
+        is_new = port.target is None or port.adapter_key != port.target.key  # a person said so
+        if is_new or here is None or here.known_as != known_as(port, ""):
+            return ()  # or none has reported, it is in doubt which it is, or it has a name
+        choose = partial(self._naming.of(port).choose, name)
+        goes_on = partial(self._update, partial(note_continued, left=left, here=here, origin=ORIGIN))
+        said = tr("It is {module}", module=name) if name else tr("Same module")
+        return (Choice("left_active_here", said, choose if name else goes_on, is_step=True),)
 
     def _is_at(self, port: PortConnection, left: LeftActive) -> bool:
         if left.known_as.run == port.kept.run:

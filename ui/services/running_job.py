@@ -81,7 +81,10 @@ class RunningJob(JobNotice):
         if job is self._job:
             self._job = None
             then(job)
-            self.changed.emit()
+            if self._connector.current.is_requested:
+                self.changed.emit()
+            else:
+                self.dismiss()  # a person disconnected, which cancelled it
 
 
 def _spoken(value: object) -> object:

@@ -138,8 +138,9 @@ class NoticeBar(Banner):
                 self._show_text(self.notice.text)
 
     def button(self, key: str) -> QPushButton | None:
-        """The button of the choice with this key, if the notice has it."""
-        return next((one for one in self._buttons if one.objectName() == f"notice_{key}"), None)
+        """The button of the choice with this key, if the notice shown has it."""
+        buttons = self._buttons if self.notice is not None else ()
+        return next((button for button in buttons if button.objectName() == f"notice_{key}"), None)
 
     def _fill(self, notice: Notice) -> None:
         if self.notice is None or _buttons_of(self.notice) != _buttons_of(notice):

@@ -15,7 +15,7 @@ from app.engine.target import Target
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
-from app.store.left_active import left_active
+from app.store.left_active import left_active, note_locked
 from app.store.store import Store, open_store
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
@@ -121,6 +121,31 @@ def test_what_was_activated_by_its_switch_is_logged_too(qtbot: QtBot, bench: Ben
     qtbot.waitUntil(lambda: "M-09" in bench.left(), timeout=WAIT_MS)
     module.say(active=False)
     qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)
+
+
+@pytest.mark.parametrize(("name", "is_active"), [("M-07", True), ("M-07", False), ("", True)])
+def test_a_person_can_say_that_it_is_the_connected_one(qtbot: QtBot, bench: Bench, name: str, is_active: bool) -> None:
+    """Left ACTIVE on purpose, it is met again: nobody has to claim that it is locked."""
+    if not name:
+        note_locked(bench.store, bench.storage.left_active[0], "window")
+        activate(bench.store, "")
+        bench.watch.load()
+    qtbot.waitUntil(lambda: [one.known_as.name for one in bench.storage.left_active] == [name], timeout=WAIT_MS)
+    _connection, module = bench.ports.plug_in(USB, active=is_active)
+    keys = ["left_active_here", "left_active_locked"]
+    qtbot.waitUntil(
+        lambda: (said := bench.watch.notice()) is not None and [one.key for one in said.choices] == keys,
+        timeout=WAIT_MS,
+    )
+    said = bench.watch.notice()
+    assert said is not None
+    assert said.choices[0].text == ("It is M-07" if name else "Same module")
+    said.choices[0].act()
+    module.say(active=is_active)
+    qtbot.waitUntil(lambda: (name in bench.left()) is is_active, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)  # the top bar says it
+    module.say(active=False)
+    qtbot.waitUntil(lambda: bench.left() == [], timeout=WAIT_MS)
 
 
 NEW = Identity(Trust.UNPROVEN)

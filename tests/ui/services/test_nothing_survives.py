@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QPlainTextEdit, QTabBar, 
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import NO_EXPECTATION, Identity, Trust
-from app.engine.procedure import LinkView, Pause, Procedure
+from app.engine.procedure import Cancelled, LinkView, Pause, Procedure
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch
@@ -25,7 +25,6 @@ from app.procedures.history import History
 from app.records.filing import Filed
 from app.records.trigger_filing import PossiblyOther, TriggersReading
 from app.safety.acts import Act
-from app.settings.form import RowState
 from app.settings.profiles import Profile
 from app.store.store import Store
 from protocol.catalogue import BY_NAME
@@ -334,6 +333,24 @@ def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> 
     assert [one for one in _look(rig) if "Said of it" in one or "The module answers" in one] == []
 
 
+def test_nothing_that_ends_after_a_disconnection_is_said(rig: Rig) -> None:
+    """A job that was under way is cancelled by it, and says so only then."""
+    said: list[tuple[str, str]] = []
+    for moment, begin in MOMENTS.items():
+        rig.connector.connect_to(PORT_A)
+        rig.answer(A)
+        for notice in rig.assembly.window.findChildren(JobNotice):
+            notice.dismiss()
+        begin(rig)
+        rig.settle()
+        rig.connector.current.disconnect_port()
+        rig.worker.end_jobs(Cancelled())
+        rig.settle()
+        shown = [notice.result_notice() for page in rig.pages.values() for notice in page.notices()]
+        said += [(moment, notice.text) for notice in shown if notice is not None]
+    assert said == []
+
+
 def test_good_news_end_with_their_page_and_trouble_does_not(rig: Rig) -> None:
     rig.connector.connect_to(PORT_A)
     rig.answer(A)
@@ -375,24 +392,3 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     assert isinstance(store, Store)
     store.queue.submit(int).result(PATIENCE_S)
     assert filed == [NAME_A]
-
-
-def test_an_interrupted_write_leaves_what_it_began_in_doubt(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(changes: Any, context: Any) -> Procedure[None]:
-        context.on_begun(changes[0].command)
-        yield Pause(1.0)
-
-    monkeypatch.setattr("ui.pages.settings.controller.write_all", interrupted)
-    rig.connector.connect_to(PORT_A)
-    rig.answer(A)
-    work = rig.pages["settings"].work
-    work.edit(lambda: work.form.fill({"light_threshold_v": 1.8, "freefall_time_s": 1.6}))
-    work.write()
-    job, _ = rig.worker.jobs[-1]
-    job.run.start(rig.ports.now_s)
-    rig.worker.end_jobs()
-    rig.settle()
-    rows = {row.command.key: row for row in work.form.rows(rig.connector.current.device, rig.connector.clock())}
-    assert rows["light_threshold_v"].state is RowState.FAILED
-    assert "interrupted" in rows["light_threshold_v"].reason
-    assert rows["freefall_time_s"].state is RowState.EDITED

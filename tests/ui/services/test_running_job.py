@@ -25,7 +25,7 @@ class Line(QObject):
     """In place of the connector: runs what it is given when the test says so."""
 
     invalidated = Signal()
-    is_open = True
+    is_open = is_requested = True
 
     def __init__(self) -> None:
         super().__init__()

@@ -66,6 +66,15 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
     assert moved(shown[2], shown[3]) == []
 
 
+def test_a_notice_that_is_gone_has_no_buttons(qtbot: QtBot) -> None:
+    bar = NoticeBar(Texts())
+    qtbot.addWidget(bar)
+    notice = Notice(Meaning.ATTENTION, "Something", (Choice("one", "one", lambda: None),))
+    for shown in (notice, None, notice):
+        bar.show_notice(shown)
+        assert (bar.button("one") is not None) is (shown is not None)
+
+
 def test_an_equal_notice_that_can_be_closed_gets_its_close_button(qtbot: QtBot) -> None:
     bar = NoticeBar(Texts())
     qtbot.addWidget(bar)

@@ -268,6 +268,8 @@ class FleetPage(Page):
         self.checks.check(self.members.connections, is_enabling=is_enabling)
 
     def _on_finished(self) -> None:
+        if not self.members.connections:
+            return  # a person disconnected them all, which cancelled it
         members = tuple(self.checks.results.values())
         is_fine = not any(one.why for one in members)
         meaning = Meaning.INFORMATION if is_fine else Meaning.ATTENTION
@@ -349,7 +351,7 @@ class FleetPage(Page):
 
     def _show_profile(self) -> None:
         states = [one.state for one in self.profile.applied.values()]
-        if states and not self.profile.is_running:
+        if states and not self.profile.is_running and self.members.connections:
             has_failed, is_fine = Applied.FAILED in states, all(state.is_fine for state in states)
             meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
             self.result.notify(meaning, lambda: result_line(self.profile.applied.values()))
