@@ -5,19 +5,15 @@ Read without pymavlink, which is larger than the rest of the program: see docs/f
 
 from array import array
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.flight_logs.flight_log import Floats, unreadable
-from app.flight_logs.record_chain import MAX_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
-from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, gathered, gathered_floats
+from app.flight_logs.flight_log import unreadable
+from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable
 from protocol.translatable import marked
 
 MAGIC: Final = b"\xa3\x95"
-MAX_TEXTS: Final = 1000
 _FORMAT_KIND: Final = 128
 _FORMAT_BYTES: Final = 89
 _HEAD_BYTES: Final = 3
@@ -36,27 +32,6 @@ _TYPES: Final[Mapping[str, _Type]] = {
 }  # fmt: skip
 
 
-class DataflashField(NamedTuple):
-    """Offset of a value in a record, its numpy type and its factor."""
-
-    offset: int
-    kind: str
-    scale: float
-
-
-@dataclass(slots=True)
-class DataflashTable:
-    """All records of one name."""
-
-    name: str
-    fields: Mapping[str, DataflashField]
-    places: "array[int]" = field(default_factory=lambda: array("q"))
-    """Offsets of the records."""
-
-    def has(self, *names: str) -> bool:
-        return len(self.places) > 0 and all(name in self.fields for name in names)
-
-
 class DataflashFile:
     """`tables` has the tables of `wanted`, by name. Raises `UserError`."""
 
@@ -65,47 +40,20 @@ class DataflashFile:
             raise unreadable(marked("unknown kind of file"))
         self._data = data
         self._wanted = wanted
-        self.tables: dict[str, DataflashTable] = {}
+        self.tables: dict[str, RecordTable] = {}
         self.skipped_bytes = 0
         """Bytes that are not records: damage."""
         self._lengths = [0] * 256
         self._lengths[_FORMAT_KIND] = _FORMAT_BYTES
-        self._table_of: list[array[int] | None] = [None] * 256
-        self._chains = 0
-        self._kinds = np.empty(0, np.uint8)
-        """Record types of the candidates of the current chain."""
+        self._places_of: list[array[int] | None] = [None] * 256
         self._walk()
 
-    def column(self, table: DataflashTable, name: str) -> Floats:
-        """A column in the unit of its format."""
-        offset, kind, scale = table.fields[name]
-        if kind.startswith("S"):
-            return np.full(len(table.places), np.nan)
-        return gathered_floats(self._data, self._places(table) + offset, kind, scale)
-
-    def texts(self, table: DataflashTable, name: str) -> list[str]:
-        """The first thousand texts, up to the first NUL of each."""
-        offset, kind, _ = table.fields[name]
-        if not kind.startswith("S"):
-            return []
-        found = gathered(self._data, self._places(table)[:MAX_TEXTS] + offset, kind)
-        return [one.split(b"\0")[0].decode("latin-1") for one in found.tolist()]
-
-    def _places(self, table: DataflashTable) -> NDArray[np.int64]:
-        return np.frombuffer(table.places, np.int64)
-
     def _walk(self) -> None:
-        data, lengths, table_of = self._data, self._lengths, self._table_of
-        place, stop, damages, steps = 0, len(data), 0, 0
-        chain: RecordChain | None = None
+        data, lengths, places_of = self._data, self._lengths, self._places_of
+        place, stop, damages = 0, len(data), 0
         for _ in range(MAX_WALKED):
             if place + _HEAD_BYTES > stop or damages > MAX_DAMAGES:
                 break
-            steps += 1
-            if chain is not None:
-                place = chain.skip(place)
-            elif steps > STEPS_BEFORE and self._chains < MAX_CHAINS:
-                chain = self._chain()
             kind = data[place + 2]
             length = lengths[kind]
             if data[place] != 0xA3 or data[place + 1] != 0x95 or not length or place + length > stop:
@@ -115,60 +63,31 @@ class DataflashFile:
                 place = found
                 damages += 1
                 continue
-            places = table_of[kind]
+            places = places_of[kind]
             if places is not None:
                 places.append(place)
-            elif kind == _FORMAT_KIND and self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES]):
-                self._collect(chain)
-                chain, steps = None, 0
+            elif kind == _FORMAT_KIND:
+                self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES])
             place += length
         self.skipped_bytes += stop - place
-        self._collect(chain)
 
-    def _chain(self) -> RecordChain | None:
-        """A chain of all that begins like a record of a known type; definitions are read one by one."""
-        self._chains += 1
-        starts = positions(self._data, 0, len(self._data), *MAGIC)
-        if starts is None:
-            self._chains = MAX_CHAINS
-            return None
-        starts = starts[starts + _HEAD_BYTES <= len(self._data)]
-        kinds = np.frombuffer(self._data, np.uint8)[starts + 2]
-        lengths = np.array(self._lengths, np.int64)
-        lengths[_FORMAT_KIND] = 0
-        is_known = lengths[kinds] > 0
-        starts, kinds = starts[is_known], kinds[is_known]
-        ends = starts + lengths[kinds]
-        self._kinds = kinds[ends <= len(self._data)]
-        return RecordChain(starts[ends <= len(self._data)], ends[ends <= len(self._data)])
-
-    def _collect(self, chain: RecordChain | None) -> None:
-        """Adds the records that the chain skipped over to their tables."""
-        if chain is None:
-            return
-        records = chain.records
-        for kind, places in enumerate(self._table_of):
-            if places is not None:
-                merge_places(places, chain.starts[records[self._kinds[records] == kind]])
-
-    def _define(self, body: bytes) -> bool:
-        """Whether it is a new definition; the first definition of a type counts."""
+    def _define(self, body: bytes) -> None:
+        """The first definition of a type counts."""
         kind, length = body[0], body[1]
         name, types, labels = (part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86]))
         if kind == _FORMAT_KIND or self._lengths[kind] or length < _HEAD_BYTES:
-            return False
+            return
         self._lengths[kind] = length
-        fields: dict[str, DataflashField] = {}
+        fields: dict[str, RecordField] = {}
         offset = _HEAD_BYTES
         for letter, label in zip(types, labels.split(","), strict=False):
             found = _TYPES.get(letter)
             if found is None:
-                return True
-            fields[label.strip()] = DataflashField(offset, found.kind, found.scale)
+                return
+            fields[label.strip()] = RecordField(offset, found.kind, found.scale)
             offset += np.dtype(found.kind).itemsize
         if offset > length or name not in self._wanted or name in self.tables:
-            return True
-        table = DataflashTable(name, fields)
+            return
+        table = RecordTable(name, self._data, fields)
         self.tables[name] = table
-        self._table_of[kind] = table.places
-        return True
+        self._places_of[kind] = table.places

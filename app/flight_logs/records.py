@@ -1,8 +1,11 @@
-"""Reads columns of binary records from a file's bytes."""
+"""Columns of binary records, read from a file's bytes."""
 
 import os
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +18,7 @@ MAX_WALKED: Final = 100_000_000
 """Records of all types; later ones are not read."""
 MAX_DAMAGES: Final = 1_000_000
 """Places without an expected record; what follows is not read."""
+MAX_TEXTS: Final = 1000
 
 
 def read_bytes(path: Path) -> bytes:
@@ -26,16 +30,43 @@ def read_bytes(path: Path) -> bytes:
         return file.read(size)
 
 
-def gathered(data: bytes, places: NDArray[np.int64], kind: str) -> NDArray[Any]:
-    """Values of numpy type `kind` at these offsets, which must lie within `data`."""
-    wanted = np.dtype(kind)
-    raw = np.frombuffer(data, np.uint8)
-    found = raw[places[:, None] + np.arange(wanted.itemsize)]
-    return np.ascontiguousarray(found).view(wanted).reshape(len(places))
+class RecordField(NamedTuple):
+    """Offset of a value in a record, its numpy type and its factor."""
+
+    offset: int
+    kind: str
+    scale: float = 1.0
 
 
-def gathered_floats(data: bytes, places: NDArray[np.int64], kind: str, scale: float = 1.0) -> Floats:
-    """Like `gathered`, as float64 times `scale`. Overflows are infinite."""
-    with np.errstate(all="ignore"):
-        values: Floats = gathered(data, places, kind).astype(np.float64) * scale
-    return values
+@dataclass(slots=True)
+class RecordTable:
+    """All records of one name. `places`: their offsets in `data`, within which every field lies."""
+
+    name: str
+    data: bytes = field(repr=False)
+    fields: Mapping[str, RecordField]
+    places: "array[int]" = field(default_factory=lambda: array("q"))
+
+    def has(self, *names: str) -> bool:
+        return len(self.places) > 0 and all(name in self.fields for name in names)
+
+    def column(self, name: str) -> Floats:
+        """A column in the unit of its format; overflows are infinite, and texts are no numbers."""
+        kind, scale = self.fields[name][1:]
+        if kind.startswith("S"):
+            return np.full(len(self.places), np.nan)
+        with np.errstate(all="ignore"):
+            values: Floats = self._gathered(name).astype(np.float64) * scale
+        return values
+
+    def texts(self, name: str) -> list[str]:
+        """The first thousand texts, up to the first NUL of each."""
+        if not self.fields[name].kind.startswith("S"):
+            return []
+        return [text.split(b"\0")[0].decode("latin-1") for text in self._gathered(name, MAX_TEXTS).tolist()]
+
+    def _gathered(self, name: str, most: int | None = None) -> NDArray[Any]:
+        offset, kind, _ = self.fields[name]
+        places, wanted = np.frombuffer(self.places, np.int64)[:most] + offset, np.dtype(kind)
+        raw = np.frombuffer(self.data, np.uint8)[places[:, None] + np.arange(wanted.itemsize)]
+        return np.ascontiguousarray(raw).view(wanted).reshape(len(places))

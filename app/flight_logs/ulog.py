@@ -34,7 +34,7 @@ def read_ulog(path: Path) -> RawLog:
     raw = RawLog(name=str(path), format=LogFormat.ULOG)
     for topic in sorted(file.topics, key=lambda one: one.instance):
         if topic.has("timestamp"):
-            _read_topic(file, topic, raw)
+            _read_topic(topic, raw)
     raw.forces_g = [*_forces(file)][:_MAX_SENSORS]
     if file.skipped_bytes:
         raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
@@ -43,29 +43,29 @@ def read_ulog(path: Path) -> RawLog:
     return raw
 
 
-def _read_topic(file: UlogFile, topic: UlogTopic, raw: RawLog) -> None:
-    time_s = _times(file, topic)
+def _read_topic(topic: UlogTopic, raw: RawLog) -> None:
+    time_s = _times(topic)
     match topic.name:
         case "vehicle_attitude" if topic.has("q[0]", "q[1]", "q[2]", "q[3]"):
-            tilt_deg = tilt_of_quaternion(*(file.column(topic, f"q[{one}]") for one in range(4)))
+            tilt_deg = tilt_of_quaternion(*(topic.column(f"q[{one}]") for one in range(4)))
             raw.tilts_deg.append(Channel(time_s, tilt_deg))
         case "vehicle_local_position" if topic.has("z"):
-            raw.altitude_m = Channel(time_s, -file.column(topic, "z"))
+            raw.altitude_m = Channel(time_s, -topic.column("z"))
         case "vehicle_air_data" if topic.has("baro_alt_meter") and raw.altitude_m is None:
-            raw.altitude_m = Channel(time_s, file.column(topic, "baro_alt_meter"))
+            raw.altitude_m = Channel(time_s, topic.column("baro_alt_meter"))
         case "vehicle_land_detected" if topic.has("landed"):
-            raw.on_ground = FlagChannel(time_s, file.column(topic, "landed") != 0)
+            raw.on_ground = FlagChannel(time_s, topic.column("landed") != 0)
         case "vehicle_status":
             if topic.has("arming_state"):
-                raw.armed = FlagChannel(time_s, file.column(topic, "arming_state") == ARMED)
+                raw.armed = FlagChannel(time_s, topic.column("arming_state") == ARMED)
             if topic.has("nav_state"):
-                raw.modes = _modes(time_s, file.column(topic, "nav_state"))
+                raw.modes = _modes(time_s, topic.column("nav_state"))
         case _:
             pass
 
 
-def _times(file: UlogFile, topic: UlogTopic) -> Floats:
-    return file.column(topic, "timestamp", _MICROSECOND)
+def _times(topic: UlogTopic) -> Floats:
+    return topic.column("timestamp") * _MICROSECOND
 
 
 def _forces(file: UlogFile) -> list[Channel]:
@@ -83,18 +83,18 @@ def _forces(file: UlogFile) -> list[Channel]:
         if name == "sensor_accel" and len(found) > 1:
             continue  # vehicle_imu has them all
         for topic in sorted(topics, key=lambda one: one.instance):
-            axes = [file.column(topic, label) for label in labels]
+            axes = [topic.column(label) for label in labels]
             if name == "vehicle_imu":
-                axes = _over_time(file, topic, axes)
-            found.append(Channel(_times(file, topic), force_of_axes(*axes)))
+                axes = _over_time(topic, axes)
+            found.append(Channel(_times(topic), force_of_axes(*axes)))
     return found
 
 
-def _over_time(file: UlogFile, topic: UlogTopic, axes: list[Floats]) -> list[Floats]:
+def _over_time(topic: UlogTopic, axes: list[Floats]) -> list[Floats]:
     """Acceleration from changes of velocity; NaN where their duration is unknown."""
     if not topic.has("delta_velocity_dt"):
         return [np.full_like(one, np.nan) for one in axes]
-    took_s = file.column(topic, "delta_velocity_dt", _MICROSECOND)
+    took_s = topic.column("delta_velocity_dt") * _MICROSECOND
     took_s[took_s <= 0] = np.nan
     return [one / took_s for one in axes]
 

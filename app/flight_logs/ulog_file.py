@@ -1,27 +1,27 @@
 """Container of PX4's ULog files (https://docs.px4.io/main/en/dev_log/ulog_file_format.html), versions 0 and 1.
 
-Finds the samples of the wanted topics. Read without pyulog, which makes Python objects of every topic: see
-docs/flight-logs.md for the figures.
+Finds the samples of the wanted topics. Read without pyulog, which a file of 113 bytes keeps busy without end: see
+docs/flight-logs.md.
 """
 
 import re
 import struct
-from array import array
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, unreadable
-from app.flight_logs.record_chain import MAX_CHAINS, STEPS_BEFORE, RecordChain, merge_places, positions
-from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, gathered_floats
+from app.flight_logs.flight_log import unreadable
+from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable
 from protocol.translatable import marked
 
 MAGIC: Final = b"ULog\x01\x12\x35"
 _HEADER_BYTES: Final = 16
 _SYNC: Final = b"\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _KINDS: Final = frozenset(b"BFIMPQARDLCSO")
+_DEFINITIONS: Final = frozenset(b"BFIMPQ")
+_SAMPLE: Final = ord("D")
 _TYPES: Final[Mapping[str, str]] = {
     "int8_t": "<i1", "uint8_t": "<u1", "bool": "<u1", "char": "<u1",
     "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
@@ -37,36 +37,21 @@ _ID_BYTES: Final = 2
 _RECORD_HEAD: Final = 3
 
 
-class UlogField(NamedTuple):
-    """Offset of a number in a sample, and its numpy type."""
-
-    offset: int
-    kind: str
-
-
 @dataclass(slots=True)
-class UlogTopic:
-    """One instance of a topic."""
+class UlogTopic(RecordTable):
+    """One instance of a topic. Elements of arrays are fields such as `q[0]`."""
 
-    name: str
-    instance: int
-    fields: Mapping[str, UlogField]
-    """By name, elements of arrays as `q[0]`."""
-    size: int
+    instance: int = 0
+    size: int = 0
     """Bytes of a sample."""
-    least_size: int
+    least_size: int = 0
     """Without the padding at the end, which is not written."""
-    places: "array[int]" = field(default_factory=lambda: array("q"))
-    """Offsets of the samples."""
-
-    def has(self, *names: str) -> bool:
-        return len(self.places) > 0 and all(name in self.fields for name in names)
 
 
 class _Layout(NamedTuple):
     """See `UlogTopic`."""
 
-    fields: Mapping[str, UlogField]
+    fields: Mapping[str, RecordField]
     size: int
     least_size: int
 
@@ -83,23 +68,13 @@ class UlogFile:
         self._subscribed: dict[int, UlogTopic] = {}
         self._layouts: dict[str, _Layout | None] = {}
         self._appended: tuple[int, ...] = ()
-        self._damages = self._chains = 0
-        self._other_sizes: dict[int, tuple[int, int]] = {}
-        """Least and full sample size of other topics, by their message id."""
-        self._numbers = np.empty(0, np.int64)
-        """Message ids of the candidates of the current chain."""
+        self._damages = 0
         self.topics: list[UlogTopic] = []
         self.skipped_bytes = 0
         """Bytes that are not records: damage."""
         self.dropout_s = 0.0
         """Time that the flight controller reports as not logged."""
         self._walk_all()
-
-    def column(self, topic: UlogTopic, name: str, scale: float = 1.0) -> Floats:
-        """A field of the topic's samples."""
-        offset, kind = topic.fields[name]
-        places = np.frombuffer(topic.places, np.int64) + offset
-        return gathered_floats(self._data, places, kind, scale)
 
     def _walk_all(self) -> None:
         place = self._walk(_HEADER_BYTES, len(self._data), is_head=True)
@@ -111,74 +86,24 @@ class UlogFile:
         """Reads the records; the head ends with the first that is not a definition."""
         data, subscribed = self._data, self._subscribed
         head = struct.Struct("<HBH").unpack_from
-        chain: RecordChain | None = None
-        steps = 0
         for _ in range(MAX_WALKED):
             if place + _RECORD_HEAD + _ID_BYTES > stop or self._damages > MAX_DAMAGES:
                 break
-            steps += 1
-            if chain is not None:
-                place = chain.skip(place)
-            elif steps > STEPS_BEFORE and not is_head and self._chains < MAX_CHAINS:
-                chain = self._chain(place, stop)
             size, kind, number = head(data, place)
             end = place + _RECORD_HEAD + size
-            if kind == 68 and end <= stop:  # D, a sample: most are of these
-                if is_head:
-                    return place
-                topic = subscribed.get(number)
-                if topic is not None:
-                    if not topic.least_size <= size - _ID_BYTES <= topic.size:
-                        place = self._resync(place, stop)
-                        continue
-                    topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
-                place = end
-                continue
-            if kind not in _KINDS or end > stop:
-                if is_head:
-                    return place
+            is_record = kind in _KINDS and end <= stop
+            if is_head and not (is_record and kind in _DEFINITIONS):
+                break
+            topic = subscribed.get(number) if kind == _SAMPLE and is_record else None
+            if not is_record or (topic is not None and not topic.least_size <= size - _ID_BYTES <= topic.size):
                 place = self._resync(place, stop)
                 continue
-            if is_head and kind not in b"BFIMPQ":
-                return place
-            if chr(kind) == "A":  # this message id may now belong to another topic
-                self._collect(chain)
-                chain, steps = None, 0
-            self._read(kind, data[place + _RECORD_HEAD : end])
+            if topic is not None:
+                topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
+            elif kind != _SAMPLE:
+                self._read(kind, data[place + _RECORD_HEAD : end])
             place = end
-        self._collect(chain)
         return place
-
-    def _chain(self, start: int, stop: int) -> RecordChain | None:
-        """A chain of all that looks like a sample of a subscribed topic."""
-        self._chains += 1
-        kinds = positions(self._data, start + 2, stop, ord("D"))
-        if kinds is None:
-            self._chains = MAX_CHAINS
-            return None
-        starts = kinds[kinds + 1 + _ID_BYTES <= stop] - 2
-        raw = np.frombuffer(self._data, np.uint8)
-        sizes, numbers = (
-            raw[starts + place].astype(np.int64) | raw[starts + place + 1].astype(np.int64) << 8 for place in (0, 3)
-        )
-        least, full = np.full(1 << 16, 1 << 16), np.full(1 << 16, -1)
-        for number, topic in self._subscribed.items():
-            least[number], full[number] = topic.least_size, topic.size
-        for number, (least_size, size) in self._other_sizes.items():
-            least[number], full[number] = least_size, size
-        ends = starts + _RECORD_HEAD + sizes
-        is_known = (sizes - _ID_BYTES >= least[numbers]) & (sizes - _ID_BYTES <= full[numbers]) & (ends <= stop)
-        self._numbers = numbers[is_known]
-        return RecordChain(starts[is_known], ends[is_known])
-
-    def _collect(self, chain: RecordChain | None) -> None:
-        """Adds the samples that the chain skipped over to their topics."""
-        if chain is None:
-            return
-        records = chain.records
-        for number, topic in self._subscribed.items():
-            skipped = chain.starts[records[self._numbers[records] == number]]
-            merge_places(topic.places, skipped + _RECORD_HEAD + _ID_BYTES)
 
     def _resync(self, place: int, stop: int) -> int:
         """Offset of the next sync record."""
@@ -207,16 +132,10 @@ class UlogFile:
 
     def _subscribe(self, instance: int, number: int, name: str) -> None:
         self._subscribed.pop(number, None)
-        self._other_sizes.pop(number, None)
-        if len(self.topics) >= MAX_TOPICS or len(self._other_sizes) >= MAX_TOPICS:
+        if name not in self._wanted or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
             return
-        layout = self._layout(name)
-        if layout is None:
-            return
-        if name not in self._wanted:
-            self._other_sizes[number] = (layout.least_size, layout.size)
-            return
-        topic = UlogTopic(name, instance, layout.fields, layout.size, layout.least_size)
+        topic = UlogTopic(name, self._data, layout.fields, instance=instance, size=layout.size,
+                          least_size=layout.least_size)  # fmt: skip
         self._subscribed[number] = topic
         self.topics.append(topic)
 
@@ -228,7 +147,7 @@ class UlogFile:
         return self._layouts[name]
 
     def _make_layout(self, name: str, depth: int) -> _Layout | None:
-        fields: dict[str, UlogField] = {}
+        fields: dict[str, RecordField] = {}
         offset = least = 0
         for text in self._formats[name].split(";"):
             if not text:
@@ -241,7 +160,7 @@ class UlogFile:
                 size = np.dtype(_TYPES[kind]).itemsize
                 for one in range(count if kind != "char" and count <= 32 else 0):
                     key = label if found[2] is None else f"{label}[{one}]"
-                    fields[key] = UlogField(offset + one * size, _TYPES[kind])
+                    fields[key] = RecordField(offset + one * size, _TYPES[kind])
             else:
                 nested = self._layout(kind, depth + 1)
                 if nested is None:
