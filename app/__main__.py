@@ -17,8 +17,8 @@ from itertools import takewhile
 
 from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
 from app.terminal import console
-from app.terminal.argparse_words import translate_argparse
-from app.terminal.arguments import Parser
+from app.terminal.arguments import Parser, translate_argparse
+from app.terminal.left_active import left_active_said
 from app.terminal.port_choice import choose_port, refuse_unknown_address
 from app.text.i18n import set_language, system_language, tr
 from app.text.user_error import UserError
@@ -100,7 +100,8 @@ def _run(words: list[str]) -> int:
     if not is_window and is_open and getattr(args, "yes", True):
         args.port = choose_port()
     port = getattr(args, "port", None) or ()
-    for address in (port,) if isinstance(port, str) else port:
+    ports = (port,) if isinstance(port, str) else port
+    for address in ports:
         refuse_unknown_address(address)
     if is_window:
         return _open_window(args)
@@ -108,7 +109,8 @@ def _run(words: list[str]) -> int:
         _write_utf8()
     if entry.name == "preflight":
         args.printer = _print_report
-    code: int = import_module(entry.module).run(args)
+    with left_active_said(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock"):
+        code: int = import_module(entry.module).run(args)
     return code
 
 

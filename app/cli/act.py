@@ -18,6 +18,7 @@ from app.terminal import console
 from app.terminal.command_journal import records_of
 from app.terminal.connection import connected
 from app.terminal.interruption import Interruption
+from app.terminal.left_active import end_left_active
 from app.text.i18n import tr
 
 
@@ -35,6 +36,8 @@ def run(args: argparse.Namespace) -> int:
             try:
                 if is_lock:
                     done = conversation.run(lock(records.journal))
+                    if done.is_locked and records.store is not None and (args.module is not None or args.same_module):
+                        end_left_active(conversation, records.store, args)
                 else:
                     done = conversation.run(perform(act, records.journal, permit=permit))
             except KeyboardInterrupt:

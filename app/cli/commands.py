@@ -135,8 +135,8 @@ _RECORDING = option("name", metavar="NAME", text=marked("beginning of the name, 
 _EXPORT = option("file", type=export_path, metavar="FILE", text=", ".join(ENDINGS))
 
 
-def _act(name: str, summary: str) -> SubCommand:
-    return SubCommand(name, "app.cli.act", summary, f"{name} --yes", (*PORT, YES, _effect))
+def _act(name: str, summary: str, *more: Describe) -> SubCommand:
+    return SubCommand(name, "app.cli.act", summary, f"{name} --yes", (*PORT, YES, *more, _effect))
 
 
 GROUPS: Final = {
@@ -175,7 +175,8 @@ GROUPS: Final = {
     ),
     marked("Commands"): (
         _act("activate", marked("Activate")),
-        _act("lock", marked("Lock")),
+        _act("lock", marked("Lock"), module_of(marked("Module")),
+             flag("--same-module", marked("it is the module that was left ACTIVE here"))),
         _act("zero", marked("Zero the sensor")),
         _act("shutdown", marked("Shut down")),
     ),

@@ -11,10 +11,10 @@ from app.archive.local_facts import find_others
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import KnownStation, Stations, is_same_fingerprint
 from app.stations.station import fingerprint_of
-from app.store.database import FILE_NAME
-from app.store.store import Store, data_folder
+from app.store.store import Store
+from app.system.folders import data_folder
 from app.terminal import console
-from app.terminal.command_journal import open_store_or_notify
+from app.terminal.command_journal import existing_store
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -32,8 +32,7 @@ def run(args: argparse.Namespace) -> int:
         return _change(stations.remove(args.forget))
     if args.revoke is not None:
         return _change(stations.revoke(args.revoke))
-    # Verifying creates no store.
-    store = open_store_or_notify() if (data_folder() / FILE_NAME).exists() else None
+    store = existing_store()
     try:
         return _log(store) if args.log else _verify(args, stations, store)
     finally:

@@ -1482,6 +1482,10 @@
         <translation>静止时若偏离 1 g，会误判失重。</translation>
     </message>
     <message>
+        <source>If it is this module, add {option}.</source>
+        <translation>如果就是这个模块，请加上 {option}。</translation>
+    </message>
+    <message>
         <source>Ignored commands</source>
         <translation>忽略的命令</translation>
     </message>
@@ -4030,6 +4034,10 @@
         <translation>以上是报告中所含记录的内容；只有该记录带签名。</translation>
     </message>
     <message>
+        <source>This may be another module than {module} ({differences}). Else add --same-module.</source>
+        <translation>这可能不是模块 {module}（{differences}）。如果是，请加上 --same-module。</translation>
+    </message>
+    <message>
         <source>This may be another module: the port leads to another device.</source>
         <translation>这可能是另一个模块：该串口现在指向另一个设备。</translation>
     </message>
@@ -5168,6 +5176,10 @@
     <message>
         <source>it is not whole</source>
         <translation>内容不完整</translation>
+    </message>
+    <message>
+        <source>it is the module that was left ACTIVE here</source>
+        <translation>就是此处遗留为激活状态的模块</translation>
     </message>
     <message>
         <source>it is too long</source>

@@ -34,7 +34,7 @@ _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.E
 
 def recordings_folder() -> Path:
     """In this user's folder for the program's data."""
-    from app.store.store import data_folder
+    from app.system.folders import data_folder
 
     return data_folder() / "recordings"
 

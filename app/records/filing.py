@@ -20,7 +20,8 @@ from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
 from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble
-from app.store.store import Store, data_folder
+from app.store.store import Store
+from app.system.folders import data_folder
 from app.system.wall_clock import age_days
 from app.text.messages import clean
 from app.text.user_error import UserError

@@ -14,18 +14,12 @@ from app.store.database import Clock, Database, open_database, utc_now
 from app.store.facts import FORMER_ENTRY, FactKind, Facts, object_in
 from app.store.former import STORE
 from app.store.write_queue import WriteQueue
+from app.system.folders import data_folder
 from app.text.messages import UserMessage
 
 CLOSE_LIMIT_S = 5.0
 """Default time limit for queued writes at `close`."""
 _log = logging.getLogger(__name__)
-
-
-def data_folder() -> Path:
-    """The platform's folder for this program's data."""
-    from platformdirs import user_data_path
-
-    return user_data_path("dps-s-configurator", appauthor=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,10 @@ from app.engine.ports import list_ports
 from app.engine.reconnect import address_of
 from app.engine.snapshots import Snapshot
 from app.safety.journal import Journal
-from app.store.database import StoreTrouble
+from app.store.database import FILE_NAME, StoreTrouble
 from app.store.store import Store, open_store
 from app.store.store_journal import journal_for
+from app.system.folders import data_folder
 from app.terminal.console import notify
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -48,6 +49,11 @@ def open_store_or_notify(consequence: str = "") -> Store | None:
     """The store; None if it cannot be opened, which is reported with `consequence`."""
     store = _opened(consequence)
     return None if isinstance(store, StoreTrouble) else store
+
+
+def existing_store() -> Store | None:
+    """The store, where there is one: reading makes none."""
+    return open_store_or_notify() if (data_folder() / FILE_NAME).exists() else None
 
 
 def _opened(consequence: str = "") -> Store | StoreTrouble:

@@ -26,16 +26,21 @@ def read_evidence() -> Procedure[IdentityEvidence]:
 
 def may_be_another(conversation: Conversation, store: Store | None, module: str) -> bool:
     """Whether its readings refute that it is the module of this name, which is reported. Sends queries only."""
-    name = clean(module.strip())
     try:
-        known = store.evidence(name) if store is not None and store.module_named(name) is not None else None
+        against = [] if store is None else differences_from(conversation, store, module)
     except StoreTrouble as error:
         notify(error.sentence)
         return True
-    against = [] if known is None else refuted_by(known, conversation.run(read_evidence()))
     if against:
-        _notify_other_module(name, against)
+        _notify_other_module(clean(module.strip()), against)
     return bool(against)
+
+
+def differences_from(conversation: Conversation, store: Store, module: str) -> list[str]:
+    """What refutes that it is the module of this name, in the language in use. Raises `StoreTrouble`."""
+    name = clean(module.strip())
+    known = store.evidence(name) if store.module_named(name) is not None else None
+    return [] if known is None else refuted_by(known, conversation.run(read_evidence()))
 
 
 def store_visit(

@@ -13,9 +13,10 @@ from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
-from app.store.store import Store, data_folder, open_store
+from app.store.store import Store, open_store
 from app.store.store_journal import KnownAs, journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from app.system.folders import data_folder
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
 

@@ -18,7 +18,7 @@ from app.cli.archive import report
 from app.cli.archive.opened import member_json, opened_archive, shown_member, shown_station
 from app.cli.commands import SERVER
 from app.stations.station import fingerprint_of
-from app.store.store import data_folder
+from app.system.folders import data_folder
 from app.terminal import console
 from app.text.i18n import tr
 from app.text.user_error import UserError

@@ -11,7 +11,8 @@ from app.safety.acts import EFFECTS, REQUESTS, Act
 from app.safety.journal import Outcome
 from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
-from app.store.store import data_folder, open_store
+from app.store.store import open_store
+from app.system.folders import data_folder
 from tests.app.records.test_filing import FRAME, file_one
 from tests.app.records.test_record import checked_record
 from tests.support.cli_line import Printed, bench_of, run_here

@@ -17,7 +17,8 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.database import FILE_NAME
 from app.store.facts import FactKind
-from app.store.store import Store, data_folder, open_store
+from app.store.store import Store, open_store
+from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here

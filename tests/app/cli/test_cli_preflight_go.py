@@ -12,7 +12,8 @@ from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
-from app.store.store import data_folder, open_store
+from app.store.store import open_store
+from app.system.folders import data_folder
 from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, run_here
 

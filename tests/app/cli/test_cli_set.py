@@ -15,7 +15,8 @@ from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile, save_profile
 from app.settings.profiles import Profile
 from app.store.database import FILE_NAME
-from app.store.store import data_folder, open_store
+from app.store.store import open_store
+from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.catalogue import BY_NAME, SETTINGS
 from tests.support.cli_line import Printed, bench_of, run_here

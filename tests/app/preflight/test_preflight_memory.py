@@ -18,7 +18,7 @@ from app.records.record import caveats
 from app.records.report_html import body
 from app.settings.profile_file import parse_profile
 from app.store.database import FILE_NAME, StoreFault, trouble_of
-from app.store.store import data_folder
+from app.system.folders import data_folder
 from tests.app.preflight.test_preflight_slept import NIGHT_S, NightRig
 from tests.support.check_pace import hurry_check
 from tests.support.cli_line import Printed, bench_of

@@ -16,8 +16,9 @@ from app.safety.journal import NoJournal, Outcome
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble
 from app.store.facts import FactKind
 from app.store.left_active import LeftActive, left_active, note_locked, note_report
-from app.store.store import Store, data_folder, open_store
+from app.store.store import Store, open_store
 from app.store.store_journal import KnownAs, StoreJournal, journal_for
+from app.system.folders import data_folder
 from app.text.user_error import UserError
 from tests.support.patience import PATIENCE_S
 from tests.support.records.kept_facts import kept_settings

@@ -17,7 +17,7 @@ from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.cli.settings import set as setting
 from app.procedures.write_all import WriteReport
 from app.terminal import command_journal
-from app.terminal.argparse_words import WORDS, translate_argparse
+from app.terminal.arguments import WORDS, translate_argparse
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
 from tests.support.cli_line import run_here
 

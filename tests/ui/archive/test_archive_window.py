@@ -16,7 +16,8 @@ from app.archive.module_history import module_history
 from app.archive.server_url import store_server
 from app.safety.acts import Act
 from app.settings.form import RowState
-from app.store.store import Store, data_folder
+from app.store.store import Store
+from app.system.folders import data_folder
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 from tests.support.window.fakes_ui import window

@@ -14,7 +14,7 @@ import pytest
 import app.__main__ as program
 from app.guided.results import GuidedVerdict
 from app.store.facts import FactKind
-from app.store.store import data_folder
+from app.system.folders import data_folder
 from app.trigger_records.history import Judgement
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.cli_line import Printed, is_one_sentence

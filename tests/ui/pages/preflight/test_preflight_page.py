@@ -20,7 +20,8 @@ from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.verdict import Judged
 from app.records.report_html import body
 from app.records.verification import RecordState, verify_file
-from app.store.store import Store, data_folder
+from app.store.store import Store
+from app.system.folders import data_folder
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value

@@ -1,0 +1,94 @@
+"""What an earlier run left ACTIVE: every command that opens a port says it, and a `lock` that is confirmed ends it."""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from functools import partial
+from typing import TYPE_CHECKING
+
+from app.system.folders import data_folder
+from app.terminal.console import note, notify
+from app.text.i18n import tr
+from app.text.messages import clean
+from app.text.sentences import join_names
+
+if TYPE_CHECKING:
+    from app.store.left_active import LeftActive
+    from app.store.store import Store
+    from app.terminal.connection import Conversation
+
+_NO_MODULE = ("sim:", "loop:")
+
+
+@contextmanager
+def left_active_said(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[None]:
+    """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`."""
+    if not is_locking:
+        _say(ports, module, is_locking=False)
+    try:
+        yield
+    finally:
+        if is_locking:
+            _say(ports, module, is_locking=True)
+
+
+def _say(ports: Sequence[str], module: str, *, is_locking: bool) -> None:
+    ports = [port for port in ports if not port.startswith(_NO_MODULE)]
+    if not ports or not data_folder().exists():  # nothing of the store is loaded where there is none
+        return
+    from app.store.database import StoreTrouble
+    from app.store.store_journal import RUN
+    from app.terminal.command_journal import existing_store
+
+    store = existing_store()
+    if store is None:
+        return
+    try:
+        with closing(store):
+            every = dict.fromkeys(one for port in ports for one in left_here(store, port, module))
+    except StoreTrouble as error:
+        notify(error.sentence)
+        return
+    earlier = [one for one in every if not (is_locking and one.known_as.run == RUN)]  # this run says its own
+    for one in earlier:
+        notify(one.sentence)
+    if earlier and is_locking:
+        note(tr("If it is this module, add {option}.", option="--same-module"))
+
+
+def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...]:
+    """What was left ACTIVE under this name or, where it or the module has none, on this adapter. Raises
+    `StoreTrouble`."""
+    from app.store.left_active import left_active
+    from app.terminal.command_journal import adapter_of
+
+    every, name = left_active(store), clean(module.strip())
+    adapter = adapter_of(port) if any(one.adapter for one in every) else ""
+
+    def is_here(one: "LeftActive") -> bool:
+        if name and one.known_as.name:
+            return one.known_as.name == name
+        return one.adapter == adapter if one.adapter and adapter else one.port == port
+
+    return tuple(filter(is_here, every))
+
+
+def end_left_active(conversation: "Conversation", store: "Store", args: argparse.Namespace) -> None:
+    """The module reports LOCKED, and a person says by --module or --same-module which one it is."""
+    from app.store.database import StoreTrouble
+    from app.store.left_active import note_locked
+    from app.terminal.command_journal import ORIGIN
+    from app.terminal.connection import LinkTrouble
+    from app.terminal.stored_history import differences_from
+
+    name, against = args.module or "", None
+    try:
+        with LinkTrouble():
+            against = [] if args.same_module else differences_from(conversation, store, name)
+        if against:
+            notify(tr("This may be another module than {module} ({differences}). Else add --same-module.",
+                      module=name, differences=join_names(against)))  # fmt: skip
+        for one in left_here(store, args.port, name) if against == [] else ():
+            store.queue.submit(partial(note_locked, store, one, ORIGIN))
+    except StoreTrouble as error:
+        notify(error.sentence)

@@ -1,0 +1,123 @@
+"""What an earlier run left ACTIVE is said by every command that opens a port, until that module is locked."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Outcome
+from app.safety.last_known import keep_away
+from app.simulator.bench import SimulatedBench
+from app.simulator.servers.tcp_server import TcpEndpoint
+from app.store.database import FILE_NAME
+from app.store.left_active import left_active
+from app.store.store import open_store
+from app.system.folders import data_folder
+from tests.app.simulator.test_simulator_servers import serving
+from tests.support.cli_line import run_here
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english")
+
+
+@pytest.fixture
+def line() -> Iterator[str]:
+    """The address of a module that the program takes for a real one."""
+    with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as (_, addresses):
+        yield addresses.get(timeout=5)
+
+
+def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED) -> None:
+    """As another process logged it."""
+    with closing(open_store()) as store:
+        detail = {"module": module, "run": f"before {module}"}
+        entry = store.begin(act, REQUESTS[act].encode(), detail, port=port, origin="command line")
+        store.settle(entry, outcome, {})
+
+
+def left() -> list[str]:
+    with closing(open_store()) as store:
+        return sorted(one.known_as.name for one in left_active(store))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "find", "read", "read --json", "monitor --seconds 0.1", "history", "history --module M-07",
+        "set freefall_time_s=1.4", "set freefall_time_s=1.4 --dry-run", "save -", "diff FILE", "activate --yes",
+        "zero --yes", "preflight --module M-07", "record - --seconds 0.1",
+    ],
+)  # fmt: skip
+def test_each_command_says_it_once(
+    words: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], brief: None
+) -> None:
+    (tmp_path / "wanted.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.6\n', encoding="utf-8")
+    leave(line)
+    command = [str(tmp_path / "wanted.toml") if word == "FILE" else word for word in words.split()]
+    said = run_here(capsys, [*command, "--port", line], 1 if "preflight" in words else 0).err
+    assert said.count(" was left ACTIVE on ") == 1
+    assert said.startswith(f"The module at {line} was left ACTIVE on ")
+    assert keep_away() in said.splitlines()[0]
+
+
+def test_it_is_said_where_nothing_answers(capsys: pytest.CaptureFixture[str]) -> None:
+    leave("/dev/no-such-port", act=Act.LOCK, outcome=Outcome.UNKNOWN)
+    said = run_here(capsys, ["read", "--port", "/dev/no-such-port"], 3).err
+    assert said.startswith("The module at /dev/no-such-port: LOCK not confirmed on ")
+    assert len(said.splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("left_as", "port", "words", "is_said"),
+    [
+        ("M-07", "LINE", "read", True),
+        ("M-07", "elsewhere", "read", False),
+        ("M-07", "elsewhere", "history --module M-07", True),
+        ("M-07", "LINE", "history --module M-08", False),
+        ("", "LINE", "history --module M-08", True),
+        ("", "elsewhere", "history --module M-08", False),
+    ],
+)
+def test_it_is_that_of_the_module_in_question(
+    left_as: str, port: str, words: str, is_said: bool, line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    leave(line if port == "LINE" else port, left_as)
+    assert (" was left ACTIVE on " in run_here(capsys, [*words.split(), "--port", line]).err) is is_said
+
+
+def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    leave(line)
+    (data_folder() / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
+    printed = run_here(capsys, ["read", "--port", line])
+    assert "Boot count" in printed.out
+    assert printed.err.startswith("The records were damaged")
+    assert len(printed.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "still"),
+    [
+        ("lock --yes", ["", "M-07"]),
+        ("lock --yes --module M-08", ["M-07"]),
+        ("lock --yes --module M-07", []),
+        ("lock --yes --same-module", []),
+    ],
+)
+def test_a_confirmed_lock_ends_it_for_the_module_that_a_person_names(
+    words: str, still: list[str], line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("", "M-07"):
+        leave(line, name)
+    printed = run_here(capsys, [*words.split(), "--port", line])
+    assert printed.out == "The module reports LOCKED.\n"
+    assert left() == still
+    assert printed.err.count(" was left ACTIVE on ") == (0 if not still or "M-08" in words else len(still))
+
+
+def test_a_lock_that_is_not_confirmed_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    leave("/dev/no-such-port", "M-07")
+    said = run_here(capsys, ["lock", "--yes", "--same-module", "--port", "/dev/no-such-port"], 3).err
+    assert said.count("M-07 was left ACTIVE on ") == 1
+    assert left() == ["M-07"]
