@@ -2,98 +2,82 @@
 
 from typing import Final
 
-from PySide6.QtCore import QSize, Signal
+from PySide6.QtCore import QSize
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QButtonGroup, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QPushButton, QToolButton, QWidget
 
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
+from ui.plots.sight import Sight
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import ChoiceButton, control, named
 from ui.widgets.layouts import FlowRow
 from ui.widgets.readout import StateChip
 
-WINDOWS_S: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}
-"""Selectable lengths of the time line."""
+_LENGTHS_S: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}
 
 
 class PlotHeader(QWidget):
-    """Shows what is in sight; the signals are what the user wants. `row` takes more controls at its right."""
+    """Shows what is in sight, and changes it. `row` takes more controls at its right."""
 
-    toggle_wanted = Signal()
-    """Pause, or go back to live."""
-    whole_wanted = Signal()
-    window_chosen = Signal(float)
-
-    def __init__(self, texts: Texts, *, is_recorded: bool) -> None:
+    def __init__(self, texts: Texts, sight: Sight) -> None:
         super().__init__()
         self.setObjectName("time-plot-header")
-        self._is_recorded = is_recorded
-        self._announced: tuple[str, int] | None = None
-        """The state and the width of the header when it was last shown."""
-        self._is_live: bool | None = None
-        self._texts = texts
+        self._sight, self._texts = sight, texts
+        self._shown: object = None
+        self._offers_pause: bool | None = None
         self.chip = named(StateChip(tr("Plots")), "time-plot-state")
         texts.bind(self.chip.set_caption, "Plots")
-        self.pause = control(QPushButton(), texts, "time-plot-pause", slot=self.toggle_wanted)
-        self.pause.setAutoDefault(False)
-        self.whole = control(QToolButton(), texts, "time-plot-whole", "All", key="End", role="segment",
-                             is_checkable=True, slot=self.whole_wanted)  # fmt: skip
         self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day", picture=Icon.CLOCK,
                              role="segment", is_checkable=True)  # fmt: skip
+        self._lengths = {length_s: self._segment(length_s) for length_s in _LENGTHS_S}
+        self._whole = control(QToolButton(), texts, "time-plot-whole", "All", key="End", role="segment",
+                              is_checkable=True, slot=sight.back_to_live)  # fmt: skip
+        self.pause = control(QPushButton(), texts, "time-plot-pause", slot=sight.toggle_pause)
+        self.pause.setAutoDefault(False)
         self.row = FlowRow(self, spacing_px=Space.XS)
         self.row.add(self.chip)
-        self.row.add_right(self.clock)
-        self._windows = QButtonGroup(self)
-        # The span in sight decides which one is checked; in a recording it may be none.
-        self._windows.setExclusive(False)
-        for number, window_s in enumerate(WINDOWS_S):
-            segment = self._segment(texts, window_s)
-            self._windows.addButton(segment, number)
-            self.row.add_right(segment)
-        self.row.add_right(self.whole, self.pause)
-        self.whole.setVisible(is_recorded)
-        self.pause.setVisible(not is_recorded)
-        self.clock.setVisible(not is_recorded)
-        self._windows.idClicked.connect(lambda number: self.window_chosen.emit(list(WINDOWS_S)[number]))
+        self.row.add_right(self.clock, *self._lengths.values(), self._whole, self.pause)
+        self._whole.setVisible(sight.is_recorded)
+        for button in (self.pause, self.clock):
+            button.setVisible(not sight.is_recorded)
 
-    def _segment(self, texts: Texts, window_s: float) -> QToolButton:
-        segment = control(ChoiceButton(), texts, f"time-plot-window-{window_s:g}", WINDOWS_S[window_s], role="segment")
-        for setter in (segment.setAccessibleDescription, segment.setToolTip):
-            texts.bind(setter, "Length of the time line")
-        return segment
+    def _segment(self, length_s: float) -> QToolButton:
+        return control(ChoiceButton(), self._texts, f"time-plot-window-{length_s:g}", _LENGTHS_S[length_s],
+                       says="Length of the time line", tip="Length of the time line", role="segment",
+                       slot=lambda: self._sight.choose_length(length_s))  # fmt: skip
 
-    def show_view(self, length_s: float, behind_s: float | None, *, is_whole: bool = False) -> None:
-        """The length in sight; `behind_s`: how far it is behind now, None while it is live."""
-        for number, window_s in enumerate(WINDOWS_S):
-            self._windows.button(number).setChecked(not is_whole and abs(length_s - window_s) < 1e-6)
-        self.whole.setChecked(is_whole)
-        is_live = behind_s is None
-        if is_live != self._is_live:
-            self._is_live = is_live
-            if is_live:
+    def refresh(self) -> None:
+        """Shows the length in sight and how far it is behind now."""
+        sight = self._sight
+        for length_s, segment in self._lengths.items():
+            segment.setChecked(not sight.is_whole and abs(sight.span.length_s - length_s) < 1e-6)
+        self._whole.setChecked(sight.is_whole)
+        if sight.is_live != self._offers_pause:
+            self._offers_pause = sight.is_live
+            if sight.is_live:
                 control(self.pause, self._texts, "time-plot-pause", "Pause", tip="Pause; recording continues",
                         key="Space", picture=Icon.PAUSE)  # fmt: skip
             else:
                 control(self.pause, self._texts, "time-plot-pause", "Live", key="End", picture=Icon.TO_LIVE)
-        if self._is_recorded:
+        if sight.is_recorded:
             self._show_state(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
             return
-        self.chip.setVisible(not is_live)  # the title of the page says it
-        if behind_s is None:
+        self.chip.setVisible(not sight.is_live)  # the title of the page says it
+        if sight.is_live:
             self._show_state(tr("live"), tr("live"), Icon.LIVE, None)
         else:
-            behind = tr("paused, {time} behind", time=duration(behind_s))
+            behind = tr("paused, {time} behind", time=duration(max(0.0, sight.now_s - sight.span.end_s)))
             self._show_state(behind, tr("paused"), Icon.PAUSE, Meaning.ATTENTION)
 
     def _show_state(self, whole: str, short: str, picture: Icon, meaning: Meaning | None) -> None:
         """Shows the whole text if the row has room for it, else the short one, else only the icon."""
-        if (whole, self.width()) == self._announced:
+        if (whole, self.width()) == self._shown:
             return
-        self._announced = whole, self.width()
+        self._shown = whole, self.width()
         self.chip.show_state(whole, picture, meaning)
         spoken = self.chip.accessibleName()
         for word in (short, ""):
@@ -109,4 +93,4 @@ class PlotHeader(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._announced = None  # the text may fit now, or no longer
+        self._shown = None  # the text may fit now, or no longer

@@ -1,7 +1,7 @@
 """One lane on the canvas: its view, axis, grid, curve and limits, as items of pyqtgraph, and its words.
 
 Times are drawn relative to the end of the span, so that the range of the view, its ticks and its grid stand still while
-the curve moves below them. The axes are kept as pictures, which makes a redraw six times as fast.
+the curve moves below them.
 """
 
 import math
@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QStyleOptionGraphicsItem, QWidget
@@ -18,29 +18,20 @@ from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QStyleOptionGraphic
 from app.samples.ring_buffers import Envelope
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
+from ui.plots.axis import cached_axis
 from ui.plots.lanes import Lane, Limit, Scale, Span, Tick, fitting_scale, value_text
 from ui.plots.overlay import Overlay, Tag, apart
 from ui.style.painted_widget import pen
-from ui.style.theme import Size, Theme, font
+from ui.style.theme import Size, current, font
 
 _MAX_BUCKETS: Final = 1000
 # Two logical pixels at 200 %; more would take longer than a person notices.
 _MAX_COPIES: Final = 4
 _EDGE_PX: Final = 2
 """Of the view around the box, so that lines on its edge are whole."""
-_MARGIN_PX: Final = 60
-"""Labels of ticks may be as far beyond the ends of an axis."""
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
 """Distinguishable from the module's own limits without colour."""
-
-
-def style_axis(axis: pg.AxisItem, view: pg.ViewBox) -> None:
-    """Labels only, kept as a picture."""
-    axis.enableAutoSIPrefix(False)
-    axis.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
-    axis.linkToView(view)
-    axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
 
 
 class Points(NamedTuple):
@@ -77,12 +68,18 @@ class Lines(QGraphicsItem):
         self.pen = QPen()
         self.points = Points(np.empty(0), np.empty(0), "all", [])
         self._path = QPainterPath()
+        self.setVisible(False)
 
     def boundingRect(self) -> QRectF:
         return self.bounds
 
+    def show_lines(self, x: ArrayLike, y: ArrayLike) -> None:
+        """Between pairs of points."""
+        self.show_points(Points(np.asarray(x, np.float64), np.asarray(y, np.float64), "pairs", []))
+
     def show_points(self, points: Points) -> None:
         self.points = points
+        self.setVisible(len(points.x) > 0)
         self._path = pg.arrayToQPath(points.x, points.y, connect=points.connect, finiteCheck=False)
         self.update()
 
@@ -109,16 +106,17 @@ class _Segment(NamedTuple):
 class LimitLine(Lines):
     """The line of a limit, or of what was last known of it."""
 
-    def __init__(self, limit: Limit, steps: StepFunction, *, is_stale: bool) -> None:
+    def __init__(self, limit: Limit, steps: StepFunction) -> None:
         super().__init__()
-        self.limit, self.steps, self.is_stale = limit, steps, is_stale
+        self.limit, self._steps = limit, steps
+        self.is_stale = steps is limit.stale
         self.segments: list[_Segment] = []
 
-    def ink(self, theme: Theme) -> str:
-        return theme.muted if self.is_stale else theme.tint(self.limit.meaning).ink
+    def ink(self) -> str:
+        return current().muted if self.is_stale else current().tint(self.limit.meaning).ink
 
-    def apply_theme(self, theme: Theme, ratio: float) -> None:
-        line = pen(self.ink(theme), theme.line_px * ratio, is_dashed=True)
+    def apply_theme(self, ratio: float) -> None:
+        line = pen(self.ink(), current().line_px * ratio, is_dashed=True)
         if self.is_stale or self.limit.is_draft:
             line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
         line.setCosmetic(True)
@@ -126,10 +124,10 @@ class LimitLine(Lines):
 
     def draw(self, span: Span, pixel_s: float) -> None:
         """Steps through the values of a time span."""
-        limit, changes = self.limit, self.steps.between(span.start_s, span.end_s)
-        is_replaced = not self.is_stale and limit.stale is not None and limit.stale.value is not None
+        limit, changes = self.limit, self._steps.between(*span)
+        is_replaced = limit.stale is not None and (self.is_stale or limit.stale.value is not None)
         is_lost_at_edge = len(changes) > 1 and changes[-1].value is None and changes[-1].time_s > span.end_s - pixel_s
-        if is_lost_at_edge and not self.is_stale and not is_replaced:
+        if is_lost_at_edge and not is_replaced:
             changes.pop()  # it is still named, as at the end of a recording
         segments = []
         for number, change in enumerate(changes):
@@ -145,59 +143,54 @@ class LimitLine(Lines):
             segments.append(_Segment(start_s, end_s, change.value, word, not later))
         if segments != self.segments:
             self.segments = segments
-            x = np.array([(part.start_s, part.end_s) for part in segments], np.float64).ravel()
-            y = np.repeat(np.array([part.value for part in segments], np.float64), 2)
-            self.show_points(Points(x, y, "pairs", []))
+            x = [time_s for part in segments for time_s in (part.start_s, part.end_s)]
+            self.show_lines(x, np.repeat([part.value for part in segments], 2))
 
 
 class LaneView:
     """Made once for a lane; `box` is the rectangle of its view in the scene."""
 
-    def __init__(self, lane: Lane, number: int, scene: QGraphicsScene) -> None:
-        self.lane, self.number = lane, number
+    def __init__(self, lane: Lane, scene: QGraphicsScene) -> None:
+        self.lane = lane
         self.box = QRectF()
         self.scale = lane.scales[0]
         self.gaps: list[Span] = []
-        self.manual: Scale | None = None
+        self._chosen: Scale | None = None
         """The vertical range that a person set."""
         self._least_scale = 0
         self._span = Span(-1.0, 0.0)
         self._range: object = None
+        self._grid: object = None
         self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
         self.view.disableAutoRange()
         self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
-        self.values = pg.AxisItem("left")
-        style_axis(self.values, self.view)
+        self.values = cached_axis("left", self.view)
         self.curve, self.grid = Lines(), Lines()  # the grid of an axis would be a picture as large as the lane
-        self._time_ticks: Sequence[Tick] = ()
-        self._value_ticks: list[Tick] = []
-        self.limits = [LimitLine(limit, limit.steps, is_stale=False) for limit in lane.limits]
-        self.limits += [
-            LimitLine(limit, limit.stale, is_stale=True) for limit in lane.limits if limit.stale is not None
-        ]
+        self.limits = [LimitLine(limit, limit.steps) for limit in lane.limits]
+        self.limits += [LimitLine(limit, limit.stale) for limit in lane.limits if limit.stale is not None]
         self._lines = (self.grid, self.curve, *self.limits)
         for line in self._lines:
             self.view.addItem(line, ignoreBounds=True)
         for item in (self.view, self.values):
             scene.addItem(item)
 
-    def apply_theme(self, theme: Theme, ratio: float) -> None:
-        """`ratio`: device pixels per logical pixel, since cosmetic pens are in the former."""
+    def apply_theme(self, ink: str, ratio: float) -> None:
+        """`ink`: of the curve; `ratio`: device pixels per logical pixel, since cosmetic pens are in the former."""
+        theme = current()
         self.values.setTickFont(font(Size.SMALL))
         self.values.setTextPen(QColor(theme.muted))
         self.values.setPen(None)
         # Black hairlines would hide the curve.
         self.grid.pen = pg.mkPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
-        self.ink = theme.curves[self.number % len(theme.curves)]
-        self.curve.pen = pg.mkPen(self.ink)
+        self.ink = ink
+        self.curve.pen = pg.mkPen(ink)
         self.curve.line_px = theme.line_px + 1
         for line in self.limits:
-            line.apply_theme(theme, ratio)
-        self._range = None
+            line.apply_theme(ratio)
 
-    def place(self, box: QRectF) -> None:
+    def place(self, box: QRectF, title_top: float) -> None:
         """Puts the lane at `box`, with the labels of its values at the left."""
-        self.box = box
+        self.box, self.title_top = box, title_top
         whole = box.adjusted(0, -_EDGE_PX, _EDGE_PX, _EDGE_PX)
         self.values.setWidth(box.left())
         self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
@@ -208,84 +201,71 @@ class LaneView:
         for item in (self.view, self.values):
             item.setVisible(is_visible)
 
-    def fit_scale(self, *, is_manual_too: bool = False) -> None:
+    def fit(self, *, is_chosen_too: bool = False) -> None:
         """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
         self._least_scale = 0
-        if is_manual_too:
-            self.manual = None
+        if is_chosen_too:
+            self._chosen = None
 
-    def zoom_values(self, factor: float) -> None:
+    def zoom(self, factor: float) -> None:
         """Shows `factor` times as much of the values, around the middle of those in sight."""
         middle, half = (self.scale.low + self.scale.high) / 2, (self.scale.high - self.scale.low) / 2 * factor
         whole = self.lane.scales[-1]
         half = min(max(half, (whole.high - whole.low) / 1000), whole.high - whole.low)
-        self.manual = Scale(middle - half, middle + half, 0.0)
+        self._chosen = Scale(middle - half, middle + half, 0.0)
 
-    def draw(self, span: Span) -> None:
-        """Draws curve and limits of a time span, and grows the scale where it must."""
+    def draw(self, span: Span, ticks: Sequence[Tick]) -> None:
+        """Draws curve and limits of a time span, grows the scale where it must, and lines at these times."""
         lane, self._span = self.lane, span
-        buckets = min(_MAX_BUCKETS, max(50, int(self.box.width())))
-        envelope = lane.series.decimated(span.start_s, span.end_s, buckets)
+        envelope = lane.series.decimated(*span, min(_MAX_BUCKETS, max(50, int(self.box.width()))))
         curve = points(envelope, origin_s=span.end_s, gap_s=lane.gap_s)
-        newest = lane.series.last
-        if newest is not None and newest.time_s < span.end_s - lane.gap_s:
-            curve.gaps.append(Span(newest.time_s, span.end_s))
-        self.gaps = curve.gaps
         self.curve.show_points(curve)
-        pixel_s = span.length_s / max(1.0, self.box.width())
+        self.gaps, newest = curve.gaps, lane.series.last
+        if newest is not None and newest.time_s < span.end_s - lane.gap_s:
+            self.gaps.append(Span(newest.time_s, span.end_s))
         for line in self.limits:
-            line.draw(span, pixel_s)
-        self._set_range(envelope)
-
-    def _set_range(self, envelope: Envelope) -> None:
+            line.draw(span, span.length_s / max(1.0, self.box.width()))
         seen = [segment.value for line in self.limits for segment in line.segments]
         if len(envelope.low):
             seen += [float(envelope.low.min()), float(envelope.high.max())]
-        scales = self.lane.scales
-        lowest, highest = min(seen, default=scales[0].low), max(seen, default=scales[0].high)
-        fitting = fitting_scale(scales[self._least_scale :], lowest, highest)
-        self._least_scale = scales.index(fitting)
-        self.scale = self.manual or fitting
-        shown = self.scale, self._span.length_s
-        if shown == self._range:
-            return
-        self._range = shown
-        second_px = self.box.width() / self._span.length_s
-        low, high, _step = self.scale
-        edge = _EDGE_PX * (high - low) / max(1.0, self.box.height())
-        across, up = (-self._span.length_s, _EDGE_PX / second_px), (low - edge, high + edge)
-        self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)
+        seen = seen or list(lane.scales[0][:2])
+        fitting = fitting_scale(lane.scales[self._least_scale :], min(seen), max(seen))
+        self._least_scale = lane.scales.index(fitting)
+        self.scale = self._chosen or fitting
+        if (self.scale, span.length_s) != self._range:
+            self._range, self._grid = (self.scale, span.length_s), None
+            self._set_range()
+        if ticks != self._grid:
+            self._grid = ticks
+            across = [place for value, _ in self._value_ticks for place in ((-span.length_s, value), (0.0, value))]
+            down = [(time_s, end) for time_s, _ in ticks for end in self.scale[:2]]
+            self.grid.show_lines(*np.array(across + down, np.float64).reshape(-1, 2).T)
+
+    def _set_range(self) -> None:
+        length_s, (low, high, _) = self._span.length_s, self.scale
+        across = _EDGE_PX * length_s / max(1.0, self.box.width())
+        up = _EDGE_PX * (high - low) / max(1.0, self.box.height())
+        self.view.setRange(
+            xRange=(-length_s, across), yRange=(low - up, high + up), padding=0.0, disableAutoRange=False
+        )
         for line in self._lines:
             line.prepareGeometryChange()
             line.bounds = self.view.viewRect()
         self._value_ticks = self._ticks_of_values()
         self.values.setTicks([self._value_ticks])
-        self._draw_grid()
 
-    def _ticks_of_values(self) -> list[tuple[float, str]]:
+    def _ticks_of_values(self) -> list[Tick]:
         """Ticks at the steps of the scale; where there is no room, only the ends are labelled."""
         low, high, step = self.scale
         if not step:  # set by a person
             step, values = self.values.tickValues(low, high, max(1.0, self.box.height()))[0]
         else:
             values = [low + n * step for n in range(round((high - low) / step) + 1)]
-        line_px = QFontMetricsF(font(Size.SMALL)).height()
+        line_px, last = QFontMetricsF(font(Size.SMALL)).height(), len(values) - 1
         decimals = 0 if float(step).is_integer() else max(1, math.ceil(-math.log10(step)))
-        last = len(values) - 1
         has_room, has_both = self.box.height() >= line_px * last, self.box.height() >= line_px
         labelled = range(last + 1) if has_room else (0, last) if has_both else (last,)
         return [(value, value_text(value, decimals) if n in labelled else "") for n, value in enumerate(values)]
-
-    def set_ticks(self, ticks: Sequence[Tick]) -> None:
-        """Vertical lines at these times."""
-        self._time_ticks = ticks
-        self._draw_grid()
-
-    def _draw_grid(self) -> None:
-        across = [place for value, _ in self._value_ticks for place in ((-self._span.length_s, value), (0.0, value))]
-        down = [(time_s, end) for time_s, _ in self._time_ticks for end in self.scale[:2]]
-        places = np.array(across + down, np.float64).reshape(-1, 2)
-        self.grid.show_points(Points(places[:, 0], places[:, 1], "pairs", []))
 
     def x(self, time_s: float) -> float:
         """The place of a time in the scene."""
@@ -302,45 +282,40 @@ class LaneView:
     def words_key(self) -> object:
         """What the words depend on, beside the cursor; places are relative to the end of the span."""
         gaps = [(gap.start_s - self._span.end_s, gap.end_s - self._span.end_s) for gap in self.gaps]
-        parts = [part if part.word else part[2:] for line in self.limits for part in line.segments]
-        return self.scale, gaps, parts
+        return self.scale, gaps, [part if part.word else part[2:] for line in self.limits for part in line.segments]
 
-    def name_limits(self, overlay: Overlay, theme: Theme) -> None:
+    def name_limits(self, overlay: Overlay) -> None:
         """Names the current limits beside the lane, apart from each other."""
         named = [
             (self.y(part.value), Tag(tr(line.limit.label, value=value_text(part.value, line.limit.decimals)),
-                                     line.ink(theme), is_bold=True))
+                                     line.ink(), is_bold=True))
             for line in self.limits for part in line.segments if part.is_current
         ]  # fmt: skip
-        if not named:
-            return
-        height = overlay.size(named[0][1]).height()
+        height = QFontMetricsF(font(Size.SMALL, is_bold=True)).height()
         middles = apart([y for y, _ in named], height, self.box.top(), self.box.bottom())
         for middle, (_, tag) in zip(middles, named, strict=True):
             overlay.put(tag, QPointF(self.box.right() + 6, middle - height / 2), is_above=True)
 
-    def name_past(self, overlay: Overlay, theme: Theme) -> None:
+    def name_past(self, overlay: Overlay) -> None:
         """Names past and stale limits at their ends and writes "no data" into gaps, where there is room."""
         for line in self.limits:
             for part in line.segments:
-                tag = Tag(part.word, line.ink(theme), is_bold=True)
+                tag = Tag(part.word, line.ink(), is_bold=True)
                 size, right, y = overlay.size(tag), self.x(part.end_s + self._span.end_s), self.y(part.value)
                 if part.word and right - self.x(part.start_s + self._span.end_s) > size.width() + 8:
                     left = right - 4 - size.width()
                     overlay.put(tag, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
-        word = Tag(tr("no data"), theme.text, ground=theme.surface)
+        word = Tag(tr("no data"), current().text, ground=current().surface)
         size = overlay.size(word)
         for gap in self.gaps:
             left, right = max(self.box.left(), self.x(gap.start_s)), min(self.box.right(), self.x(gap.end_s))
             if right - left > size.width():
                 x = (left + right - size.width()) / 2
-                parts = (self.box.top() + part * self.box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
-                overlay.put(word, *(QPointF(x, y) for y in parts))
+                tops = (self.box.top() + part * self.box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
+                overlay.put(word, *(QPointF(x, top) for top in tops))
 
-    def limit_labels_px(self, overlay: Overlay) -> float:
+    def limit_labels_px(self) -> float:
         """Width of the widest label of a limit."""
-        labels = (Tag(tr(limit.label, value="000"), "", is_bold=True) for limit in self.lane.limits)
-        return max((overlay.size(label).width() for label in labels), default=0.0)
-
-    def title(self) -> Tag:
-        return Tag(tr(self.lane.title), self.ink, is_bold=True, unit=self.lane.unit)
+        metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
+        labels = (tr(limit.label, value="000") for limit in self.lane.limits)
+        return max((metrics.horizontalAdvance(label) for label in labels), default=0.0)

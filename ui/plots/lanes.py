@@ -1,12 +1,13 @@
 """What the plots show: lanes with their scales and limits, marks, and time spans. Times are monotonic seconds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from app.limits.out_of_limits import Outside
 from app.samples.ring_buffers import Readable
 from app.samples.step_function import StepFunction
+from app.text.i18n import tr
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -80,18 +81,6 @@ Tick = tuple[float, str]
 """A time before the end of the span, and its label."""
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """What one draw shows beside the lanes' data; a cursor is at a time, with the readings of all lanes there."""
-
-    span: Span
-    ticks: Sequence[Tick]
-    marks: Sequence[Mark]
-    cursor_s: float | None
-    cursor_time: str
-    readings: Sequence[str]
-
-
 def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:
     """The first scale that covers both values, else the last."""
     return next((scale for scale in scales if scale.low <= low and high <= scale.high), scales[-1])
@@ -100,3 +89,15 @@ def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:
 def value_text(value: float, decimals: int) -> str:
     """A value with a typographic minus sign."""
     return f"{value:.{decimals}f}".replace("-", "−")
+
+
+def reading(lane: Lane, at_s: float, span: Span) -> str:
+    """The value at a time with its unit, a range where only that was kept, or "no data"."""
+    near = lane.series.around(at_s, within_s=min(lane.gap_s, max(0.002, span.length_s / 50)))
+    if near is None:
+        return tr("no data")
+    low, high = value_text(near.low, lane.decimals), value_text(near.high, lane.decimals)
+    gap = "" if lane.unit == "°" else " "
+    text = f"{low}{gap}{lane.unit}" if low == high else f"{low} … {high}{gap}{lane.unit}"
+    outside = None if lane.outside is None else lane.outside(near.low, at_s) or lane.outside(near.high, at_s)
+    return text if outside is None else outside.beside(text)

@@ -16,21 +16,18 @@ ICON_PX: Final = 14
 _ICON_GAP_PX: Final = 3
 _PAD_PX: Final = 6
 """Beside a word on a ground."""
-_UNIT_GAP_PX: Final = 6
 _DOT_PX: Final = 4
 _LEFT: Final = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
-_RIGHT: Final = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextDontClip)
 
 
 class Tag(NamedTuple):
-    """A word with its colours as #rrggbb; over curves it has a `ground`. `unit` follows it in a lighter colour."""
+    """A word with its colours as #rrggbb; over curves it has a `ground`."""
 
     text: str
     ink: str
     is_bold: bool = False
     icon: Icon | None = None
     ground: str = ""
-    unit: str = ""
 
 
 class Overlay(QGraphicsItem):
@@ -67,8 +64,6 @@ class Overlay(QGraphicsItem):
         if tag not in self._sizes:
             metrics = QFontMetricsF(font(Size.SMALL, is_bold=tag.is_bold))
             width, height = metrics.horizontalAdvance(tag.text), metrics.height()
-            if tag.unit:
-                width += _UNIT_GAP_PX + QFontMetricsF(font(Size.SMALL)).horizontalAdvance(tag.unit)
             if tag.ground:
                 width, height = width + 2 * _PAD_PX, height + 4
             if tag.icon is not None:
@@ -116,10 +111,6 @@ class Overlay(QGraphicsItem):
                 top = room.top() + (room.height() - ICON_PX) / 2
                 icons.draw(painter, tag.icon, QRectF(room.left(), top, ICON_PX, ICON_PX), tag.ink)
                 room.setLeft(room.left() + ICON_PX + _ICON_GAP_PX)
-            if tag.unit:
-                painter.setFont(fonts[False])
-                painter.setPen(QColor(theme.muted))
-                painter.drawText(room, _RIGHT, tag.unit)
             painter.setFont(fonts[tag.is_bold])
             painter.setPen(QColor(tag.ink))
             painter.drawText(room, _LEFT, tag.text)

@@ -148,7 +148,7 @@ def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> Non
     bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
     bench.plot.draw(NOW_S + 90)  # the peak is out of sight
     assert bench.lane.scale[:2] == (0, 180)
-    bench.plot.choose_window(10)
+    bench.plot.sight.choose_length(10)
     assert bench.lane.scale[:2] == (0, 90)
 
 
@@ -172,7 +172,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         plot.resize(600, height)
         QApplication.processEvents()
         seen[height] = [lane.lane.title for lane in view.lanes]
-        plot.point_at(plot.span.start_s + 1)
+        plot.sight.point_at(plot.sight.span.start_s + 1)
         assert all(f"{title} no data" in plot.reading for title in weights)
         text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
         assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px

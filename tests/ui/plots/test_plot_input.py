@@ -1,13 +1,16 @@
 """The time plots: mouse, keyboard, menu and cursor."""
 
+from unittest.mock import Mock
+
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QContextMenuEvent, QGuiApplication
+from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QPainter
+from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
-from ui.plots.lanes import Frame, Mark, Span
+from ui.plots.lanes import Mark, Span
 from ui.style import appearance
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
@@ -31,19 +34,19 @@ def test_the_wheel_zooms_with_ctrl_after_a_click_and_where_nothing_scrolls(bench
     bench.area.resize(830, 300)  # the page can scroll
     QApplication.processEvents()
     assert not bench.wheel(0.5, 1)
-    assert bench.plot.is_live
+    assert bench.plot.sight.is_live
     assert bench.wheel(0.5, 1, CONTROL)
-    assert bench.plot.span.length_s == pytest.approx(48)
-    bench.plot.back_to_live()
+    assert bench.plot.sight.span.length_s == pytest.approx(48)
+    bench.plot.sight.back_to_live()
     qtbot.mouseClick(bench.view.viewport(), LEFT, pos=bench.at(0.5))
     assert bench.wheel(0.25, -1)
-    assert bench.plot.span.length_s == pytest.approx(75)
-    bench.plot.back_to_live()
+    assert bench.plot.sight.span.length_s == pytest.approx(75)
+    bench.plot.sight.back_to_live()
     bench.other.setFocus()
     bench.area.resize(830, 600)
     QApplication.processEvents()
     assert bench.wheel(0.5, 1)
-    assert bench.plot.span.length_s == pytest.approx(48)
+    assert bench.plot.sight.span.length_s == pytest.approx(48)
 
 
 def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, qtbot: QtBot) -> None:
@@ -51,28 +54,22 @@ def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, 
     qtbot.mousePress(viewport, LEFT, pos=bench.at(0.2))
     qtbot.mouseMove(viewport, bench.at(0.7))
     qtbot.mouseRelease(viewport, LEFT, pos=bench.at(0.7))
-    moved = bench.plot.span
+    moved = bench.plot.sight.span
     assert moved.end_s == pytest.approx(NOW_S - 30, abs=1)
     bench.plot.draw(NOW_S + 3)
-    assert bench.plot.span == moved
+    assert bench.plot.sight.span == moved
     qtbot.mouseDClick(viewport, LEFT, pos=bench.at(0.5))
-    assert bench.plot.is_live
+    assert bench.plot.sight.is_live
 
 
 def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    frames: list[Frame] = []
-    draw = bench.view.draw
+    draws = Mock(side_effect=bench.lane.draw)
     qtbot.mousePress(bench.view.viewport(), LEFT, pos=bench.at(0.5))
-
-    def count(frame: Frame) -> None:
-        frames.append(frame)
-        draw(frame)
-
-    monkeypatch.setattr(bench.view, "draw", count)
+    monkeypatch.setattr(bench.lane, "draw", draws)
     qtbot.mouseMove(bench.view.viewport(), bench.at(0.7))
-    assert len(frames) == 1
-    assert bench.plot.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
-    assert bench.plot.cursor_s == pytest.approx(bench.plot.span.start_s + 0.7 * 60, abs=0.3)
+    draws.assert_called_once()
+    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
+    assert bench.plot.sight.cursor_s == pytest.approx(bench.plot.sight.span.start_s + 0.7 * 60, abs=0.3)
 
 
 def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: Bench, qtbot: QtBot) -> None:
@@ -83,7 +80,7 @@ def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: 
     qtbot.mouseRelease(viewport, LEFT, pos=place - QPoint(0, 40))
     low, high = bench.lane.scale[:2]
     assert 0 < low < 45 < high < 90
-    assert bench.plot.is_live
+    assert bench.plot.sight.is_live
     assert bench.view.lanes[1].scale[:2] == (0, 2)
     bench.plot.draw(NOW_S + 5)
     assert bench.lane.scale[:2] == (low, high)
@@ -95,16 +92,16 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     view, shift = bench.view, Qt.KeyboardModifier.ShiftModifier
     view.setFocus()
     qtbot.keyClick(view, Qt.Key.Key_Space)
-    assert not bench.plot.is_live
+    assert not bench.plot.sight.is_live
     qtbot.keyClick(view, Qt.Key.Key_End)
-    assert bench.plot.is_live
+    assert bench.plot.sight.is_live
     qtbot.keyClick(view, Qt.Key.Key_Left)
-    assert bench.plot.span.end_s == pytest.approx(NOW_S - 6)
+    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S - 6, abs=0.1)
     qtbot.keyClick(view, Qt.Key.Key_Right)
     qtbot.keyClick(view, Qt.Key.Key_Plus)
-    assert bench.plot.span.length_s == pytest.approx(48)
+    assert bench.plot.sight.span.length_s == pytest.approx(48)
     qtbot.keyClick(view, Qt.Key.Key_Minus)
-    assert bench.plot.span.length_s == pytest.approx(60)
+    assert bench.plot.sight.span.length_s == pytest.approx(60)
     qtbot.keyClick(view, Qt.Key.Key_Left, shift)
     assert "Tilt 12°" in bench.plot.reading
     assert view.accessibleDescription() == bench.plot.reading
@@ -137,11 +134,28 @@ def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
     assert bench.button("time-plot-clock").isChecked()
 
 
-def test_the_drawing_is_svg_with_its_words(bench: Bench) -> None:
-    svg = bench.plot.svg().decode()
-    assert svg.startswith("<?xml")
-    assert "60° fires" in svg
-    assert "polyline" in svg or "path" in svg
+def test_the_drawing_is_the_picture_as_svg(bench: Bench) -> None:
+    svg = bench.plot.svg()
+    assert "60° fires" in svg.decode()
+    picture = bench.plot.picture().toImage()
+    drawing = QImage(picture.size(), QImage.Format.Format_RGB32)
+    drawing.fill(QColor(LIGHT.window))
+    painter = QPainter(drawing)
+    QSvgRenderer(svg).render(painter)
+    painter.end()
+
+    def inked_rows(image: QImage) -> list[int]:
+        """Those of the labels of the values."""
+        columns, rows = range(round(bench.lane.box.left()) - 2), range(round(bench.lane.box.bottom()))
+        return [y for y in rows if any(image.pixelColor(x, y).lightness() < 150 for x in columns)]
+
+    at = bench.at(0.5).x(), round(bench.lane.y(12))
+    assert drawing.pixelColor(2, 2).name().upper() == LIGHT.surface
+    assert drawing.pixelColor(*at).hue() == picture.pixelColor(*at).hue() == QColor(LIGHT.curves[0]).hue()
+    drawn, seen = inked_rows(drawing), inked_rows(picture)
+    assert seen
+    assert all(any(abs(row - other) <= 1 for other in seen) for row in drawn)
+    assert all(any(abs(row - other) <= 1 for other in drawn) for row in seen)
 
 
 # The cursor
@@ -161,20 +175,20 @@ def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
     bench.plot.draw(NOW_S + 10)
     assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
     assert " · triggered, Tilt 12°" in bench.plot.reading
-    bench.view.cursor_wanted.emit(None)
+    bench.plot.sight.point(None)
     assert bench.plot.reading == ""
     assert not bench.view.overlay.dots
 
 
 def test_the_cursor_of_a_recording_stays_where_the_pointer_left(recorded: Bench) -> None:
-    recorded.view.cursor_wanted.emit(0.5)
-    recorded.view.cursor_wanted.emit(None)
-    assert recorded.plot.cursor_s == pytest.approx(NOW_S - 150)
+    recorded.plot.sight.point(0.5)
+    recorded.plot.sight.point(None)
+    assert recorded.plot.sight.cursor_s == pytest.approx(NOW_S - 150)
 
 
 def test_the_cursor_does_not_invent_what_was_not_measured(bench: Bench) -> None:
     bench.tilt.append([NOW_S + 20, NOW_S + 21], [5, 5])
     bench.plot.draw(NOW_S + 21)
-    bench.plot.point_at(NOW_S + 11)
+    bench.plot.sight.point_at(NOW_S + 11)
     assert bench.plot.reading.endswith("Tilt no data, Acceleration no data")
     assert not bench.view.overlay.dots

@@ -1,7 +1,6 @@
 """The time plots: what is in sight, curves and ticks."""
 
 import math
-from collections.abc import Callable
 from itertools import pairwise
 from unittest.mock import Mock
 
@@ -14,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from app.samples.ring_buffers import Envelope
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
-from ui.plots.axis import before_now, clock_text, clock_times
+from ui.plots.axis import clock_text, times
 from ui.plots.lane_view import points
 from ui.plots.lanes import Scale, Span, fitting_scale
 from ui.style import appearance
@@ -33,14 +32,18 @@ def recorded(qapp: QApplication, qtbot: QtBot) -> Bench:
     return Bench(qtbot, seconds=300, bounds=Span(NOW_S - 300, NOW_S))
 
 
+PIXEL_S = 0.1
+"""A live span ends at a whole pixel, at most so much later than the newest samples."""
+
+
 # The span in sight
 
 
 def test_a_live_plot_follows(bench: Bench) -> None:
-    assert bench.plot.is_live
+    assert bench.plot.sight.is_live
     assert bench.state == "live"
     bench.plot.draw(NOW_S + 5)
-    assert bench.plot.span == Span(NOW_S - 55, NOW_S + 5)
+    assert bench.plot.sight.span == pytest.approx((NOW_S - 55, NOW_S + 5), abs=PIXEL_S)
     assert bench.lane.view.viewRange()[0] == pytest.approx([-60, 0], abs=0.3)
 
 
@@ -50,12 +53,12 @@ def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: Qt
     bench.tilt.append(NOW_S + 12, 99)
     bench.plot.draw(NOW_S + 12)
     assert bench.state == "paused, 12 s behind"
-    assert bench.plot.span.end_s == NOW_S
+    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S, abs=PIXEL_S)
     assert bench.lane.scale[:2] == (0, 90)
     assert (pause.text(), pause.accessibleName()) == ("Live", "Live")
     qtbot.mouseClick(pause, LEFT)
     assert (bench.state, pause.text()) == ("live", "Pause")
-    assert bench.plot.span.end_s == NOW_S + 12
+    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S + 12, abs=PIXEL_S)
     assert bench.lane.scale[:2] == (0, 180)
 
 
@@ -64,9 +67,9 @@ def test_the_length_of_the_time_line_is_chosen(bench: Bench, qtbot: QtBot, windo
     button = bench.button(f"time-plot-window-{window_s}")
     assert button.text() == word
     qtbot.mouseClick(button, LEFT)
-    assert bench.plot.span.length_s == window_s
+    assert bench.plot.sight.span.length_s == window_s
     assert button.isChecked()
-    assert bench.plot.is_live
+    assert bench.plot.sight.is_live
 
 
 def test_a_button_is_pressed_only_while_its_length_is_in_sight(bench: Bench) -> None:
@@ -76,59 +79,59 @@ def test_a_button_is_pressed_only_while_its_length_is_in_sight(bench: Bench) -> 
     assert pressed() == [60]
     bench.wheel(0.5, 1, CONTROL)
     assert pressed() == []
-    bench.plot.choose_window(10)
-    assert (pressed(), bench.plot.is_live) == ([10], False)
-    bench.plot.back_to_live()
+    bench.plot.sight.choose_length(10)
+    assert (pressed(), bench.plot.sight.is_live) == ([10], False)
+    bench.plot.sight.back_to_live()
     assert pressed() == [10]
 
 
 def test_zooming_keeps_the_place_and_its_bounds(bench: Bench) -> None:
     plot = bench.plot
     bench.wheel(0.25, 1, CONTROL)
-    assert plot.span.length_s == pytest.approx(48)
-    assert plot.span.start_s + 0.25 * 48 == pytest.approx(NOW_S - 45, abs=0.2)
+    assert plot.sight.span.length_s == pytest.approx(48)
+    assert plot.sight.span.start_s + 0.25 * 48 == pytest.approx(NOW_S - 45, abs=0.2)
     for _ in range(50):
         bench.wheel(0.25, 1, CONTROL)
-    assert 0.02 < plot.span.length_s < 0.04
+    assert 0.02 < plot.sight.span.length_s < 0.04
     for _ in range(100):
         bench.wheel(0.25, -1, CONTROL)
-    assert plot.span.end_s <= NOW_S
-    assert plot.span.length_s == pytest.approx(36000)
+    assert plot.sight.span.end_s <= NOW_S + PIXEL_S
+    assert plot.sight.span.length_s == pytest.approx(36000)
 
 
 def test_panning_never_goes_beyond_now(bench: Bench, qtbot: QtBot) -> None:
-    bench.view.pan(-0.5)
-    assert bench.plot.span == Span(NOW_S - 90, NOW_S - 30)
-    bench.view.pan(9)
-    assert bench.plot.span == Span(NOW_S - 60, NOW_S)
-    assert not bench.plot.is_live
+    bench.plot.sight.pan(-0.5)
+    assert bench.plot.sight.span == pytest.approx((NOW_S - 90, NOW_S - 30), abs=PIXEL_S)
+    bench.plot.sight.pan(9)
+    assert bench.plot.sight.span == pytest.approx((NOW_S - 60, NOW_S), abs=PIXEL_S)
+    assert not bench.plot.sight.is_live
 
 
 def test_a_recording_is_shown_whole_and_bounds_the_view(recorded: Bench) -> None:
     plot, first_s = recorded.plot, NOW_S - 300
-    assert plot.span == Span(first_s, NOW_S)
-    assert (plot.is_live, plot.is_recorded, plot.is_whole) == (False, True, True)
-    plot.choose_window(60)
-    assert plot.span == Span(first_s + 120, first_s + 180)  # around its middle
-    assert not plot.is_whole
-    recorded.view.pan(-99)
-    assert plot.span == Span(first_s, first_s + 60)
-    plot.show_instant(first_s + 100)
-    assert plot.span == Span(first_s + 70, first_s + 130)
-    assert plot.cursor_s == pytest.approx(first_s + 100)
+    assert plot.sight.span == Span(first_s, NOW_S)
+    assert (plot.sight.is_live, plot.sight.is_recorded, plot.sight.is_whole) == (False, True, True)
+    plot.sight.choose_length(60)
+    assert plot.sight.span == Span(first_s + 120, first_s + 180)  # around its middle
+    assert not plot.sight.is_whole
+    recorded.plot.sight.pan(-99)
+    assert plot.sight.span == Span(first_s, first_s + 60)
+    plot.sight.show_instant(first_s + 100)
+    assert plot.sight.span == Span(first_s + 70, first_s + 130)
+    assert plot.sight.cursor_s == pytest.approx(first_s + 100)
     for _ in range(20):
         recorded.wheel(0.5, -1, CONTROL)
-    assert plot.is_whole
+    assert plot.sight.is_whole
     recorded.wheel(0.5, 3, CONTROL)
-    plot.back_to_live()
-    assert plot.span == Span(first_s, NOW_S)
+    plot.sight.back_to_live()
+    assert plot.sight.span == Span(first_s, NOW_S)
 
 
 def test_a_recording_of_a_single_report_has_a_view(qapp: QApplication, qtbot: QtBot) -> None:
     bench = Bench(qtbot, bounds=Span(NOW_S, NOW_S))
-    assert bench.plot.span.start_s < NOW_S < bench.plot.span.end_s
-    bench.plot.choose_window(600)
-    assert bench.plot.is_whole
+    assert bench.plot.sight.span.start_s < NOW_S < bench.plot.sight.span.end_s
+    bench.plot.sight.choose_length(600)
+    assert bench.plot.sight.is_whole
 
 
 # What is drawn
@@ -164,7 +167,7 @@ def test_curves_are_wider_than_a_hairline_in_the_colours_of_the_theme(
 
 def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
     """Draws less than a pixel apart show the same span, and the next one is a pixel further on."""
-    pixel_s = bench.plot.pixel_s
+    pixel_s = bench.plot.sight.pixel_s
     aligned_s = math.floor(NOW_S / pixel_s + 1) * pixel_s
 
     def newest_x(pixels: float) -> float:
@@ -186,7 +189,7 @@ def test_following_leaves_range_ticks_and_steady_limits_alone(bench: Bench, monk
         for item in (bench.view.times, lane.values):
             monkeypatch.setattr(item, "setTicks", calls)
         for item in (lane.grid, *lane.limits):
-            monkeypatch.setattr(item, "show_points", calls)
+            monkeypatch.setattr(item, "show_lines", calls)
     for second in range(10):
         bench.tilt.append(NOW_S + second, 12)
         bench.plot.draw(NOW_S + second)
@@ -203,7 +206,7 @@ def test_hidden_plots_draw_nothing(bench: Bench, qtbot: QtBot) -> None:
 
 
 def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
-    bench.plot.toggle_pause()
+    bench.plot.sight.toggle_pause()
     bench.plot.draw(NOW_S + 12)
     chip = find(bench.plot, StateChip, "time-plot-state")
     assert bench.state == "paused, 12 s behind"
@@ -222,9 +225,9 @@ def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
 
 def test_an_empty_plot_draws(qapp: QApplication, qtbot: QtBot) -> None:
     empty = Bench(qtbot, seconds=0)
-    assert empty.plot.is_live
+    assert empty.plot.sight.is_live
     assert len(empty.lane.curve.points.x) == 0
-    empty.view.cursor_wanted.emit(0.5)
+    empty.plot.sight.point(0.5)
     assert empty.plot.reading.endswith("Tilt no data, Acceleration no data")
 
 
@@ -259,15 +262,15 @@ def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
 
 
 def test_ticks_before_now_are_counted_from_the_end() -> None:
-    ticks = before_now(60, most=7)
-    assert [label for _, label in ticks] == ["now", *(f"−{n} s" for n in range(10, 70, 10))]
-    assert [time_s for time_s, _ in ticks] == [-n for n in range(0, 70, 10)]
-    assert before_now(600, most=6)[1][1] == "−2 min"
-    assert before_now(0.1, most=6)[1][1] == "−0.02 s"
+    ticks = times(60, 7)
+    assert [label for _, label in ticks] == [*(f"−{n} s" for n in range(60, 0, -10)), "now"]
+    assert [time_s for time_s, _ in ticks] == list(range(-60, 10, 10))
+    assert times(600, 6)[-2][1] == "−2 min"
+    assert times(0.1, 6)[-2][1] == "−0.02 s"
 
 
 def test_ticks_of_the_clock_are_at_round_times() -> None:
-    ticks = clock_times(Span(0.4, 60.4), most=7, wall_offset_s=1_700_000_000.25)
+    ticks = times(60, 7, 1_700_000_060.65)
     assert len(ticks) == 6
     assert all(((time_s + 60.4 + 1_700_000_000.25) % 10) == pytest.approx(0, abs=1e-6) for time_s, _ in ticks)
     assert all(label.endswith("0") and len(label) == 8 for _, label in ticks)
@@ -276,9 +279,9 @@ def test_ticks_of_the_clock_are_at_round_times() -> None:
 
 
 @pytest.mark.parametrize("width_px", range(400, 800, 50))
-@pytest.mark.parametrize("make", [before_now, clock_times])
-def test_the_times_below_the_plots_never_touch(bench: Bench, width_px: int, make: Callable[..., object]) -> None:
-    bench.plot.show_clock_time(make is clock_times)
+@pytest.mark.parametrize("is_clock", [False, True])
+def test_the_times_below_the_plots_never_touch(bench: Bench, width_px: int, is_clock: bool) -> None:
+    bench.button("time-plot-clock").setChecked(is_clock)
     bench.window.resize(width_px, 520)
     QApplication.processEvents()
     metrics = QFontMetricsF(font(Size.SMALL))
@@ -294,10 +297,9 @@ def test_the_times_below_the_plots_never_touch(bench: Bench, width_px: int, make
 
 
 def test_the_cursor_time_covers_no_tick_label_partly(bench: Bench) -> None:
-    bench.plot.point_at(NOW_S - 31)
+    bench.plot.sight.point_at(NOW_S - 31)
     mask = bench.view.overlay.cover
     time = next(room for text, room in bench.words.items() if text.startswith("−3"))
-    labels = bench.view.tick_labels()
-    touched = [room for room, _ in labels if room.intersects(time)]
+    touched = [room for room, _ in bench.view._labels if room.intersects(time)]
     assert touched
     assert all(mask.contains(room) for room in touched)

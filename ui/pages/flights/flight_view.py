@@ -128,8 +128,8 @@ class FlightView(QWidget):
         self.plot = plot
         moment_s = _moment(self._outcome)
         if moment_s is not None and end_s > _WINDOW_S:
-            plot.choose_window(_WINDOW_S)
-            plot.show_instant(moment_s)
+            plot.sight.choose_length(_WINDOW_S)
+            plot.sight.show_instant(moment_s)
         plot.draw(end_s)
 
     def _fail(self, error: Exception) -> None:
@@ -151,7 +151,7 @@ class FlightView(QWidget):
     def _save_values(self, log: FlightLog) -> None:
         if self.plot is None:
             return
-        span = self.plot.span
+        span = self.plot.sight.span
         save = partial(self._save, parts=values_csv(log, span))
         self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"), save)
 

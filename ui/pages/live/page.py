@@ -137,7 +137,7 @@ class LivePage(StreamPage):
         self._process_waiting()
         if not self.is_empty:
             self.plot.draw(self._connector.clock())
-            self._connector.set_drawing_interval(self.plot.pixel_s)
+            self._connector.set_drawing_interval(self.plot.sight.pixel_s)
 
     def show_recording(self, recording: Recording) -> None:
         """Shows `recording` in place of the module, which stays connected."""
@@ -239,9 +239,9 @@ class LivePage(StreamPage):
             self.fired.bind(self.recording, wall_offset_s=self.recording.wall_offset_s)
 
     def _show_instant(self, at_s: float) -> None:
-        if self.plot.span.length_s > _CLOSE_UP_S:
-            self.plot.choose_window(_CLOSE_UP_S)
-        self.plot.show_instant(at_s)
+        if self.plot.sight.span.length_s > _CLOSE_UP_S:
+            self.plot.sight.choose_length(_CLOSE_UP_S)
+        self.plot.sight.show_instant(at_s)
 
     def _leave_deleted(self, paths: object) -> None:
         if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:
@@ -259,7 +259,7 @@ class LivePage(StreamPage):
     def _excerpt(self) -> Excerpt:
         self._process_waiting()
         source = self.data if self.recording is None else self.recording
-        return source.excerpt(*self.plot.span)
+        return source.excerpt(*self.plot.sight.span)
 
     def _origin(self) -> Origin:
         if self.recording is not None:
@@ -285,7 +285,7 @@ class LivePage(StreamPage):
 
     def _pause(self) -> None:
         if not self.is_empty:
-            self.plot.toggle_pause()
+            self.plot.sight.toggle_pause()
 
     def _try_thresholds(self) -> None:
         if not self.is_empty:

@@ -225,8 +225,8 @@ def test_a_click_on_a_row_shows_it_in_the_plots(live: Bench) -> None:
     place = listed.visualItemRect(listed.item(0)).center()
     live.qtbot.mouseClick(listed.viewport(), Qt.MouseButton.LeftButton, pos=place)
     plot = live.page.plot
-    assert not plot.is_live
-    assert plot.cursor_s == pytest.approx(at_s, abs=0.02)
+    assert not plot.sight.is_live
+    assert plot.sight.cursor_s == pytest.approx(at_s, abs=0.02)
 
 
 def test_drafts_are_lines_in_the_plots(live: Bench) -> None:
@@ -276,7 +276,7 @@ def test_by_keyboard(live: Bench) -> None:
     listed.setFocus()
     live.qtbot.keyClick(listed, Qt.Key.Key_Home)
     live.qtbot.keyClick(listed, Qt.Key.Key_Return)
-    assert not live.page.plot.is_live
+    assert not live.page.plot.sight.is_live
 
 
 def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:
