@@ -13,10 +13,9 @@ from itertools import islice
 
 from PySide6.QtWidgets import QApplication
 
-from tests.adversary.campaign import Campaign, Plan, Result, plan_of, plans, run_all, run_one
-from tests.adversary.commands import BY_COMMAND
+from tests.adversary.campaign import Campaign, Desk, Plan, Result, plan_of, plans, run_all
+from tests.adversary.commands import NAMES
 from tests.adversary.faults import DIALECTS, TROUBLES
-from tests.adversary.gestures import WINDOW
 from tests.adversary.judge import Breach
 from tests.adversary.program import temporary_homes
 
@@ -32,7 +31,7 @@ def table_of(campaign: Campaign) -> list[str]:
     hours = campaign.fake_s / 3600
     lines = [
         f"{campaign.runs:,} runs in {minutes} min {seconds:02} s ({hours:.1f} hours of the module's time)",
-        f"{len(DIALECTS)} dialects, {len(TROUBLES)} faults and lies, {len(BY_COMMAND) + len(WINDOW)} commands",
+        f"{len(DIALECTS)} dialects, {len(TROUBLES)} faults and lies, {len(NAMES)} commands",
         "",
         *(f"  {breach.value:<24}{found[breach]:>6}" for breach in Breach),
         "",
@@ -68,8 +67,8 @@ class Progress:
 
 
 def _repeat(plan: Plan) -> int:
-    with temporary_homes() as home:
-        result = run_one(plan, home / "home")
+    with temporary_homes() as home, Desk(home) as desk:
+        result = desk.run(plan)
     print(result.ran.out, result.ran.err, f"exit code {result.ran.code}", sep="\n")
     for finding in result.findings:
         print(f"{finding.breach.value}: {finding.text}")
@@ -88,7 +87,7 @@ def main(argv: list[str] | None = None) -> int:
         return _repeat(args.only)
     with temporary_homes() as home:
         planned = islice(plans(args.runs, args.seed), args.runs)
-        campaign = run_all(planned, home / "home", Progress(args.runs))
+        campaign = run_all(planned, home, Progress(args.runs))
     print("\n".join(table_of(campaign)))
     if campaign.breaches:
         print("\n".join(["", "breaches:", *breaches_of(campaign)]))

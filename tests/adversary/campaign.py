@@ -5,20 +5,23 @@ import shutil
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Self
 from unittest import mock
+
+from PySide6.QtWidgets import QApplication
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import as_text
-from tests.adversary.commands import BY_COMMAND
+from tests.adversary.commands import BY_COMMAND, NAMES, STREAM, WINDOW
 from tests.adversary.faults import DIALECTS, TROUBLES
-from tests.adversary.gestures import WINDOW
-from tests.adversary.judge import SETTLED_S, Breach, Case, Finding, judge_all
-from tests.adversary.program import Ran, Stage, home_variables
-from tests.adversary.window import SETTLED_IN_S, Session, WindowDesk
+from tests.adversary.judge import SETTLED_S, Case, Finding, conduct, judge_all
+from tests.adversary.program import Ran, Stage, caught_errors, home_variables, write_at_once
+from tests.adversary.window import SETTLED_IN_S, Session
+from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.support.line.lies import lying, lying_bench
 from tests.support.line.sim_line import FakeClock
 
@@ -45,13 +48,13 @@ def plan_of(text: str) -> Plan:
     """Parse a plan; raise `ValueError` or `KeyError` if the text is not one."""
     quirks, trouble, command, seed = (part.strip() for part in text.split(" / "))
     plan = Plan(quirks, trouble, command, int(seed))
-    _ = DIALECTS[quirks], TROUBLES[trouble], {**BY_COMMAND, **WINDOW}[command]
+    _ = DIALECTS[quirks], TROUBLES[trouble], NAMES.index(command)
     return plan
 
 
 def plans(runs: int, seed: int) -> Iterator[Plan]:
     """Yield every fault with every command, with changing quirks, up to the count."""
-    quirk_sets, names = list(DIALECTS), [*BY_COMMAND, *WINDOW]
+    quirk_sets, names = list(DIALECTS), NAMES
     pairs = list(product(enumerate(TROUBLES), enumerate(names)))
     random.Random(seed).shuffle(pairs)
     for number in range(runs):
@@ -65,50 +68,67 @@ class Result:
     plan: Plan
     ran: Ran
     findings: Sequence[Finding]
+    sent: Mapping[bytes, int]
+    """Every frame that was not a query, and how often it was sent."""
 
 
-def run_one(plan: Plan, home: Path) -> Result:
-    """Run a plan; the same plan always gives the same run."""
-    if plan.command in WINDOW:
-        return _sit_at_window(plan, home)
-    command, trouble = BY_COMMAND[plan.command], TROUBLES[plan.trouble]
-    clock = FakeClock()
-    bench = lying_bench(_options(plan, command.module), clock)
-    shutil.rmtree(home, ignore_errors=True)
-    home.mkdir(parents=True)
-    stage = Stage(bench, clock, home)
-    if trouble.accident is not None:
-        stage.happens_at(clock() + trouble.accident.at_s, trouble.accident.happen)
-    ran = stage.run(command.argv)
-    stage.wait_until(stage.truth.last_act_at + SETTLED_S)
-    case = Case(
-        ran=ran,
-        truth=stage.truth,
-        acts=command.acts,
-        latency_s=_latency_s(bench),
-        forges=trouble.forges,
-        withholds=trouble.withholds,
-    )
-    return Result(plan, ran, judge_all(case, command.judge))
+class Desk:
+    """Where the runs are made; the window is opened once, and each run hangs another module at its port."""
 
+    def __init__(self, home: Path) -> None:
+        self._home, self._opened = home, ExitStack()
+        self._bench: GestureBench | None = None
 
-def _sit_at_window(plan: Plan, home: Path) -> Result:
-    gestures, trouble = WINDOW[plan.command], TROUBLES[plan.trouble]
-    desk = WindowDesk(_options(plan, {"rate": 20, **gestures.module}))
-    session = Session(desk, _latency_s(desk.bench), forges=trouble.forges)
-    if trouble.accident is not None:
-        session.happens = desk.clock() + SETTLED_IN_S + trouble.accident.at_s, trouble.accident.happen
-    begun_s, error = desk.clock(), None
-    try:
-        with mock.patch.dict("os.environ", home_variables(home)):
-            gestures.make(session)
-    except Exception as caught:  # noqa: BLE001  the window would tell of it
-        error = caught
-    ran = Ran(code=0, out="\n".join(f'"verdict": "{one}"' for one in session.said), took_s=desk.clock() - begun_s)
-    findings = session.end()
-    if error is not None:
-        findings.append(Finding(Breach.MISHAP, repr(error)))
-    return Result(plan, ran, list(dict.fromkeys(findings)))
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._opened.close()
+
+    def run(self, plan: Plan) -> Result:
+        return self._at_window(plan) if plan.command in WINDOW else self._at_terminal(plan)
+
+    def _at_terminal(self, plan: Plan) -> Result:
+        """Run a command; the same plan always gives the same run."""
+        command, trouble = BY_COMMAND[plan.command], TROUBLES[plan.trouble]
+        clock = FakeClock()
+        bench = lying_bench(_options(plan, command.module), clock)
+        home = self._home / "home"
+        shutil.rmtree(home, ignore_errors=True)
+        home.mkdir(parents=True)
+        stage = Stage(bench, clock, home)
+        if trouble.accident is not None:
+            stage.happens_at(clock() + trouble.accident.at_s, trouble.accident.happen)
+        ran = stage.run(command.argv)
+        stage.wait_until(stage.truth.last_act_at + SETTLED_S)
+        case = Case(ran, stage.truth, command.acts, _latency_s(bench), trouble.forges, trouble.withholds)
+        return Result(plan, ran, judge_all(case, command.judge), stage.truth.acts_sent)
+
+    def _at_window(self, plan: Plan) -> Result:
+        gestures, trouble = WINDOW[plan.command], TROUBLES[plan.trouble]
+        if self._bench is None:
+            application = QApplication.instance()
+            assert isinstance(application, QApplication)
+            folder = self._home / "window"
+            folder.mkdir(parents=True)
+            self._opened.enter_context(mock.patch.dict("os.environ", home_variables(folder)))
+            self._bench = self._opened.enter_context(gesture_bench(application, folder))
+            self._opened.enter_context(mock.patch("app.store.write_queue.WriteQueue.submit", write_at_once))
+        bench, began_s = self._bench, self._bench.clock()
+        bench.disconnect()
+        bench.exchange(_options(plan, {"rate": 20, **gestures.module}))
+        session = Session(bench, _latency_s(bench.bench), forges=trouble.forges)
+        if trouble.accident is not None:
+            session.happens = bench.clock() + SETTLED_IN_S + trouble.accident.at_s, trouble.accident.happen
+        with caught_errors() as mishaps:
+            try:
+                gestures.make(session)
+            except Exception as caught:  # noqa: BLE001  the window would tell of it
+                mishaps.append(caught)
+        out = "\n".join(f'"verdict": "{one}"' for one in session.said)
+        ran = Ran(code=0, out=out, took_s=bench.clock() - began_s, mishaps=mishaps)
+        findings = [*conduct(replace(session.case, ran=ran, acts={**STREAM, **gestures.acts})), *session.findings]
+        return Result(plan, ran, list(dict.fromkeys(findings)), bench.truth.acts_sent)
 
 
 def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
@@ -151,9 +171,10 @@ def run_all(
     planned: Iterator[Plan], home: Path, on_result: Callable[[Result], None] = lambda _result: None
 ) -> Campaign:
     campaign, begun = Campaign(), time.perf_counter()
-    for plan in planned:
-        result = run_one(plan, home)
-        campaign.feed(result)
-        on_result(result)
+    with Desk(home) as desk:
+        for plan in planned:
+            result = desk.run(plan)
+            campaign.feed(result)
+            on_result(result)
     campaign.took_s = time.perf_counter() - begun
     return campaign

@@ -1,6 +1,7 @@
-"""Every command that talks to a module: what it may send, the state of its module, and its judge."""
+"""Every command that talks to a module, and everything that is done at the window: what it may send, the state of its
+module, and its judge."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -8,7 +9,7 @@ from app.engine.procedure import MAX_LOCKS
 from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
-from tests.adversary import judge
+from tests.adversary import judge, window
 from tests.adversary.program import PORT
 
 WANTED: Final[Mapping[str, Value]] = {
@@ -103,4 +104,30 @@ COMMANDS: Final[tuple[Command, ...]] = (
     _act(Act.ZERO, judge.judge_zero, tilt=4),
     _act(Act.SHUTDOWN, judge.judge_shutdown),
 )
+
+
+@dataclass(frozen=True, slots=True)
+class Gestures:
+    """What somebody does at the window; the rest as in `Command`."""
+
+    make: Callable[[window.Session], None]
+    acts: Mapping[bytes, int] = field(default_factory=dict)
+    module: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _once(act: Act) -> dict[bytes, int]:
+    return {REQUESTS[act].encode(): 1}
+
+
+WINDOW: Final[Mapping[str, Gestures]] = {
+    "window: watch": Gestures(window.watch),
+    "window: watch active": Gestures(window.watch, module={"active": True}),
+    "window: write": Gestures(window.write, {_BY_KEY[key].set(one).encode(): 1 for key, one in window.DRAFTS.items()}),
+    "window: lock": Gestures(window.lock, {REQUESTS[Act.LOCK].encode(): MAX_LOCKS}, {"active": True}),
+    "window: activate": Gestures(window.act(Act.ACTIVATE), _once(Act.ACTIVATE)),
+    "window: zero": Gestures(window.act(Act.ZERO), _once(Act.ZERO), {"tilt": 4.0}),
+    "window: preflight": Gestures(window.check, {**TRIGGERS, **_once(Act.ACTIVATE)}),
+    "window: shutdown": Gestures(window.act(Act.SHUTDOWN), _once(Act.SHUTDOWN)),
+}
 BY_COMMAND: Final = {command.name: command for command in COMMANDS}
+NAMES: Final = (*BY_COMMAND, *WINDOW)

@@ -16,7 +16,7 @@ from app.simulator.memory import record_frame
 from app.terminal.console import ANSWER_NO, NO_LINK, PARTIAL, SUCCESS, USAGE_ERROR
 from protocol.fields import Value
 from tests.adversary.program import Ran
-from tests.adversary.truth import KEYS, Heard, Truth, settings_keys
+from tests.support.line.truth import KEYS, Heard, Truth, settings_keys
 
 NEAR_S: Final = 1.5
 """A final read must be this recent at the end, so that later changes would have been seen."""
@@ -75,7 +75,7 @@ Judge = Callable[[Case], Iterator[Finding]]
 
 def judge_all(case: Case, judge: Judge) -> list[Finding]:
     """Check what holds for every command, and what holds for this one."""
-    findings = list(_conduct(case))
+    findings = list(conduct(case))
     if not case.ran.is_hung and not case.ran.mishaps:
         try:
             findings += judge(case)
@@ -84,7 +84,8 @@ def judge_all(case: Case, judge: Judge) -> list[Finding]:
     return findings
 
 
-def _conduct(case: Case) -> Iterator[Finding]:
+def conduct(case: Case) -> Iterator[Finding]:
+    """Check what holds whatever was asked for."""
     ran = case.ran
     if ran.is_hung:
         yield Finding(Breach.HANG, f"no end after {ran.took_s:.0f} s")

@@ -14,11 +14,12 @@ from unittest import mock
 
 import app.__main__ as program
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Job, Worker
+from app.engine.worker import Job
 from app.simulator.bench import SimulatedBench
 from app.terminal.connection import link_trouble
-from tests.adversary.truth import Truth
-from tests.support.line.sim_line import FakeClock, SimulatedLine
+from tests.support.line.sim_line import FakeClock, WatchedLine
+from tests.support.line.threadless import ThreadlessWorker
+from tests.support.line.truth import Truth
 
 PORT: Final = "sim://adversary"
 LIMIT_S: Final = 300.0
@@ -30,37 +31,6 @@ STEPS_AT_MOST: Final = 400_000
 
 class Hang(BaseException):
     """Raised when a command does not end."""
-
-
-class WatchedLine(SimulatedLine):
-    """Records the state of the module at every step of the clock, and the frames that arrive."""
-
-    def __init__(self, clock: FakeClock, bench: SimulatedBench, truth: Truth, *, baud_rate: int) -> None:
-        super().__init__(clock, baud_rate=baud_rate, bench=bench)
-        self._truth, self._plug = truth, bench.plug_number
-        bench.wire.clear(clock())
-        self._check()
-        truth.note()
-
-    def read(self, longest_s: float, gather_s: float) -> bytes:
-        data = super().read(longest_s, gather_s)
-        self._truth.note()
-        self._truth.take_arrived(data)
-        return data
-
-    def write(self, data: bytes) -> None:
-        super().write(data)
-        self._truth.take_sent(data)
-
-    def interrupt(self) -> None:
-        """Has no effect: with one thread nobody waits in a read."""
-
-    def abort(self) -> None:
-        """Has no effect, as `interrupt`."""
-
-    def _check(self) -> None:
-        if not self.bench.is_plugged_in or self.bench.plug_number != self._plug:
-            raise PortError(PortTrouble.LOST, PORT, "unplugged")
 
 
 @dataclass
@@ -82,7 +52,7 @@ class Stage:
         self.bench, self.clock, self.home = bench, clock, home
         self.truth = Truth(bench, clock)
         self._mishaps: list[BaseException] = []
-        self._worker: TurnedWorker | None = None
+        self._worker: ThreadlessWorker | None = None
         self._ends_at_s = 0.0
         self._turns = 0
         self._accident: tuple[float, Callable[[SimulatedBench], None]] | None = None
@@ -135,7 +105,7 @@ class Stage:
     def _open_line(self, port: str, baud_rate: int) -> WatchedLine:
         if port != PORT:
             raise PortError(PortTrouble.MISSING, port, "no such port")
-        return WatchedLine(self.clock, self.bench, self.truth, baud_rate=baud_rate)
+        return WatchedLine(self.truth, self.clock, self.bench, baud_rate)
 
     def _explain(self, error: Exception) -> int:
         if link_trouble(error) is None:
@@ -146,9 +116,9 @@ class Stage:
     def _in_place(self) -> Iterator[None]:
         stage = self
 
-        class Turned(TurnedWorker):
+        class Turned(ThreadlessWorker):
             def __init__(self, callback: Callable[[Any], None]) -> None:
-                super().__init__(stage, callback)
+                super().__init__(callback, stage.clock)
                 stage._worker = self
 
         class Queue(TurnedQueue):
@@ -163,7 +133,7 @@ class Stage:
             mock.patch.multiple("app.terminal.connection", Worker=Turned, Job=Waited, queue=_QueueModule(Queue)),
             mock.patch("app.engine.worker.open_line", self._open_line),
             mock.patch("app.engine.worker.report_uncaught_error", self._mishaps.append),
-            mock.patch("app.store.write_queue.WriteQueue.submit", _write_at_once),
+            mock.patch("app.store.write_queue.WriteQueue.submit", write_at_once),
             mock.patch.object(program, "_explain", self._explain),
             mock.patch.dict("os.environ", home_variables(self.home)),
             mock.patch.object(time, "monotonic", self.clock),
@@ -174,43 +144,12 @@ class Stage:
 _explain = program._explain
 
 
-class TurnedWorker(Worker):
-    """The worker without its thread; `turn` is one round of its loop."""
-
-    def __init__(self, stage: Stage, callback: Callable[[Any], None]) -> None:
-        super().__init__(callback, clock=stage.clock, with_sleep=None)
-        self._stage = stage
-        self._has_ended = False
-
-    def start(self) -> None:
-        """Has no effect: there is no thread to start."""
-
-    def turn(self) -> bool:
-        """Run one round; return whether there was anything to do."""
-        if self._has_ended or (self._session is None and self._orders.empty()):
-            return False
-        try:
-            self._turn()
-        except PortError as error:
-            self._lose_port(error)
-        except Exception as error:  # noqa: BLE001  as the worker's own loop, which tells of it and goes on
-            self._lose_port(error)
-            self._stage._mishaps.append(error)
-        self._publish()
-        return True
-
-    def stop(self, deadline_s: float = 2.0) -> bool:
-        if self._has_ended:
-            return True
-        self._order(self._end)
-        is_stopped = self._stage.turn_until(lambda: self._is_stopping, deadline_s)
-        self._has_ended = True
-        from app.engine.procedure import PortLost
-
-        self._end_session(PortLost())
-        self._pending.is_urgent = True
-        self._publish()
-        return is_stopped
+@contextmanager
+def caught_errors() -> Iterator[list[BaseException]]:
+    """The program's own errors meanwhile, which the worker tells of and goes on."""
+    mishaps: list[BaseException] = []
+    with mock.patch("app.engine.worker.report_uncaught_error", mishaps.append):
+        yield mishaps
 
 
 class TurnedQueue:
@@ -237,7 +176,7 @@ class TurnedQueue:
         return self._items.pop(0)
 
 
-def _write_at_once(_queue: object, work: Callable[[], Any]) -> "Future[Any]":
+def write_at_once(_queue: object, work: Callable[[], Any]) -> "Future[Any]":
     """Stands in for the disk thread: takes no time of the fake clock."""
     future: Future[Any] = Future()
     try:

@@ -1,98 +1,71 @@
-"""The window's work on a module without widgets: the same form, procedures and session, on one clock."""
+"""The real window on a module that lies: what it shows as certain, and what it says of an act."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from PySide6.QtTest import QTest
+
+from app.preflight.reread import REREAD_EVERY_S
 from app.procedures.act import Performed
-from app.procedures.lock import Locked
-from app.procedures.write_all import WriteReport
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.settings.form import RowState
-from tests.adversary.judge import Breach, Case, Finding, shown, stands
+from app.settings.form import FormRow, RowState
+from tests.adversary.judge import LOOKS_IN_A_ROW, Breach, Case, Finding, shown, stands
 from tests.adversary.program import Ran
-from tests.adversary.truth import Truth, settings_keys
-from tests.scenarios.desk import Desk
-from tests.scenarios.desk_port import WatchedLine
+from tests.gestures.gesture_bench import GestureBench
+from tests.support.line.truth import settings_keys
+from ui.acts.confirm import Confirm
+from ui.pages.preflight.controller import Standing, Statement
 
 LOOK_EVERY_S: Final = 0.5
 SETTLED_IN_S: Final = 4.0
 """Time until it is connected, everything is read, and the stream is on."""
-SURE: Final = (RowState.READ, RowState.VERIFIED)
+SURE: Final = (RowState.READ, RowState.ACKNOWLEDGED, RowState.VERIFIED)
 DRAFTS: Final = {"attitude_threshold_deg": 70, "freefall_time_s": 1.8}
-
-
-class _Line(WatchedLine):
-    """Reports what is sent and received to the record of the truth."""
-
-    truth: Truth
-
-    def read(self, longest_s: float, gather_s: float) -> bytes:
-        data = super().read(longest_s, gather_s)
-        self.truth.note()
-        self.truth.take_arrived(data)
-        return data
-
-    def write(self, data: bytes) -> None:
-        super().write(data)
-        self.truth.take_sent(data)
-
-
-class WindowDesk(Desk):
-    """Records claims as they are made."""
-
-    def __init__(self, options: Mapping[str, Any]) -> None:
-        super().__init__(options, is_watching=True)
-        self.truth = Truth(self.bench, self.clock)
-        self.written: list[WriteReport] = []
-        self.performed: list[Performed] = []
-        self.locked: list[Locked] = []
-        self.on_write, self.on_perform, self.on_lock = self.written.append, self.performed.append, self.locked.append
-
-    def make_line(self, baud_rate: int) -> WatchedLine:
-        line = _Line(self.clock, self.bench, self.ledger, baud_rate)
-        line.truth = self.truth
-        return line
+CHECK_LIMIT_S: Final = 60.0
+WATCHED_S: Final = 24.0
+SEEN_WITHIN_S: Final = REREAD_EVERY_S + 2.0
+"""Time within which a change must end the verdict."""
 
 
 @dataclass
 class Session:
-    """One session at the window; `look` compares what is shown with the truth."""
+    """Somebody sits at the window; `look` compares what is shown as certain with the truth."""
 
-    desk: WindowDesk
+    bench: GestureBench
     latency_s: float
-    forges: bool
+    forges: bool = False
     findings: list[Finding] = field(default_factory=list)
     said: list[str] = field(default_factory=list)
     """Verdicts that held."""
     happens: tuple[float, Callable[[Any], None]] | None = None
 
-    def connect(self) -> None:
-        self.desk.connect()
+    def connect(self, rate: int = 115200) -> None:
+        self.bench.connect(rate)
         self.wait(SETTLED_IN_S)
 
     def wait(self, seconds: float) -> None:
-        ends_at_s = self.desk.clock() + seconds
-        next_s = self.desk.clock() + LOOK_EVERY_S
-        while self.desk.clock() < ends_at_s:
-            if self.happens is not None and self.desk.clock() >= self.happens[0]:
+        bench, ends_at_s = self.bench, self.bench.clock() + seconds
+        while (left_s := ends_at_s - bench.clock()) > 0:
+            if self.happens is not None and bench.clock() >= self.happens[0]:
                 (_, happen), self.happens = self.happens, None
-                happen(self.desk.bench)
-            self.desk.turn()
-            if self.desk.clock() >= next_s:
-                next_s += LOOK_EVERY_S
-                self.poll()
+                happen(bench.bench)
+            until_s = self.happens[0] - bench.clock() if self.happens is not None else LOOK_EVERY_S
+            bench.wait(min(left_s, until_s, LOOK_EVERY_S), tick_s=LOOK_EVERY_S)
+            self.look()
 
     @property
     def case(self) -> Case:
-        self.desk.truth.end()
-        return Case(ran=Ran(), truth=self.desk.truth, acts={}, latency_s=self.latency_s, forges=self.forges)
+        self.bench.truth.end()
+        return Case(ran=Ran(), truth=self.bench.truth, acts={}, latency_s=self.latency_s, forges=self.forges)
 
-    def poll(self) -> None:
-        """Compare every value that is shown as certain."""
-        case, view, now = self.case, self.desk.view, self.desk.clock()
-        for row in self.desk.rows():
+    def rows(self) -> tuple[FormRow, ...]:
+        return self.bench.settings.work.form.rows(self.bench.device, self.bench.clock())
+
+    def look(self) -> None:
+        case, view, now = self.case, self.bench.device, self.bench.clock()
+        for row in self.rows():
             if row.command.key in settings_keys() and row.state in SURE and row.module_value is not None:
                 self.findings += shown(case, row.command.key, row.module_value.value)
         for key in ("active", "triggered", "boot_count"):
@@ -100,57 +73,63 @@ class Session:
             if value is not None:
                 self.findings += shown(case, key, value)
 
-    def end(self) -> list[Finding]:
-        """Return the findings on what was claimed and sent."""
-        for text in self.desk.ledger.complaints:
-            is_mishap = "a procedure ended with" in text
-            self.findings.append(Finding(Breach.MISHAP if is_mishap else Breach.DANGEROUS_FRAME, text))
-        return self.findings
+    def confirm(self, question: Confirm) -> None:
+        """Answer it as a careful person does; nothing happens where it cannot be asked."""
+        self.bench.refresh()
+        if question.ask.isEnabled():
+            self.bench.go_and_click(question.ask)
+            self.bench.hand_s += 1.0
+            self.bench.turn()
+        if question.is_asking:
+            self.bench.go_and_click(question.go)
 
 
 def watch(session: Session) -> None:
     session.connect()
-    session.desk.read_all()
+    session.bench.settings.work.read_all()
     session.wait(14.0)
 
 
 def write(session: Session) -> None:
     session.connect()
-    desk = session.desk
-    desk.edit(lambda: desk.form.fill(DRAFTS))
-    desk.write()
-    while desk.is_busy and not desk.written:
-        session.wait(0.02)
-    for report in desk.written:
-        for written in report.results:
-            if written.verified:
-                key = written.command.key
-                session.findings += stands(session.case, key, written.wanted, Breach.FALSE_VERIFIED, "verified")
+    work = session.bench.settings.work
+    work.edit(lambda: work.form.fill(DRAFTS))
+    changes = work.form.changes(session.bench.device, session.bench.clock())
+    work.write(accepted=frozenset(changes))
+    while work.job.is_running:
+        session.wait(0.1)
+    for row in session.rows():
+        if row.state is RowState.VERIFIED and row.module_value is not None:
+            value = row.module_value.value
+            session.findings += stands(session.case, row.command.key, value, Breach.FALSE_VERIFIED, "verified")
     session.wait(4.0)
 
 
 def lock(session: Session) -> None:
     session.connect()
-    session.desk.lock()
-    while not session.desk.locked and session.desk.is_open and session.desk.clock() < 1060.0:
-        session.wait(0.02)
-    if session.desk.locked and session.desk.locked[0].is_locked:
+    control = session.bench.window.top_bar.lock
+    control.click()
+    told = session.bench.window._services.lock.current
+    while told.is_repeating:
+        session.bench.wait(0.02)
+    if told.is_reported:
         session.findings += stands(session.case, "active", False, Breach.FALSE_OUTCOME, "locked", settled_s=0.0)
     session.wait(2.0)
 
 
 def act(which: Act) -> Callable[[Session], None]:
     def perform(session: Session) -> None:
+        session.bench.window.go_to("commands")
         session.connect()
-        desk = session.desk
-        desk.ask(which)
-        session.wait(0.2)
-        desk.go(which)
-        ends_at_s = desk.clock() + 20.0
-        while not desk.performed and desk.is_open and desk.clock() < ends_at_s:
-            session.wait(0.02)
-        for done in desk.performed:
-            if done.outcome is Outcome.CONFIRMED:
+        row, ended = session.bench.commands.acts[which], list[Performed | None]()
+        row.ended.connect(ended.append)
+        session.confirm(row.confirm)
+        ends_at_s = session.bench.clock() + 20.0
+        while not ended and row._job.is_running and session.bench.clock() < ends_at_s:
+            session.bench.wait(0.02)
+        row.ended.disconnect(ended.append)
+        for done in ended:
+            if done is not None and done.outcome is Outcome.CONFIRMED:
                 session.findings += _judge_act(session.case, which, done)
         session.wait(2.0)
 
@@ -165,3 +144,48 @@ def _judge_act(case: Case, which: Act, done: Performed) -> Iterator[Finding]:
         yield Finding(Breach.FALSE_OUTCOME, f"confirmed, and the tilt is still {now.tilt_deg}°")
     if which is Act.SHUTDOWN and now.is_on:
         yield Finding(Breach.FALSE_OUTCOME, "confirmed, and the module is still on")
+
+
+def check(session: Session) -> None:
+    """Check, activate if READY asks for it, and watch whether the verdict holds."""
+    bench = session.bench
+    bench.window.go_to("preflight")
+    bench.preflight.show_check()
+    session.connect()
+    work = bench.preflight.work
+    work.check(Statement(is_enabling=True, are_records_reviewed=True))
+    ends_at_s = bench.clock() + CHECK_LIMIT_S
+    while work.standing is Standing.CHECKING and bench.clock() < ends_at_s:
+        if work._job.is_running:
+            session.wait(LOOK_EVERY_S)
+        else:
+            QTest.qWait(1)  # the record is being filed, by another thread
+    if work.leads_to_activation:
+        session.confirm(bench.preflight.activation.confirm)
+    read_at_s = bench.clock() + REREAD_EVERY_S
+    ends_at_s = bench.clock() + WATCHED_S
+    while bench.clock() < ends_at_s and work.standing in (Standing.GO, Standing.READY):
+        if bench.clock() >= read_at_s:  # the page's timer
+            read_at_s += REREAD_EVERY_S
+            work.read_again()
+        session.wait(0.25)
+        _judge_verdict(session)
+
+
+def _judge_verdict(session: Session) -> None:
+    work = session.bench.preflight.work
+    if work.standing not in (Standing.GO, Standing.READY) or work.assessment is None:
+        return
+    if work.standing.value not in session.said:
+        session.said.append(work.standing.value)
+    evidence, truth, now_s = work.assessment.case.evidence, session.bench.truth, session.bench.clock()
+    said = {key: evidence.values.get(key) for key in (*settings_keys(), "boot_count")}
+    said |= {"active": work.standing is Standing.GO, "triggered": False}
+    limit_s = SEEN_WITHIN_S + LOOKS_IN_A_ROW * session.latency_s
+    for key, value in said.items():
+        changed_at = truth.changed_at(key)
+        is_news = changed_at is not None and now_s - changed_at <= limit_s
+        if truth.value(key, truth.now) != value and not is_news:
+            holds = truth.value(key, truth.now)
+            text = f"{work.standing.value} stands: {key} = {value}, and it is {holds}"
+            session.findings.append(Finding(Breach.FALSE_VERDICT, text))

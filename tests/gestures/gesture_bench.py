@@ -3,11 +3,10 @@
 Events go to the window's `QWindow`, as a platform sends them: Qt finds the widget under the pointer itself.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property, partial
 from pathlib import Path
-from queue import Empty
 from typing import Any
 from unittest.mock import patch
 
@@ -18,15 +17,16 @@ from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
 from app.engine.device import DeviceView
 from app.engine.procedure import PortLost
 from app.engine.target import Target
-from app.engine.transport import PortError
-from app.engine.worker import Job, Worker
+from app.engine.worker import Job
 from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
-from protocol.frame import decode_request
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
-from tests.support.line.sim_line import FakeClock, SimulatedLine
+from tests.support.line.lies import lying_bench
+from tests.support.line.sim_line import FakeClock, WatchedLine
+from tests.support.line.threadless import ThreadlessWorker
+from tests.support.line.truth import Truth
 from tests.support.window.fakes_ui import Ports, close_window
 from tests.support.window.steps import find
 from ui.acts.confirm import Confirm
@@ -40,6 +40,7 @@ from ui.pages.settings.page import SettingsPage
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.page import TestsPage
 from ui.services.storage import Storage
+from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
@@ -47,34 +48,16 @@ ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "preflight
 """The pages that can change the module."""
 TICK_S = 0.1
 HANDS_BEGIN_S = 5000.0
-READS_FOR_S = 0.04
-"""Larger steps of the session, for thousands of sequences; input is read at once anyway."""
+PORT = "sim://gestures"
 
 
-class InlineLine(SimulatedLine):
-    """A line that discards its history, for thousands of sequences."""
-
-    def read(self, longest_s: float, gather_s: float) -> bytes:
-        return self._read(max(longest_s, READS_FOR_S))
-
-    def interrupt(self) -> None: ...
-
-    def abort(self) -> None: ...
-
-
-class InlineWorker(Worker):
-    """A worker that runs when it is told to, in the window's thread."""
+class InlineWorker(ThreadlessWorker):
+    """Runs in the window's thread; what is submitted can be refused before it begins."""
 
     def __init__(self, callback: object, clock: FakeClock) -> None:
-        super().__init__(callback, clock=clock, with_sleep=None)  # type: ignore[arg-type]
+        super().__init__(callback, clock)
         self.submitted = 0
         self._waiting: list[Job[Any]] = []
-
-    def start(self) -> None: ...
-
-    def stop(self, deadline_s: float = 2.0) -> bool:
-        self._close_in_order()
-        return True
 
     def submit(self, job: Job, *, is_urgent: bool = False) -> Job:  # type: ignore[type-arg]
         self.submitted += 1
@@ -96,21 +79,8 @@ class InlineWorker(Worker):
         assert isinstance(clock, FakeClock)
         self._waiting.clear()
         end_s = clock.now_s + seconds
-        while True:
-            try:
-                while True:
-                    self._orders.get_nowait()()
-                    self._pending.is_urgent = True
-            except Empty:
-                pass
-            if self._session is None or clock.now_s >= end_s:
-                break
-            try:
-                self._session.step()
-                self._collect_batch(self._session)
-                self._collect_finished()
-            except PortError as error:
-                self._lose_port(error)
+        while (not self._orders.empty() or clock.now_s < end_s) and self.turn():
+            pass
         clock.now_s = max(clock.now_s, end_s)
         self._published_at = 0.0
         self._publish()
@@ -125,9 +95,14 @@ def close_menu() -> None:
 class GestureBench:
     """The window, the pointer and keys, and what was sent to the module."""
 
-    def __init__(self, assembly: Assembly, worker: InlineWorker, clock: FakeClock, line: InlineLine) -> None:
-        self.assembly, self.worker, self.clock, self.line = assembly, worker, clock, line
-        self.window = assembly.window
+    assembly: Assembly
+    window: MainWindow
+    worker: InlineWorker
+    line: WatchedLine
+
+    def __init__(self, clock: FakeClock, journal: FakeJournal) -> None:
+        self.clock, self.journal = clock, journal
+        self.exchange({"uptime": 60, "noise": 0})
         self.sent: list[Request] = []
         """Requests that were not queries, except for the stream."""
         self.on_leaving: Callable[[Request], None] = lambda _request: None
@@ -138,9 +113,28 @@ class GestureBench:
         self._is_down = False
         self._event_ms = 0
 
-    @property
-    def bench(self) -> SimulatedBench:
-        return self.line.bench
+    def exchange(self, options: Mapping[str, Any]) -> None:
+        """Another module hangs at the port, which is opened anew."""
+        self.bench: SimulatedBench = lying_bench(options, self.clock)
+        self.truth = Truth(self.bench, self.clock)
+
+    def make_worker(self, callback: object) -> InlineWorker:
+        self.worker = InlineWorker(callback, self.clock)
+        return self.worker
+
+    def open_line(self, _port: str, baud_rate: int) -> WatchedLine:
+        self.line = WatchedLine(self.truth, self.clock, self.bench, baud_rate, self._heard)
+        return self.line
+
+    def connect(self, rate: int = 115200) -> None:
+        self.assembly.connector.connect_to(Target(PORT, rate))
+        self.wait(0.0)
+
+    def disconnect(self) -> None:
+        """Close the port, and end all that is asked, chosen or under way."""
+        self.reset()
+        self.assembly.connector.current.disconnect_port()
+        self.wait(TICK_S)
 
     @property
     def device(self) -> DeviceView:
@@ -168,12 +162,10 @@ class GestureBench:
     def guided(self) -> TestsPage:
         return find(self.window, TestsPage)
 
-    def heard(self, data: bytes) -> None:
-        for at in range(0, len(data), 6):
-            request = decode_request(data[at : at + 6])
-            if request.command.name != "serial_output":
-                self.on_leaving(request)
-            if request.hazard is not Hazard.NONE and request.command.name != "serial_output":
+    def _heard(self, request: Request) -> None:
+        if request.command.name != "serial_output":
+            self.on_leaving(request)
+            if request.hazard is not Hazard.NONE:
                 self.sent.append(request)
 
     def buttons(self) -> list[QPushButton]:
@@ -338,20 +330,14 @@ def gesture_bench(
 ) -> Iterator[GestureBench]:
     """Open a window that is connected and has read everything."""
     clock = FakeClock()
-    line = InlineLine(clock, {"uptime": 60, "noise": 0})
-    workers: list[InlineWorker] = []
-
-    def make(callback: object) -> InlineWorker:
-        workers.append(InlineWorker(callback, clock))
-        return workers[-1]
-
-    gestures().clock = lambda: HANDS_BEGIN_S  # before the first button is shown, which notes when
-    storage, journal = Storage(folder / "store"), FakeJournal()
-    write = line.write
+    journal = FakeJournal()
+    made = GestureBench(clock, journal)
+    gestures().clock = lambda: made.hand_s  # before the first button is shown, which notes when
+    storage = Storage(folder / "store")
     with (
         patch("ui.main.Connector", partial(Connector, clock=clock)),
-        patch("app.engine.worker.open_line", lambda _port, _rate: line),
-        patch.object(storage.sessions, "recorded_workers", lambda: make),
+        patch("app.engine.worker.open_line", made.open_line),
+        patch.object(storage.sessions, "recorded_workers", lambda: made.make_worker),
         patch.object(storage, "journal", lambda *_: journal),
     ):
         options = WindowOptions(language=language)
@@ -359,14 +345,7 @@ def gesture_bench(
         assembly = assemble(
             qapp, options, preferences=preferences, ports=PortWatcher(Ports().poll), storage=storage, entries=ENTRIES
         )
-        made = GestureBench(assembly, workers[0], clock, line)
-
-        def watched(data: bytes) -> None:
-            made.heard(data)
-            write(data)
-
-        line.write = watched  # type: ignore[method-assign]
-        gestures().clock = lambda: made.hand_s
+        made.assembly, made.window = assembly, assembly.window
         window = assembly.window
         try:
             window.make_pages()
@@ -382,7 +361,7 @@ def gesture_bench(
             made.preflight.files.ask_record = lambda *_asked: None
             made.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]  # so would this menu
             made.preflight.files.ask_path = lambda *_asked: None
-            assembly.connector.connect_to(Target("sim://gestures", 115200))
+            made.connect()
             window.activateWindow()
             made.wait(0.5)
             made.until(lambda: made.device.presence is Presence.ONLINE)

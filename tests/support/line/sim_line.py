@@ -1,6 +1,6 @@
 """A session on the simulated module with a fake clock that reading advances: hours pass in milliseconds."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from app.engine.device import DeviceView
@@ -14,6 +14,7 @@ from protocol.catalogue import Request
 from protocol.events import Counters
 from protocol.frame import decode_request
 from tests.support.line.lies import lying_bench
+from tests.support.line.truth import Truth
 
 Result = TypeVar("Result")
 FINEST_S = 1e-4
@@ -92,6 +93,48 @@ class SimulatedLine:
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in:
+            raise PortError(PortTrouble.LOST, "sim", "unplugged")
+
+
+class WatchedLine(SimulatedLine):
+    """A line on a module that outlives it, and that fails for good once unplugged. What the module holds and what goes
+    over the line is recorded in `truth`; `on_leaving` is called before each frame of the host."""
+
+    def __init__(
+        self,
+        truth: Truth,
+        clock: FakeClock,
+        bench: SimulatedBench,
+        baud_rate: int,
+        on_leaving: Callable[[Request], None] = lambda _request: None,
+    ) -> None:
+        super().__init__(clock, baud_rate=baud_rate, bench=bench)
+        self._truth, self._plug, self._on_leaving = truth, bench.plug_number, on_leaving
+        bench.wire.clear(clock())
+        self._check()
+        truth.begin()
+
+    def read(self, longest_s: float, gather_s: float) -> bytes:
+        data = self._read(longest_s)
+        self._truth.note()
+        self._truth.take_arrived(data)
+        return data
+
+    def write(self, data: bytes) -> None:
+        self._check()
+        for at in range(0, len(data), 6):
+            self._on_leaving(decode_request(data[at : at + 6]))
+        self._truth.take_sent(data)
+        self.bench.wire.write(data, self.clock.now_s)
+
+    def interrupt(self) -> None:
+        """Has no effect: with one thread nobody waits in a read."""
+
+    def abort(self) -> None:
+        """Has no effect, as `interrupt`."""
+
+    def _check(self) -> None:
+        if not self.bench.is_plugged_in or self.bench.plug_number != self._plug:
             raise PortError(PortTrouble.LOST, "sim", "unplugged")
 
 

@@ -1,4 +1,4 @@
-"""Records the states of the simulated module and its frames over time, for the judge."""
+"""What the simulated module held when, and which frames went over the line: what every judge compares with."""
 
 import math
 from collections import Counter
@@ -51,8 +51,7 @@ class Truth:
         """Valid frames of the module that arrived at the host, by code."""
         self.sent: list[Request] = []
         self.sent_at: list[float] = []
-        self.begins_at = clock()
-        self.ends_at = clock()
+        self.opened_at = self.ends_at = clock()
         self.note()
 
     def note(self) -> None:
@@ -80,6 +79,12 @@ class Truth:
         for at in range(0, len(data), 6):
             self.sent.append(decode_request(data[at : at + 6]))
             self.sent_at.append(self._clock())
+
+    def begin(self) -> None:
+        """Note that a port is opened: what an earlier one heard is known to nobody any more."""
+        self.heard.clear()
+        self.opened_at = self._clock()
+        self.note()
 
     def end(self) -> None:
         """Note that the command has ended."""
