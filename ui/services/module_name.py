@@ -6,6 +6,7 @@ from functools import partial
 from math import inf
 
 from PySide6.QtCore import QObject, QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit
 
 from app.engine.identity import Expected, IdentityEvidence, evidence_of
@@ -326,8 +327,16 @@ def module_label(name: str) -> str:
     return name or tr("a module without a name")
 
 
+class _NameEdit(QLineEdit):
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Another program that comes to the front interrupts whoever types; it ends no editing."""
+        self.blockSignals(event.reason() is Qt.FocusReason.ActiveWindowFocusReason)
+        super().focusOutEvent(event)
+        self.blockSignals(False)
+
+
 class ModuleField(QComboBox):
-    """A name to type or choose, applied by Enter, by leaving the field, or by choosing."""
+    """A name to type or choose, applied by Enter, by choosing, or by leaving the field for another of the window."""
 
     def __init__(self, name: str, naming: ModuleName, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
@@ -338,8 +347,9 @@ class ModuleField(QComboBox):
         self.setMinimumContentsLength(8)
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         guard.guard(self)
-        edit = QLineEdit()
+        self._edit = edit = _NameEdit()
         self.setLineEdit(edit)
+        self.setCompleter(None)  # type: ignore[arg-type]  # it would make M-12 of a typed M-1
         edit.setObjectName(f"{name}_edit")
         edit.setMaxLength(MAX_NAME_LENGTH)
         edit.editingFinished.connect(self._apply)
@@ -353,6 +363,8 @@ class ModuleField(QComboBox):
         self.show_name()
 
     def show_name(self) -> None:
+        if self._edit.isModified():
+            return  # somebody types
         with QSignalBlocker(self):
             self.clear()
             self.addItems([one.name for one in self._naming.known])
@@ -361,4 +373,5 @@ class ModuleField(QComboBox):
 
     def _apply(self) -> None:
         self._naming.choose(self.currentText())
-        self.setEditText(self._naming.name)
+        self._edit.setModified(False)
+        self.show_name()

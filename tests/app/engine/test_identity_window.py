@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
@@ -172,6 +173,30 @@ def test_leaving_the_empty_field_of_the_name_answers_nothing(
         one.wait(lambda: len(one.sent) > 5)
         assert connector.current.identity == asked
         assert one.asked != ""
+
+
+def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_the_front(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path, "typed") as one:
+        field, other = ModuleField("module", one.naming, one.assembly.window._services.texts, WheelGuard()), QLineEdit()
+        for widget in (field, other):
+            qtbot.addWidget(widget)
+            widget.show()
+        field.activateWindow()
+        one.wait(field.isActiveWindow)
+        edit = find(field, QLineEdit)
+        edit.setFocus()
+        edit.clear()
+        qtbot.keyClicks(edit, "M-")
+        other.activateWindow()
+        one.wait(other.isActiveWindow)
+        assert (one.naming.name, edit.text()) == (NAME, "M-")
+        field.activateWindow()
+        one.wait(field.isActiveWindow)
+        qtbot.keyClicks(edit, "08")
+        qtbot.keyClick(edit, Qt.Key.Key_Return)
+        assert one.naming.name == "M-08"
 
 
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -7,7 +7,16 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QSize
 from PySide6.QtGui import QAccessible, QAction
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QTabBar, QTableView, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QComboBox,
+    QLabel,
+    QScrollArea,
+    QTabBar,
+    QTableView,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -62,7 +71,7 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
             found = [*weak_in_style(stop.root, picture, unusable), *weak_in_paint(stop.root, picture, drawn),
                      *cut_off(stop.root), *cut_off_in_paint(drawn), *unnamed(stop.root), *repeats(stop.root),
                      *out_of_order(stop.root), *silent_paint(stop.root), *unheard(stop.root),
-                     *sideways(stop.root)]  # fmt: skip
+                     *sideways(stop.root), *completing(stop.root)]  # fmt: skip
             if language == PSEUDO:
                 found += untranslated(stop.root)
             else:
@@ -86,6 +95,12 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
     assert controls > 500
     assert texts > 300
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
+
+
+def completing(root: QWidget) -> list[str]:
+    """Fields that complete a typed "M-1" to "M-12": a name that nobody gave."""
+    boxes = [box for box in root.findChildren(QComboBox) if box.isEditable() and box.completer() is not None]
+    return [f"{box.objectName()} completes what is typed" for box in boxes]
 
 
 def in_chinese(walk: Walk) -> list[str]:

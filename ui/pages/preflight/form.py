@@ -57,6 +57,7 @@ class PreflightForm(QWidget):
         guard.guard(self.aircraft)
         edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
         self.aircraft.setLineEdit(edit)
+        self.aircraft.setCompleter(None)  # type: ignore[arg-type]
         self.aircraft.setEditText(preferences.aircraft)
         edit.setMaxLength(MAX_NAME_LENGTH)
         self.choose = control(QToolButton(), texts, "preflight_profile", picture=Icon.CHEVRON_DOWN)
