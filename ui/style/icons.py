@@ -7,6 +7,7 @@ change of theme needs nobody to set it again.
 from enum import Enum
 from functools import cache
 from pathlib import Path
+from string import Template
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QByteArray, QPoint, QRect, QRectF, QSize, Qt
@@ -110,6 +111,13 @@ def battery(level: float | None) -> Icon:
     """A battery with four bars: full at 1, empty at 0, dashed where the level is unknown."""
     name = "unknown" if level is None else min(4, max(0, round(level * 4)))
     return Icon(f"battery-{name}")
+
+
+def themed_svg(path: Path, **values: object) -> QSvgRenderer:
+    """A drawing with these colours, sizes and words in the places of its `$names`."""
+    svg = QSvgRenderer(QByteArray(Template(path.read_text(encoding="utf-8")).substitute(values).encode()))
+    svg.setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
+    return svg
 
 
 def draw(painter: QPainter, one: Icon, rect: QRectF | QRect, colour: QColor | str) -> None:

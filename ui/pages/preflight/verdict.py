@@ -7,11 +7,11 @@ everything else an outline.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, pi, sin
+from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPaintEvent, QPen, QPolygonF
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.preflight.checks import CHECKS
@@ -23,6 +23,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController, Standing
+from ui.style.icons import themed_svg
 from ui.style.painted_widget import PaintedWidget, hatch, pen
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 
@@ -33,6 +34,7 @@ WORD_PX: Final = 96
 QUIET_PX: Final = 44
 """For a word that is no verdict."""
 _MIN_TEXT_PX: Final = 300
+_SHAPES: Final = Path(__file__).parent / "verdict.svg"
 _LOUD: Final = {
     Standing.GO: Meaning.GOOD,
     Standing.READY: Meaning.INFORMATION,
@@ -170,7 +172,8 @@ class VerdictBanner(PaintedWidget):
         ink = self._paint_ground(painter, theme, outline)
         side = self.height() - 2.0 * Space.M - 4
         shape = QRectF(Space.L, (self.height() - side) / 2, side, side)
-        _paint_shape(painter, one.standing, shape, ink, QColor(self._ground(theme)))
+        shapes = themed_svg(_SHAPES, ink=ink.name(), ground=self._ground(theme))
+        shapes.render(painter, one.standing.value.replace(" ", "_"), shape)
         left = shape.right() + Space.L
         word_font = self._word_font(self.width() - left - scaled(_MIN_TEXT_PX))
         metrics = QFontMetricsF(word_font)
@@ -268,77 +271,3 @@ def _clear(painter: QPainter, colour: QColor, room: QRectF, height_px: float) ->
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(colour)
     painter.drawRoundedRect(ground, 6, 6)
-
-
-def _paint_shape(painter: QPainter, standing: Standing, square: QRectF, ink: QColor, ground: QColor) -> None:
-    """Paint the shape of a standing; `ground` is the colour of what is cut out of it."""
-    width = square.width() / 9
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(ink)
-    match standing:
-        case Standing.GO:
-            painter.drawEllipse(square)
-            painter.setPen(_round_pen(ground, width * 1.25))
-            painter.drawPolyline(_points(square, ((0.25, 0.53), (0.43, 0.71), (0.76, 0.32))))
-        case Standing.READY:
-            painter.drawRoundedRect(square, width, width)
-            _paint_padlock(painter, square, ground)
-        case Standing.NO_GO:
-            painter.drawPolygon(_octagon(square))
-            painter.setPen(_round_pen(ground, width * 1.25))
-            painter.drawPolyline(_points(square, ((0.3, 0.3), (0.7, 0.7))))
-            painter.drawPolyline(_points(square, ((0.7, 0.3), (0.3, 0.7))))
-        case Standing.VOID:
-            painter.setBrush(ground)
-            painter.drawEllipse(square)
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            ring = _round_pen(ink, width)
-            ring.setCapStyle(Qt.PenCapStyle.FlatCap)
-            ring.setDashPattern([2.0, 1.2])
-            painter.setPen(ring)
-            painter.drawEllipse(square.adjusted(width, width, -width, -width))
-            painter.setPen(_round_pen(ink, width))
-            painter.drawPolyline(_points(square, ((0.3, 0.7), (0.7, 0.3))))
-        case _:
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(_round_pen(ink, width / 2))
-            painter.drawEllipse(square.adjusted(width, width, -width, -width))
-            hands, dash = ((0.5, 0.3), (0.5, 0.5), (0.66, 0.6)), ((0.35, 0.5), (0.65, 0.5))
-            painter.drawPolyline(_points(square, hands if standing is Standing.CHECKING else dash))
-
-
-def _paint_padlock(painter: QPainter, square: QRectF, ground: QColor) -> None:
-    side = square.width()
-    painter.setBrush(ground)
-    painter.drawRoundedRect(_part(square, 0.24, 0.47, 0.52, 0.35), side / 20, side / 20)
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(_round_pen(ground, side / 11))
-    shackle = QPainterPath(_part(square, 0.34, 0.47, 0, 0).topLeft())
-    shackle.arcTo(_part(square, 0.34, 0.18, 0.32, 0.36), 180, -180)
-    shackle.lineTo(_part(square, 0.66, 0.47, 0, 0).topLeft())
-    painter.drawPath(shackle)
-
-
-def _part(square: QRectF, x: float, y: float, width: float, height: float) -> QRectF:
-    """A rectangle in the square; the numbers are fractions of its side."""
-    side = square.width()
-    return QRectF(square.left() + x * side, square.top() + y * side, width * side, height * side)
-
-
-def _round_pen(colour: QColor, width: float) -> QPen:
-    one = QPen(colour, width)
-    one.setCapStyle(Qt.PenCapStyle.RoundCap)
-    one.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-    return one
-
-
-def _points(square: QRectF, places: tuple[tuple[float, float], ...]) -> QPolygonF:
-    """Places from 0 to 1 in the square."""
-    side = square.width()
-    return QPolygonF([QPointF(square.left() + x * side, square.top() + y * side) for x, y in places])
-
-
-def _octagon(square: QRectF) -> QPolygonF:
-    centre, radius = square.center(), square.width() / 2 / cos(pi / 8)
-    angles = (pi / 8 + turn * pi / 4 for turn in range(8))
-    return QPolygonF([QPointF(centre.x() + radius * cos(one), centre.y() + radius * sin(one)) for one in angles])

@@ -2,17 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from string import Template
 from typing import ClassVar, Final
 
-from PySide6.QtCore import QByteArray, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from app.guided.results import GuidedKind
 from app.text.i18n import tr
-from ui.style.icons import Icon
+from ui.style.icons import Icon, themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
 from ui.widgets.controls import named, set_role
@@ -26,15 +25,12 @@ _MAX_STEPS: Final = 6
 def step_pictures() -> QSvgRenderer:
     """`steps.svg` in the theme's colours, with thick lines in sunlight."""
     theme = current()
-    svg = Template((Path(__file__).parent / "steps.svg").read_text(encoding="utf-8")).substitute(
-        {meaning.value: theme.tint(meaning).ink for meaning in Meaning},
+    return themed_svg(
+        Path(__file__).parent / "steps.svg", **{meaning.value: theme.tint(meaning).ink for meaning in Meaning},
         text=theme.text, muted=theme.muted, border=theme.border, surface=theme.surface, raised=theme.raised,
         wash=theme.information.wash, line=theme.line_px + 1, thick=theme.line_px + 2,
         size=scaled(Size.SMALL), side=tr("from the side"), behind=tr("from behind"),
     )  # fmt: skip
-    pictures = QSvgRenderer(QByteArray(svg.encode()))
-    pictures.setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
-    return pictures
 
 
 class GuidedPicture(PaintedWidget):
