@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.firing.judge import TriggerLimits
-from app.settings.drafts import Draft, draft_for, draft_of
 from protocol.catalogue import BY_NAME, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -20,7 +19,7 @@ TRIED: tuple[Command, ...] = (
 """In the order of display."""
 TITLES = {command.key: command.title for command in TRIED} | {FREEFALL_ACCELERATION.key: marked("Free fall below")}
 """In English, marked; short enough for the panel."""
-_BY_KEY = {command.key: command for command in TRIED}
+_KEYS = frozenset(command.key for command in TRIED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +38,6 @@ class Question:
     limits: TriggerLimits
     unknown: tuple[Command, ...] = ()
     """Thresholds without a value; their trigger is not judged."""
-    invalid: tuple[Command, ...] = ()
-    """Thresholds with an invalid text; their trigger is not judged."""
     assumed: tuple[Command, ...] = ()
     """Triggers whose state is unknown; they are judged as enabled."""
     stale: tuple[Command, ...] = ()
@@ -51,46 +48,24 @@ class WhatIfDrafts:
     """A draft for each setting; without one the module's own value. Not thread-safe."""
 
     def __init__(self) -> None:
-        self._drafts: dict[str, Draft] = {}
+        self.values: dict[str, Value] = {}
         self.standing: Mapping[str, SettingSource] = {}
         """The module's values, by key; without the unknown ones."""
 
-    def draft(self, key: str) -> Draft | None:
-        return self._drafts.get(key)
-
-    @property
-    def has_drafts(self) -> bool:
-        return bool(self._drafts)
-
-    @property
-    def values(self) -> dict[str, Value]:
-        """The valid drafts."""
-        return {key: draft.value for key, draft in self._drafts.items() if draft.value is not None}
-
-    def type_text(self, key: str, text: str) -> None:
-        """Set a draft from a text; an empty one removes it."""
-        plain = text.strip()
-        if plain:
-            self._drafts[key] = draft_of(_BY_KEY[key], plain)
-        else:
-            self.withdraw(key)
-
     def choose(self, key: str, value: Value) -> None:
-        self._drafts[key] = draft_for(_BY_KEY[key], value)
+        self.values[key] = value
 
     def withdraw(self, key: str) -> None:
-        self._drafts.pop(key, None)
+        self.values.pop(key, None)
 
     def fill(self, values: Mapping[str, Value]) -> None:
         """Replace all drafts; other keys are ignored."""
-        self._drafts = {key: draft_for(_BY_KEY[key], value) for key, value in values.items() if key in _BY_KEY}
+        self.values = {key: value for key, value in values.items() if key in _KEYS}
 
     def value(self, command: Command) -> Value | None:
-        """The draft, else the module's value; None if unknown or invalid."""
-        draft, standing = self._drafts.get(command.key), self.standing.get(command.key)
-        if draft is not None:
-            return draft.value
-        return None if standing is None else standing.value
+        """The draft, else the module's value; None if unknown."""
+        draft, standing = self.values.get(command.key), self.standing.get(command.key)
+        return draft if draft is not None or standing is None else standing.value
 
     def question(self) -> Question:
         missing = tuple(one for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME)
@@ -114,8 +89,7 @@ class WhatIfDrafts:
         held = {one: self.standing[one.key] for one in TRIED if one.key in self.standing}
         return Question(
             limits,
-            unknown=tuple(one for one in missing if one.key not in self._drafts),
-            invalid=tuple(one for one in missing if one.key in self._drafts),
+            unknown=missing,
             assumed=tuple(one for one in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER) if self.value(one) is None),
-            stale=tuple(one for one, source in held.items() if source.is_stale and one.key not in self._drafts),
+            stale=tuple(one for one, source in held.items() if source.is_stale and one.key not in self.values),
         )

@@ -76,7 +76,7 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock) 
     if not finding.report_count:
         return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Nothing to judge."), said)
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
-        if question.unknown or question.invalid:
+        if question.unknown:
             return WhatIfVerdict(WhatIfKind.UNANSWERED, tr("Enter the thresholds."), said)
         return WhatIfVerdict(WhatIfKind.UNCERTAIN, tr("Both triggers are disabled."), said)
     if finding.firing_count:
@@ -141,7 +141,7 @@ def _is_close(finding: WhatIfFinding) -> bool:
 
 def _attitude_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
     if not finding.limits.attitude_is_enabled:
-        is_open = ATTITUDE_THRESHOLD in (*question.unknown, *question.invalid)
+        is_open = ATTITUDE_THRESHOLD in question.unknown
         return _off(ATTITUDE_TRIGGER, is_open=is_open)
     near = finding.nearest_tilt
     if near is None:
@@ -152,7 +152,7 @@ def _attitude_line(finding: WhatIfFinding, question: Question, clock: Clock) -> 
 def _freefall_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
     limits, fall, lowest = finding.limits, finding.longest_fall, finding.lowest
     if not limits.freefall_is_enabled:
-        is_open = any(one is not ATTITUDE_THRESHOLD for one in (*question.unknown, *question.invalid))
+        is_open = any(one is not ATTITUDE_THRESHOLD for one in question.unknown)
         return _off(FREEFALL_TRIGGER, is_open=is_open)
     if fall is not None:
         return tr("Free fall: nearest {what} at {time}.", what=_fall_text(fall), time=clock(fall.ended_s))
@@ -168,8 +168,7 @@ def _off(trigger: Command, *, is_open: bool) -> str:
 
 
 def _unjudged_lines(finding: WhatIfFinding, question: Question, clock: Clock) -> list[str]:
-    lines = [tr("{setting}: invalid.", setting=tr(TITLES[one.key])) for one in question.invalid]
-    lines += [tr("{setting}: enter a value.", setting=tr(TITLES[one.key])) for one in question.unknown]
+    lines = [tr("{setting}: enter a value.", setting=tr(TITLES[one.key])) for one in question.unknown]
     for trigger in question.assumed:
         is_judged = {
             ATTITUDE_TRIGGER: finding.limits.attitude_is_enabled, FREEFALL_TRIGGER: finding.limits.freefall_is_enabled,

@@ -1526,10 +1526,6 @@
         <translation>略去无效采样：{count} 个。</translation>
     </message>
     <message>
-        <source>Invalid value</source>
-        <translation>值无效</translation>
-    </message>
-    <message>
         <source>It answered before: read its label, restart it and check again.</source>
         <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
     </message>
@@ -6558,10 +6554,6 @@
         <translation>{setting}：请输入。</translation>
     </message>
     <message>
-        <source>{setting}: invalid.</source>
-        <translation>{setting}：无效。</translation>
-    </message>
-    <message>
         <source>{setting}: may have changed.</source>
         <translation>{setting}：可能已改变。</translation>
     </message>
@@ -6572,10 +6564,6 @@
     <message>
         <source>{setting}: {what}</source>
         <translation>{setting}：{what}</translation>
-    </message>
-    <message>
-        <source>{setting}: {why}.</source>
-        <translation>{setting}：{why}。</translation>
     </message>
     <message>
         <source>{slowest:.1f} ms, median {median:.1f} ms</source>

@@ -5,7 +5,6 @@
     acknowledged  set and acknowledged; it cannot be read back (E8)
     stale         known earlier, but something casts doubt on it
     edited        another value was entered and not sent yet
-    invalid       the entered text cannot be sent
     writing
     verified      written and read back equal, and nothing has cast doubt on it since
     changed       reads differently than before, and was not written here
@@ -24,7 +23,7 @@ from app.procedures.power_cycle import SettingRetention
 from app.procedures.write import WriteFault, Written
 from app.procedures.write_all import SettingChange
 from app.safety.consequences import Consequence, consequences
-from app.settings.drafts import Draft, Drafts, draft_for, draft_of
+from app.settings.drafts import Drafts
 from app.settings.setting_texts import DEFAULTS, value_text
 from app.settings.settings_watch import SettingsWatch
 from app.text.i18n import tr
@@ -49,7 +48,6 @@ class RowState(Enum):
     ACKNOWLEDGED = marked("acknowledged")
     STALE = marked("stale")
     EDITED = marked("edited")
-    INVALID = marked("invalid")
     WRITING = marked("writing")
     VERIFIED = marked("verified")
     CHANGED = marked("changed")
@@ -58,14 +56,15 @@ class RowState(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormRow:
-    """One setting at one moment: `stands` is the module's value, `wanted` the edited one, None without an edit."""
+    """One setting at one moment."""
 
     command: Command
     module_value: Known | None
-    draft: Draft | None
+    edited: Value | None
+    """None without an edit."""
     state: RowState
     reason: str = ""
-    """Why it failed or cannot be sent, in the language in use."""
+    """Why it failed, in the language in use."""
     is_pending: bool = False
     """The next write will send it."""
     retention: SettingRetention | None = None
@@ -77,11 +76,7 @@ class FormRow:
         value = self.edited
         if value is None and self.module_value is not None and not self.module_value.is_stale:
             value = self.module_value.value
-        return () if value is None or self.state is RowState.INVALID else consequences(self.command, value)
-
-    @property
-    def edited(self) -> Value | None:
-        return None if self.draft is None else self.draft.value
+        return () if value is None else consequences(self.command, value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,19 +110,13 @@ class SettingsForm:
 
     # Editing
 
-    def type_text(self, key: str, text: str) -> None:
-        """Edits by the text typed so far; an empty text removes the edit."""
-        plain = text.strip()
-        others = self._drafts.without(key)
-        self._change({**others, key: draft_of(_BY_KEY[key], plain)} if plain else others, typing=key)
-
-    def choose(self, key: str, value: Value) -> None:
-        self._change({**self._drafts.now, key: draft_for(_BY_KEY[key], value)})
+    def choose(self, key: str, value: Value, *, is_typing: bool = False) -> None:
+        """`is_typing`: one undo step with what was chosen for it before, until `end_typing`."""
+        self._change({**self._drafts.now, key: value}, typing=key if is_typing else None)
 
     def fill(self, values: Mapping[str, Value]) -> None:
         """Edits all of these in one step; keys that are not rows of the form are ignored."""
-        chosen = {key: draft_for(_BY_KEY[key], value) for key, value in values.items() if key in _BY_KEY}
-        self._change({**self._drafts.now, **chosen})
+        self._change({**self._drafts.now, **{key: value for key, value in values.items() if key in _BY_KEY}})
 
     def fill_defaults(self) -> None:
         """Edits all settings with a vendor's default to that default."""
@@ -138,7 +127,7 @@ class SettingsForm:
         self._change({} if key is None else self._drafts.without(key))
 
     def end_typing(self) -> None:
-        """The next keystroke begins a new undo step."""
+        """The next change begins a new undo step."""
         self._drafts.end_typing()
 
     @property
@@ -159,9 +148,9 @@ class SettingsForm:
             self._drafts.redo()
             self._clear_failures()
 
-    def _change(self, drafts: Mapping[str, Draft], *, typing: str | None = None) -> None:
+    def _change(self, values: Mapping[str, Value], *, typing: str | None = None) -> None:
         if not self._writing:
-            self._drafts.change(drafts, typing=typing)
+            self._drafts.change(values, typing=typing)
             self._clear_failures()
 
     def _clear_failures(self) -> None:
@@ -181,7 +170,7 @@ class SettingsForm:
     @property
     def edited(self) -> dict[str, Value]:
         """The edited values by key, those that the module already has included."""
-        return {key: draft.value for key, draft in self._drafts.now.items() if draft.value is not None}
+        return dict(self._drafts.now)
 
     @property
     def has_drafts(self) -> bool:
@@ -191,24 +180,21 @@ class SettingsForm:
         """Whether `fill` with these would leave something to write that is not edited already."""
 
         def is_new(key: str, value: Value) -> bool:
-            draft = self._drafts.now.get(key)
-            return (
-                not is_confirmed(_BY_KEY[key], device.known(key, now), value) if draft is None else draft.value != value
-            )
+            edited = self._drafts.now.get(key)
+            return not is_confirmed(_BY_KEY[key], device.known(key, now), value) if edited is None else edited != value
 
         return any(is_new(key, value) for key, value in values.items() if key in _BY_KEY)
 
     def changes(self, device: DeviceView, now: float) -> tuple[SettingChange, ...]:
-        """What a write would send: edits that are valid and not known to be on the module."""
+        """What a write would send: edits that are not known to be on the module."""
         rows = self.rows(device, now)
         return tuple(
             SettingChange(row.command, row.edited) for row in rows if row.is_pending and row.edited is not None
         )
 
     def count_unsent(self, device: DeviceView, now: float) -> int:
-        """Edits that leaving would lose, invalid ones and those being written included."""
-        kept = (RowState.INVALID, RowState.WRITING)
-        return sum(row.is_pending or row.state in kept for row in self.rows(device, now))
+        """Edits that leaving would lose, those being written included."""
+        return sum(row.is_pending or row.state is RowState.WRITING for row in self.rows(device, now))
 
     def _observe(self, device: DeviceView, now: float) -> None:
         is_in_doubt = self._is_in_doubt()
@@ -226,23 +212,19 @@ class SettingsForm:
             key for key, failure in self._failures.items()
             if is_confirmed(_BY_KEY[key], device.known(key, now), failure.wanted)
         ]  # fmt: skip
-        wanted = {key: self._drafts.now[key].value for key in settled if key in self._drafts.now}
         if settled and not self._writing and not is_in_doubt:
             self.watch.accept(settled)  # written after all, but late
-            self._drafts.drop(key for key in settled if wanted.get(key) == self._failures[key].wanted)
+            self._drafts.drop(key for key in settled if self._drafts.now.get(key) == self._failures[key].wanted)
             self._failures = {key: one for key, one in self._failures.items() if key not in settled}
 
     def _row(self, command: Command, device: DeviceView, now: float) -> FormRow:
         key = command.key
-        stands, draft, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
-        value = None if draft is None else draft.value
+        stands, value, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
         has_it = value is not None and is_confirmed(command, stands, value) and not self._is_in_doubt()
         is_pending = value is not None and not has_it and key not in self._writing
         reason = ""
         if key in self._writing:
             state = RowState.WRITING
-        elif draft is not None and draft.invalid is not None:
-            state, reason = RowState.INVALID, draft.invalid.translated()
         elif failure is not None:
             state, reason = RowState.FAILED, _failure_text(command, failure)
         elif key in self.watch.changed and key not in self._verified:
@@ -254,7 +236,7 @@ class SettingsForm:
         else:
             state = _known_state(stands)
         return FormRow(
-            command=command, module_value=stands, draft=draft, state=state, reason=reason, is_pending=is_pending,
+            command=command, module_value=stands, edited=value, state=state, reason=reason, is_pending=is_pending,
             retention=self._retentions.get(key),
         )  # fmt: skip
 
@@ -288,8 +270,8 @@ class SettingsForm:
                 self._failures[key] = _Failure(written.wanted, written.fault.value, written.stands)
         if device is not None and not self._is_in_doubt():
             settled += [
-                key for key, draft in self._drafts.now.items()
-                if draft.value is not None and is_confirmed(_BY_KEY[key], device.known(key, now), draft.value)
+                key for key, value in self._drafts.now.items()
+                if is_confirmed(_BY_KEY[key], device.known(key, now), value)
             ]  # fmt: skip
         self._drafts.drop(settled)
 

@@ -15,14 +15,6 @@ _TRADE_OFFS: Final[Mapping[Command, str]] = {
 """Where the vendor gives no limit but describes a trade-off."""
 
 
-def plain_text(command: Command, value: Value) -> str:
-    """`value` as typed into the field, without its unit."""
-    field = command.write
-    if isinstance(field, Quantity):
-        return f"{value:.{field.decimals}f}"
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
 def value_text(command: Command, value: Value) -> str:
     """`value` with its unit, in the language in use: "1.60 s", "Enabled"."""
     if isinstance(command.write, Flag):

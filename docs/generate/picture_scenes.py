@@ -131,10 +131,10 @@ def settings(studio: Studio) -> None:
     page = studio.page("settings", SettingsPage)
     work = page.work
     studio.until(lambda: work.can_edit and work.job.can_run, "nothing can be edited")
-    work.edit(lambda: work.form.type_text("attitude_threshold_deg", "65"))
+    work.edit(lambda: work.form.choose("attitude_threshold_deg", 65))
     page.write.click()
     studio.until(lambda: not work.job.is_running, "it is still writing")
-    work.edit(lambda: work.form.type_text("freefall_acceleration_g", "0.6"))
+    work.edit(lambda: work.form.choose("freefall_acceleration_g", 0.6))
     studio.until(lambda: work.job.can_run, "nothing can be sent")
     work.job.dismiss()
     page.refresh()

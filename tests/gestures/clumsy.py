@@ -195,8 +195,8 @@ class Clumsy:
     def _edit(self) -> None:
         settings = self.bench.settings
         form = settings.work.form
-        value = self.dice.choice(("30", "58", "62"))
-        settings.work.edit(lambda: form.type_text("attitude_threshold_deg", value))
+        value = self.dice.choice((30, 58, 62))
+        settings.work.edit(lambda: form.choose("attitude_threshold_deg", value))
         box = settings.baud.editor.box
         box.setCurrentIndex(self.dice.randrange(box.count()))
 

@@ -85,7 +85,7 @@ def _choice(bench: GestureBench, key: str) -> QWidget:
 def _edit(bench: GestureBench) -> None:
     """Enter a threshold below the vendor's advice, which causes a warning."""
     form = bench.settings.work.form
-    bench.settings.work.edit(lambda: form.type_text("attitude_threshold_deg", "30"))
+    bench.settings.work.edit(lambda: form.choose("attitude_threshold_deg", 30))
     bench.refresh()
 
 

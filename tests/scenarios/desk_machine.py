@@ -47,9 +47,9 @@ class DeskMachine(RuleBasedStateMachine):
             self.desk.edit(partial(self.desk.form.choose, key, value_of(KEYS[key], raw)))
         self.desk.wait(wait_s)
 
-    @rule(key=st.sampled_from(sorted(KEYS)[:4]), text=st.sampled_from(["", "6", "60", "0.5", "x", "300"]))
-    def type_text(self, key: str, text: str) -> None:
-        self.desk.edit(lambda: self.desk.form.type_text(key, text))
+    @rule(key=st.sampled_from(sorted(KEYS)[:4]), raw=st.sampled_from([6, 60, 255]))
+    def type_value(self, key: str, raw: int) -> None:
+        self.desk.edit(lambda: self.desk.form.choose(key, value_of(KEYS[key], raw), is_typing=True))
 
     @rule(change=st.sampled_from([SettingsForm.undo, SettingsForm.redo, SettingsForm.revert,
                                   SettingsForm.fill_defaults, SettingsForm.end_typing]))  # fmt: skip

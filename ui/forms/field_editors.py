@@ -1,7 +1,6 @@
 """Editors for numbers, flags and choices."""
 
 from abc import abstractmethod
-from collections.abc import Callable
 from functools import partial
 from typing import Final
 
@@ -9,8 +8,7 @@ from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QIcon, QKeyEvent, QValidator
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QToolButton, QWidget
 
-from app.settings.drafts import Draft
-from app.settings.setting_texts import DEFAULTS, plain_text
+from app.settings.setting_texts import DEFAULTS
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
@@ -18,38 +16,36 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Space
-from ui.widgets.controls import ChoiceButton, control, named
+from ui.widgets.controls import ChoiceButton, control, named, set_role
 from ui.widgets.layouts import in_row
 from ui.widgets.sliders import NUMBER_PX, WheelGuard
 
 _FLAG_PX: Final = 92
+_HALF_WIDTH: Final = {0xFF01 + code: 0x21 + code for code in range(94)} | {ord("。"): "."}
+"""What an input method writes, as ASCII."""
 
 
 class FieldEditor(QWidget):
-    """Shows a draft; the signals are only about what the user did."""
+    """Shows an edited value; the signals are only about what the user did."""
 
-    typed = Signal(str)
-    """The text typed so far."""
     chosen = Signal(object)
-    """A complete value."""
+    """A value, also of what is typed so far."""
     left = Signal()
     """The user left the editor: further changes are another undo step."""
 
     @abstractmethod
-    def show_draft(self, draft: Draft | None, stands: Value | None) -> None:
+    def show_value(self, edited: Value | None, stands: Value | None) -> None:
         """Shows the edited value; `stands` is the module's."""
 
 
 class NumberEditor(FieldEditor):
-    """A number with its unit. Arrow and page keys, its buttons and, with the focus, the wheel change it in steps."""
+    """A number with its unit; without an edit the module's value, muted."""
 
     def __init__(self, command: Command, field: Quantity, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
-        self._command, self._field = command, field
-        self._draft: Draft | None = None
-        self._stands: Value | None = None
-        self.box = control(_NumberBox(field, self.step), texts, f"{command.name}_number", says=command.title,
-                           tip=command.explanation)  # fmt: skip
+        self._field = field
+        self.box = control(_NumberBox(field, DEFAULTS.get(command.key)), texts, f"{command.name}_number",
+                           says=command.title, tip=command.explanation)  # fmt: skip
         guard.guard(self.box)
         self.line = named(self.box.lineEdit(), f"{command.name}_wanted")
         texts.bind(self.line.setAccessibleName, command.title)
@@ -59,57 +55,46 @@ class NumberEditor(FieldEditor):
         unit.setMinimumWidth(14)
         in_row(self.box, unit, 1, of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.box)
-        self.line.textEdited.connect(self.typed)
+        self.box.valueChanged.connect(lambda number: self.chosen.emit(field.decode(round(number * field.per_unit))))
         self.box.editingFinished.connect(self.left)
 
-    def show_draft(self, draft: Draft | None, stands: Value | None) -> None:
-        self._draft, self._stands = draft, stands
-        self.line.setPlaceholderText("" if stands is None else plain_text(self._command, stands))
-        text = "" if draft is None else draft.text
-        with QSignalBlocker(self.line), QSignalBlocker(self.box):
-            if self.line.text() != text and not (self.box.hasFocus() and self.line.text().strip() == text):
-                self.line.setText(text)
-            number = stands if draft is None or draft.value is None else draft.value
-            self.box.setValue(0.0 if number is None else float(number))
-
-    def step(self, steps: int) -> None:
-        """Steps from the edited value, else from the module's, else from the default."""
-        start = self._stands if self._draft is None or self._draft.value is None else self._draft.value
-        if start is None:
-            start = DEFAULTS.get(self._command.key)
-        raw = 0 if start is None else min(255, max(0, self._field.encode(start) + steps))
-        self.chosen.emit(self._field.decode(raw))
+    def show_value(self, edited: Value | None, stands: Value | None) -> None:
+        value = stands if edited is None else edited
+        raw = -1 if value is None else self._field.encode(value)
+        if round(self.box.value() * self._field.per_unit) != raw:  # else what is being typed would be completed
+            with QSignalBlocker(self.box):
+                self.box.setValue(raw / self._field.per_unit)
+        set_role(self.box, "muted" if edited is None else "")
 
 
 class _NumberBox(QDoubleSpinBox):
-    """Keeps whatever is typed, also if it is not a number: the form says why, and nothing is written. The value, for
-    screen readers, is the edited one, else the module's."""
+    """In the vendor's steps. It is empty below zero, where no value is known; its buttons then start from `default`."""
 
-    def __init__(self, field: Quantity, step: Callable[[int], None]) -> None:
+    def __init__(self, field: Quantity, default: Value | None) -> None:
         super().__init__()
-        self._step = step
+        self._unit, self._default = field.unit, float(default or 0)
         self.setDecimals(field.decimals)
-        self.setRange(0.0, field.maximum)
+        self.setSingleStep(1 / field.per_unit)
+        self.setRange(-1 / field.per_unit, field.maximum)
+        self.setValue(self.minimum())
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setFixedWidth(NUMBER_PX)
         self.setAcceptDrops(False)
-        self.lineEdit().setMaxLength(32)
         self.lineEdit().setAcceptDrops(False)
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        return QValidator.State.Acceptable, text, position
+        """A comma counts as a decimal point; full-width characters and the unit are allowed."""
+        plain = text.translate(_HALF_WIDTH).strip().removesuffix(self._unit).rstrip().replace(",", ".")
+        if "-" in plain:
+            return QValidator.State.Invalid, text, position
+        return super().validate(plain, min(position, len(plain)))
 
-    def valueFromText(self, _text: str) -> float:
-        return self.value()
-
-    def textFromValue(self, _value: float) -> str:
-        return self.lineEdit().text()
-
-    def stepEnabled(self) -> QDoubleSpinBox.StepEnabledFlag:
-        return QDoubleSpinBox.StepEnabledFlag.StepUpEnabled | QDoubleSpinBox.StepEnabledFlag.StepDownEnabled
+    def textFromValue(self, value: float) -> str:
+        return "" if value < 0 else super().textFromValue(value)
 
     def stepBy(self, steps: int) -> None:
-        self._step(steps)
+        start = self._default if self.value() < 0 else self.value()
+        self.setValue(max(0.0, start + steps * self.singleStep()))
 
     def event(self, event: QEvent) -> bool:
         # Undo and redo belong to the form, not to the line edit.
@@ -135,18 +120,18 @@ class FlagEditor(FieldEditor):
         self.on.clicked.connect(lambda is_down: self._choose(True if is_down else None))
         self.off.clicked.connect(lambda is_down: self._choose(False if is_down else None))
 
-    def show_draft(self, draft: Draft | None, _stands: Value | None) -> None:
-        wanted = None if draft is None else draft.value
+    def show_value(self, edited: Value | None, _stands: Value | None) -> None:
         for button, value in ((self.on, True), (self.off, False)):
             with QSignalBlocker(button):
-                button.setChecked(wanted is value)
-            button.setIcon(icon(Icon.CHECK) if wanted is value else QIcon())
+                button.setChecked(edited is value)
+            button.setIcon(icon(Icon.CHECK) if edited is value else QIcon())
 
     def _choose(self, value: bool | None) -> None:
         if value is None:
             self.cancelled.emit()
         else:
             self.chosen.emit(value)
+        self.left.emit()
 
     def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
         button = control(ChoiceButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
@@ -184,10 +169,9 @@ class ChoiceEditor(FieldEditor):
         data = self.box.currentData()
         return None if data is None else int(data)
 
-    def show_draft(self, draft: Draft | None, _stands: Value | None) -> None:
-        wanted = None if draft is None else draft.value
+    def show_value(self, edited: Value | None, _stands: Value | None) -> None:
         with QSignalBlocker(self.box):
-            self.box.setCurrentIndex(-1 if wanted is None else self.box.findData(wanted))
+            self.box.setCurrentIndex(-1 if edited is None else self.box.findData(edited))
 
 
 def _name_after(button: QToolButton, command: Command, what: str) -> None:

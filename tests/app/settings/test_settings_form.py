@@ -11,8 +11,8 @@ from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.power_cycle import Retention, SettingRetention
 from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
-from app.settings.setting_texts import DEFAULTS, plain_text, value_text
-from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS
+from app.settings.setting_texts import DEFAULTS, value_text
+from protocol.catalogue import BAUD_RATE, SETTINGS
 from protocol.fields import Value
 
 NOW = 1000.0
@@ -70,55 +70,22 @@ def test_the_state_says_how_it_is_known(how: How, stale_reason: StaleReason | No
 
 def test_an_edit_is_pending_until_the_module_has_it() -> None:
     form = SettingsForm()
-    form.type_text(TILT, "70")
+    form.choose(TILT, 70)
     assert (row(form, TILT).state, row(form, TILT).is_pending) == (RowState.EDITED, True)
     assert [(change.command.key, change.value) for change in form.changes(device(), NOW)] == [(TILT, 70)]
-    form.type_text(TILT, "60")
+    form.choose(TILT, 60)
     assert not form.changes(device(), NOW)
     # In doubt it is worth writing, although the number is the same.
     assert [change.value for change in form.changes(device(stale_reason=StaleReason.RESTARTED), NOW)] == [60]
 
 
-@pytest.mark.parametrize(
-    ("key", "text", "why"),
-    [
-        (TILT, "256", "256 is outside 0° to 255°"),
-        (TILT, "-1", "-1 is outside 0° to 255°"),
-        (TIME, "2.56", "2.56 is outside 0.00 s to 2.55 s"),
-        ("freefall_acceleration_g", "0.55", "0.55: the nearest steps are 0.5 g and 0.6 g"),
-        ("freefall_acceleration_g", "0,55", "0.55: the nearest steps are 0.5 g and 0.6 g"),
-        (TILT, "six", "a number is needed"),
-    ],
-)
-def test_invalid_values_are_refused_while_typing(key: str, text: str, why: str) -> None:
-    form = SettingsForm()
-    form.type_text(key, text)
-    assert (row(form, key).state, row(form, key).reason) == (RowState.INVALID, why)
-    assert not form.changes(device(), NOW)
-    assert form.count_unsent(device(), NOW) == 1  # leaving would lose it all the same
-
-
-@pytest.mark.parametrize("text", ["１．２", "１。２", "１，２", "1,2", "1.2 s", "1.2s", "１．２ｓ", "1.20"])
-def test_a_number_counts_as_an_input_method_or_a_clipboard_writes_it(text: str) -> None:
-    form = SettingsForm()
-    form.type_text(TIME, text)
-    assert (row(form, TIME).state, row(form, TIME).edited) == (RowState.EDITED, 1.2)
-
-
-@pytest.mark.parametrize("text", ["1.2 ms", "1.2 V", "1²", "½", "s", "1.2 s s", "0xFF"])
-def test_what_is_no_number_or_has_another_unit_is_invalid(text: str) -> None:
-    form = SettingsForm()
-    form.type_text(TIME, text)
-    assert row(form, TIME).state is RowState.INVALID
-
-
 def test_typing_is_one_undo_step_until_the_field_is_left() -> None:
     form = SettingsForm()
-    for text in ("7", "75"):
-        form.type_text(TILT, text)
+    for value in (7, 75):
+        form.choose(TILT, value, is_typing=True)
     form.end_typing()
-    form.type_text(TILT, "76")
-    form.type_text(TIME, "1")
+    form.choose(TILT, 76, is_typing=True)
+    form.choose(TIME, 1, is_typing=True)
     seen = []
     while form.can_undo:
         form.undo()
@@ -246,10 +213,8 @@ def test_against_the_advice_needs_a_second_click(key: str, value: Value, is_warn
 def test_consequences_are_of_the_edited_value_else_of_the_modules() -> None:
     form = SettingsForm()
     assert "12.6 m" in row(form, TIME).consequences[0].sentence
-    form.type_text(TIME, "0.8")
+    form.choose(TIME, 0.8)
     assert "3.14 m" in row(form, TIME).consequences[0].sentence
-    form.type_text(TIME, "9")
-    assert not row(form, TIME).consequences
     assert not row(SettingsForm(), TIME, device(stale_reason=StaleReason.RESTARTED)).consequences
 
 
@@ -265,12 +230,11 @@ def test_the_result_of_a_power_cycle_stays_until_the_next_write() -> None:
 def test_values_are_shown_with_their_unit() -> None:
     assert value_text(BY_KEY[TIME], 1.6) == "1.60 s"
     assert value_text(BY_KEY[FLAG], False) == "Disabled"
-    assert plain_text(BY_NAME["freefall_acceleration"], 0.5) == "0.5"
 
 
 STEPS = st.lists(
     st.one_of(
-        st.tuples(st.just("type"), st.sampled_from([TILT, TIME]), st.sampled_from(["", "1", "70", "0.5", "x", "300"])),
+        st.tuples(st.just("type"), st.sampled_from([TILT, TIME]), st.sampled_from([0, 1, 2])),
         st.tuples(st.just("choose"), st.sampled_from([TILT, FLAG]), st.sampled_from([True, False])),
         st.tuples(st.sampled_from(["undo", "redo", "revert", "defaults", "end"])),
     ),
@@ -283,8 +247,8 @@ def test_undo_leads_back_to_the_beginning_and_redo_to_the_end(steps: list[tuple[
     form, view = SettingsForm(), device()
     for step in steps:
         match step:
-            case ("type", key, text):
-                form.type_text(key, text)
+            case ("type", key, value):
+                form.choose(key, value, is_typing=True)
             case ("choose", key, value):
                 form.choose(key, value if key == FLAG else 50 + value)
             case ("undo",):

@@ -125,7 +125,7 @@ class Walk(Driver):
     # The pages
 
     def _on_live(self) -> Iterator[Stop]:
-        """Yield the what-if panel with a firing and an invalid value."""
+        """Yield the what-if panel with a firing and a tried value."""
         page = self.find(LivePage)
         self.bench.set_tilt(70)
         self.until(lambda: self._value("tilt_deg") == 70)
@@ -133,7 +133,7 @@ class Walk(Driver):
         self.until(lambda: self._value("tilt_deg") == 0)
         self.press("live_would_fire")
         panel = page.fired
-        panel.wanted.type_text("freefall_acceleration_g", "x")
+        panel.wanted.choose("freefall_acceleration_g", 0.6)
         panel.about.click()
         yield self._stop("live, would it have fired")
         self.press("live_would_fire")
@@ -142,8 +142,7 @@ class Walk(Driver):
         page = self.find(SettingsPage)
         self.until(page.work.can_edit.__bool__)
         page.refresh()
-        page.work.edit(lambda: page.work.form.type_text("attitude_threshold_deg", "30"))
-        page.work.edit(lambda: page.work.form.type_text("freefall_time_s", "x"))
+        page.work.edit(lambda: page.work.form.choose("attitude_threshold_deg", 30))
         page.refresh()
         yield self._stop("settings, edited")
         page.scroll_area.verticalScrollBar().setValue(page.scroll_area.verticalScrollBar().maximum())

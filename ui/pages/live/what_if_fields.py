@@ -18,8 +18,8 @@ from app.firing.what_if_drafts import (
     WhatIfDrafts,
 )
 from app.samples.step_function import StepFunction
-from app.settings.drafts import Draft
 from protocol.catalogue import Command
+from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
@@ -36,7 +36,7 @@ _LABELS: Final = TITLES | {ATTITUDE_TRIGGER.key: marked("Attitude"), FREEFALL_TR
 
 
 class WhatIfFields(QWidget):
-    """Edits the tried values; a field without one shows the module's value as a placeholder."""
+    """Edits the tried values; a field without one shows the module's value, muted."""
 
     changed = Signal()
 
@@ -54,22 +54,22 @@ class WhatIfFields(QWidget):
             label.setBuddy(editor.focusProxy() or editor)
             column.addLayout(_row(label, editor))
             self.editors[command.key] = editor
-        self._shown: Mapping[str, tuple[Draft | None, SettingSource | None]] = {}
+        self._shown: Mapping[str, tuple[Value | None, SettingSource | None]] = {}
         self.show_wanted()
 
     def show_wanted(self) -> None:
         wanted = self._wanted
-        shown = {key: (wanted.draft(key), wanted.standing.get(key)) for key in self.editors}
-        for key, (draft, standing) in shown.items():
-            if self._shown.get(key, ()) != (draft, standing):
-                self._show(key, draft, standing)
+        shown = {key: (wanted.values.get(key), wanted.standing.get(key)) for key in self.editors}
+        for key, (edited, standing) in shown.items():
+            if self._shown.get(key, ()) != (edited, standing):
+                self._show(key, edited, standing)
         self._shown = shown
 
-    def _show(self, key: str, draft: Draft | None, standing: SettingSource | None) -> None:
+    def _show(self, key: str, edited: Value | None, standing: SettingSource | None) -> None:
         editor, stands = self.editors[key], None if standing is None else standing.value
-        if isinstance(editor, FlagEditor) and draft is None and isinstance(stands, bool):
-            draft = Draft("", stands)  # a switch has no placeholder
-        editor.show_draft(draft, stands)
+        if isinstance(editor, FlagEditor) and edited is None:
+            edited = stands  # a switch has nothing muted
+        editor.show_value(edited, stands)
 
     def _editor(self, command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:
         editor = make_editor(command, texts, guard)
@@ -78,7 +78,6 @@ class WhatIfFields(QWidget):
         for child in editor.findChildren(QWidget):
             child.setObjectName(f"fired_{child.objectName()}")
         wanted, key = self._wanted, command.key
-        editor.typed.connect(lambda text: self._do(partial(wanted.type_text, key, text)))
         editor.chosen.connect(lambda value: self._do(partial(wanted.choose, key, value)))
         if isinstance(editor, FlagEditor):
             editor.cancelled.connect(lambda: self._do(partial(wanted.withdraw, key)))

@@ -143,7 +143,7 @@ class WhatIfPanel(QFrame):
             said = fired_words.verdict(self.finding, question, clock=self._clock)
         self._show_verdict(said)
         self._list(fired_words.rows(self.finding, clock=self._clock))
-        self.as_module.setEnabled(self.wanted.has_drafts)
+        self.as_module.setEnabled(bool(self.wanted.values))
         self.from_settings.setEnabled(bool(self._exchange.find_drafts()))
         self.use.setEnabled(bool(self.wanted.values) and self._exchange.can_use())
 

@@ -79,7 +79,7 @@ class BaudPanel(QFrame):
 
     def _reset(self) -> None:
         self._doubtful_since = None
-        self.editor.show_draft(None, None)
+        self.editor.show_value(None, None)
         self.confirm.withdraw()
 
     def _change(self) -> None:
@@ -94,7 +94,7 @@ class BaudPanel(QFrame):
         self._job.run(change, partial(self._end, rate, permit))
 
     def _end(self, rate: int, permit: Permit, job: Job[BaudChanged]) -> None:
-        self.editor.show_draft(None, None)
+        self.editor.show_value(None, None)
         if job.run.error is not None and not permit.is_spent:
             self._job.set_notice(lambda: replace(not_begun(), dismiss=self._job.dismiss))
         elif job.run.error is not None:

@@ -27,7 +27,6 @@ from app.settings.fingerprint import Fingerprint, fingerprint_of
 from app.settings.form import FORM_COMMANDS, RowState
 from app.settings.setting_texts import DEFAULTS
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
 from protocol.catalogue import BY_NAME
 from protocol.fields import Flag, Value
 from protocol.link_states import Presence
@@ -119,11 +118,10 @@ class SettingsPage(Page):
             self.rows[key].show_row(row, now, is_editable=work.can_edit, is_chosen=key == self._chosen)
         self._show_pane()
         count = len(form.changes(device, now))
-        has_invalid = any(row.state is RowState.INVALID for row in rows)
         writing = sum(row.state is RowState.WRITING for row in rows)
-        self.write.setText(tr("Invalid value") if has_invalid else _write_text(count or writing))
+        self.write.setText(_write_text(count or writing))
         self.write.setAccessibleName(self.write.text())
-        self.write.setEnabled(work.can_write and count > 0 and not has_invalid)
+        self.write.setEnabled(work.can_write and count > 0)
         self.read.setEnabled(work.job.can_run)
         self.revert.setEnabled(work.can_edit and form.has_drafts)
         self.defaults.setEnabled(work.can_fill(DEFAULTS))
@@ -145,19 +143,11 @@ class SettingsPage(Page):
         self.code.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))
 
     def _idle_notice(self) -> Notice | None:
-        if not self._connector.current.is_requested:
+        if not self._connector.current.is_open or self.work.job.is_running or self.work.can_write:
             return None
-        now = self._connector.clock()
-        invalid = [
-            row for row in self.work.form.rows(self._connector.current.device, now) if row.state is RowState.INVALID
-        ]
-        said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
-        if self._connector.current.is_open and not self.work.job.is_running and not self.work.can_write:
-            is_online = self._connector.current.device.presence is Presence.ONLINE
-            said.append(
-                tr("Checking whether it is the same module…") if is_online else tr("The module does not answer.")
-            )
-        return Notice(Meaning.ATTENTION, join_sentences(said)) if said else None
+        is_online = self._connector.current.device.presence is Presence.ONLINE
+        text = tr("Checking whether it is the same module…") if is_online else tr("The module does not answer.")
+        return Notice(Meaning.ATTENTION, text)
 
     # The chosen row
 
@@ -246,8 +236,7 @@ class SettingsPage(Page):
     def _wire(self) -> None:
         work, form = self.work, self.work.form
         for row in self.rows.values():
-            row.typed.connect(lambda key, text: work.edit(partial(form.type_text, key, text)))
-            row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value)))
+            row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value, is_typing=True)))
             row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
             row.left.connect(form.end_typing)
             row.pressed.connect(self.choose)

@@ -49,7 +49,6 @@ STYLES: Final = {
     RowState.ACKNOWLEDGED: Look(Icon.INFORMATION, None),
     RowState.STALE: Look(Icon.CLOCK, Meaning.UNKNOWN),
     RowState.EDITED: Look(Icon.SETTINGS, Meaning.INFORMATION),
-    RowState.INVALID: Look(Icon.WARNING, Meaning.ATTENTION),
     RowState.WRITING: Look(Icon.CONNECTING, Meaning.INFORMATION),
     RowState.VERIFIED: Look(Icon.CHECK, Meaning.GOOD),
     RowState.CHANGED: Look(Icon.WARNING, Meaning.DANGER),
@@ -61,8 +60,6 @@ WRONG: Final = (RowState.FAILED, RowState.CHANGED)
 class SettingsRow(QFrame):
     """Shows a `FormRow`; the signals are about what the user did."""
 
-    typed = Signal(str, str)
-    """Key and the text typed so far."""
     chosen = Signal(str, object)
     """Key and value."""
     cancelled = Signal(str)
@@ -86,7 +83,6 @@ class SettingsRow(QFrame):
         self.name.setBuddy(self.editor)
         texts.bind(self._set_whats_this, command.explanation)
         key = command.key
-        self.editor.typed.connect(lambda text: self.typed.emit(key, text))
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
         self.editor.left.connect(self.left)
         if isinstance(self.editor, FlagEditor):
@@ -101,7 +97,7 @@ class SettingsRow(QFrame):
     def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:
         self.row = row
         self.stands.show_known(row.module_value, now)
-        self.editor.show_draft(row.draft, None if row.module_value is None else row.module_value.value)
+        self.editor.show_value(row.edited, None if row.module_value is None else row.module_value.value)
         self.editor.setEnabled(is_editable)
         look = STYLES[row.state]
         self.state.set_caption(tr("State of {setting}", setting=tr(self.command.title)))
@@ -182,12 +178,11 @@ class SettingPane(QFrame):
     def show_row(self, row: FormRow) -> None:
         command = row.command
         title, term = tr(command.title), command.vendor_term
-        reason = "" if row.state is RowState.INVALID else reason_text(row)  # the notice says it
         is_loud = any(one.weight is not Weight.PLAIN for one in row.consequences)
         for label, text in (
             (self.title, title),
             (self.term, "" if term == title else term),  # in Chinese it is the title
-            (self.reason, reason),
+            (self.reason, reason_text(row)),
             (self.what, tr(command.explanation)),
             (self.meaning, with_units(join_sentences(one.sentence for one in row.consequences))),
             (self.advice, capitalised(advice_text(command))),

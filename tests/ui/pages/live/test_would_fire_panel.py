@@ -105,7 +105,7 @@ def test_the_modules_values_are_tried_first(live: Bench) -> None:
     assert "3° below" in details(live)
     assert "Free fall: none; lowest 1.0 g" in details(live)
     assert rows(live) == ["near miss: 57°, 3° below"]
-    assert live.find(QLineEdit, ATTITUDE).placeholderText() == "60"
+    assert live.find(QLineEdit, ATTITUDE).text() == "60"
 
 
 def test_the_list_fits_its_rows_at_another_size_of_text(live: Bench) -> None:
@@ -162,8 +162,6 @@ def test_unknown_thresholds_are_not_judged(live: Bench) -> None:
     retype(live, ATTITUDE, "60")
     assert head(live) == "Would have fired 1×."
     assert "Attitude trigger: assumed enabled." in details(live)
-    retype(live, ATTITUDE, "6x")
-    assert "Attitude threshold: invalid." in details(live)
 
 
 def test_a_trigger_that_is_switched_off(live: Bench) -> None:
@@ -314,10 +312,10 @@ def test_a_recording_is_judged_with_its_own_thresholds(live: Bench, tmp_path: Pa
     assert "Free-fall time: enter a value." in details(live)
     assert head(live) == "Would have fired 1×."
     assert rows(live) == ["would fire: attitude, 55°"]
-    assert live.find(QLineEdit, ATTITUDE).placeholderText() == "50"
+    assert live.find(QLineEdit, ATTITUDE).text() == "50"
     live.page.back_to_live()
     assert head(live).startswith("Would not have fired")
-    assert live.find(QLineEdit, ATTITUDE).placeholderText() == "60"
+    assert live.find(QLineEdit, ATTITUDE).text() == "60"
 
 
 def test_a_recording_is_closed_while_it_is_judged(live: Bench, tmp_path: Path) -> None:
@@ -361,7 +359,7 @@ def test_drafts_move_between_settings_and_live_without_sending(
         assert isinstance(live, LivePage)
         assert isinstance(settings, SettingsPage)
         window_.go_to("settings")
-        settings.work.edit(lambda: settings.work.form.type_text("attitude_threshold_deg", "70"))
+        settings.work.edit(lambda: settings.work.form.choose("attitude_threshold_deg", 70))
         settings.try_out.trigger()
         qtbot.waitUntil(live.fired.isVisible, timeout=WAIT_MS)
         box = find(live, QLineEdit, ATTITUDE)

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QApplication, QToolButton
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import How, Known
-from app.settings.drafts import Draft
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text
 from app.text.i18n import ENGLISH, PSEUDO
@@ -37,7 +36,7 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
         assembly.window.go_to("settings")
         page = find(assembly.window, SettingsPage)
         known = Known(value=True, how=How.ACKNOWLEDGED, at=assembly.connector.clock())
-        row = FormRow(command=SERIAL_OUTPUT, module_value=known, draft=None, state=RowState.ACKNOWLEDGED)
+        row = FormRow(command=SERIAL_OUTPUT, module_value=known, edited=None, state=RowState.ACKNOWLEDGED)
         for _ in range(2):  # a layout asks for another one
             page.rows["serial_output"].show_row(row, known.at, is_editable=True, is_chosen=False)
             QApplication.processEvents()
@@ -57,7 +56,7 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
         assembly.window.go_to("settings")
         page = find(assembly.window, SettingsPage)
         command = BY_NAME["attitude_trigger"]
-        row = FormRow(command=command, module_value=None, draft=Draft("", value=False), state=RowState.EDITED)
+        row = FormRow(command=command, module_value=None, edited=False, state=RowState.EDITED)
         for _ in range(2):  # a layout asks for another one
             page.rows[command.key].show_row(row, 0.0, is_editable=True, is_chosen=False)
             QApplication.processEvents()
