@@ -56,7 +56,7 @@ class RowsTable(QTableView, Generic[Row]):
         self.source.show_columns(columns)
         modes = QHeaderView.ResizeMode
         for place, column in enumerate(columns):
-            mode = modes.Interactive if column.widest is not None else modes.ResizeToContents
+            mode = modes.ResizeToContents if column.widest is None and not column.fixed_px else modes.Interactive
             self.setColumnHidden(place, column.is_beside)
             self.horizontalHeader().setSectionResizeMode(place, modes.Stretch if column.stretches else mode)
         self.measure()
@@ -85,12 +85,16 @@ class RowsTable(QTableView, Generic[Row]):
         for place, column in enumerate(self.source.columns):
             title_px = heads.horizontalAdvance(tr(column.title)) + Space.XL + 2
             titles_px += [title_px] * column.stretches
-            if column.widest is None or (self.isColumnHidden(place) and not column.is_spare):
+            if self.isColumnHidden(place) and not column.is_spare:
                 continue
-            icon_px = 0 if column.picture is None else _ICON_PX
-            text_px = body.horizontalAdvance(column.widest()) + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX
-            self._widths[place] = max(text_px, title_px)
-            self.setColumnWidth(place, self._widths[place])
+            if column.fixed_px:
+                self._widths[place] = column.fixed_px
+            elif column.widest is not None:
+                icon_px = 0 if column.picture is None else _ICON_PX
+                text_px = body.horizontalAdvance(column.widest()) + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX
+                self._widths[place] = max(text_px, title_px)
+        for place, width in self._widths.items():
+            self.setColumnWidth(place, width)
         if len(titles_px) > 1:
             self.horizontalHeader().setMinimumSectionSize(max(titles_px))
         self._share_width()

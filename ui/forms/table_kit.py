@@ -38,6 +38,8 @@ class TableColumn(Generic[Row]):
     ink: Callable[[Row], Meaning | None] = lambda _row: None
     widest: Callable[[], str] | None = None
     """The text that has to fit, in the language in use; without one the column is as wide as its contents."""
+    fixed_px: int = 0
+    """The width of a column of pictures."""
     stretches: bool = False
     """Takes what room remains, beside others that do."""
     is_beside: bool = False

@@ -15,6 +15,8 @@ from ui.forms.table_kit import TableColumn
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
+_OUTLINE_PX: Final = 88
+
 
 class Column(IntEnum):
     TILT = 0
@@ -45,7 +47,9 @@ def _ink(entry: RecordingEntry) -> Meaning | None:
 
 
 COLUMNS: Final = (
-    TableColumn[RecordingEntry](marked("Tilt"), lambda _entry: "", lambda entry: entry.started_at.timestamp()),
+    TableColumn[RecordingEntry](
+        marked("Tilt"), lambda _entry: "", lambda entry: entry.started_at.timestamp(), fixed_px=_OUTLINE_PX
+    ),
     TableColumn[RecordingEntry](
         marked("When"),
         lambda entry: f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",

@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QRectF, QSize
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QLineEdit, QStackedWidget, QStyledItemDelegate, QStyleOptionViewItem, QTableView
 
@@ -32,7 +32,6 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 ROW_PX: Final = 44
-_OUTLINE_PX: Final = 88
 _FRAME_PX: Final = 8
 """Padding of the style at both sides of a cell."""
 
@@ -43,9 +42,6 @@ class OutlineDelegate(QStyledItemDelegate):
     def __init__(self, outlines: Outlines, parent: QTableView) -> None:
         super().__init__(parent)
         self._outlines = outlines
-
-    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
-        return QSize(_OUTLINE_PX, super().sizeHint(option, index).height())
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         super().paint(painter, option, index)

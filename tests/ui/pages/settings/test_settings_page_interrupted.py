@@ -177,7 +177,10 @@ def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(
             choose(one, "drop_edits", bar)
             one.until(lambda: connector.current.identity.is_settled)
             one.until(lambda: state(one, TIME) is RowState.READ)
-            assert (box.parentWidget().property("role"), state(one, TILT)) == ("muted", RowState.READ)
+            assert (one.find(QWidget, "freefall_time_number").property("role"), state(one, TILT)) == (
+                "muted",
+                RowState.READ,
+            )
         else:
             one.until(lambda: state(one, TILT) is RowState.CHANGED)
             assert (float(box.text()), work.count_unsent()) == (1.2, 0)
