@@ -177,6 +177,7 @@ def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, t
     with desk(qtbot, qapp, tmp_path) as one:
         box = one.find(QLineEdit, "attitude_threshold_wanted")
         number = one.find(QDoubleSpinBox, "attitude_threshold_number")
+        one.until(lambda: box.text() == "60")
         one.settings.read.setFocus()
         wheel(number)
         assert box.text() == "60"
