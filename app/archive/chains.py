@@ -11,10 +11,11 @@ from app.archive.local_facts import LocalFacts
 from app.records.check_store import CheckStore
 from app.records.record import Record
 from app.records.verification import RecordState, chain_name, verify
+from app.stations.station import Station, encoded
 from app.store.database import Database
 from app.store.facts import FactKind
 from app.store.former import link_hash
-from app.text.messages import UserMessage
+from app.text.messages import UserMessage, message
 
 
 class ArchivedRecords:
@@ -49,8 +50,9 @@ def record_of(fact: Fact) -> Record | None:
     return record if isinstance(record, dict) else None
 
 
-def chains_in(facts: LocalFacts) -> list[ChainState]:
-    """For every station the chain of its facts, and one of checks per module. Raises `UserError`."""
+def chains_in(facts: LocalFacts, own: Station) -> list[ChainState]:
+    """For every station the chain of its facts, and one of checks per module. `own`: this station, whose
+    store is verified as by `dps-s verify --log`. Raises `UserError`."""
     stations: dict[str, list[Fact]] = {}
     checks: dict[tuple[str, object, object], list[Record]] = {}
     for fact in facts.of_kind(None):
@@ -60,11 +62,16 @@ def chains_in(facts: LocalFacts) -> list[ChainState]:
             checks.setdefault((fact.station, *chain_name(record)), []).append(record)
     kept = ArchivedRecords(facts.own.database, facts.others)
     return [
-        *(ChainState(station=station, module=None, is_audit=True, count=len(chain), missing=_missing(_links(chain)))
+        *(ChainState(station=station, module=None, is_audit=True, count=len(chain), missing=_missing(_links(chain)),
+                     faults=_own_faults(facts) if station == encoded(own.public) else ())
           for station, chain in sorted(stations.items())),
         *(_checks(station, module, records, kept)
           for (station, module, _adapter), records in sorted(checks.items(), key=lambda chain: [*map(str, chain[0])])),
     ]  # fmt: skip
+
+
+def _own_faults(facts: LocalFacts) -> tuple[UserMessage, ...]:
+    return tuple(message(fault.fault.value, entry=fault.entry) for fault in facts.own.faults())
 
 
 def _checks(station: str, module: object, records: Sequence[Record], kept: ArchivedRecords) -> ChainState:

@@ -17,8 +17,9 @@ from protocol.catalogue import MAX_RECORDS
 MAX_NOTE_LENGTH = 2000
 _LARGEST = 2**62
 """Largest number that is looked up; SQLite integers have 64 bits."""
-_RECENT = 300
+_RECENT = 100
 """Number of checks that the list of aircraft is made from."""
+_LISTED = 200
 MEASURED = {
     "cell_voltage": "cell_voltage_v",
     "light": "light_v",
@@ -75,14 +76,8 @@ class StoredCheck:
     is_void: bool
     fingerprint: str | None
     hash: str
-
-
-@dataclass(frozen=True, slots=True)
-class Point:
-    """One value of one check."""
-
-    at: str
-    value: float
+    measured: Mapping[str, float]
+    """See `MEASURED`."""
 
 
 class CheckStore:
@@ -215,15 +210,16 @@ class CheckStore:
             return record
 
     def checks(self, module: str | None = None, *, aircraft: str | None = None,
-               limit: int = 500) -> tuple[StoredCheck, ...]:  # fmt: skip
-        """Newest first, of one module (None: modules without a name) or of one aircraft."""
+               limit: int = _LISTED) -> tuple[StoredCheck, ...]:  # fmt: skip
+        """Newest first, of one module (None: modules without a name) or of one aircraft. Takes up to a millisecond for
+        each: not for the window's thread."""
         where, value = (f"{_of_record('aircraft')} = ?", aircraft) if aircraft is not None else ("module IS ?", module)
         facts = self._facts.select(FactKind.CHECK, f"AND {where} ORDER BY number DESC LIMIT ?", (value, limit),
                                    payload="json_remove(payload, '$.record.frames')")  # fmt: skip
         return tuple(check for check in map(_stored_check, facts) if check is not None)
 
     def aircraft(self) -> tuple[str, ...]:
-        """Those of the last checks of all modules, the last checked first."""
+        """Those of the last checks of all modules, the last checked first. Not for the window's thread."""
         last = self._facts.select(FactKind.CHECK, "ORDER BY number DESC LIMIT ?", (_RECENT,),
                                   payload=f"json_object('name', {_of_record('aircraft')})")  # fmt: skip
         return tuple(dict.fromkeys(check.content["name"] for check in last if check.content["name"]))
@@ -253,16 +249,6 @@ class CheckStore:
         found = self._facts.select(FactKind.CHECK, which, values, payload="json_object('hash', link)")
         return found[0].content["hash"] if found else None
 
-    def measured(self, module: str | None, *, limit: int = 1000) -> Mapping[str, Sequence[Point]]:
-        """The measured values over time by their names, the oldest first."""
-        values = f"json_object('at', {_of_record('at')}, 'checks', {_of_record('checks')})"
-        which = "AND module IS ? ORDER BY number DESC LIMIT ?"
-        points: dict[str, list[Point]] = {}
-        for check in reversed(self._facts.select(FactKind.CHECK, which, (module, limit), payload=values)):
-            for name, value in measured_in(check.content).items():
-                points.setdefault(name, []).append(Point(str(check.content["at"]), value))
-        return points
-
 
 def _of_record(key: str) -> str:
     return f"json_extract(payload, '$.record.{key}')"
@@ -280,6 +266,7 @@ def _stored_check(fact: Kept) -> StoredCheck | None:
     try:
         return StoredCheck(
             id=fact.number, module=fact.content["module"], is_void=record["void"] is not None,
+            measured=measured_in(record),
             **{name: record[name] for name in ("number", "at", "aircraft", "who", "verdict", "fingerprint", "hash")},
         )  # fmt: skip
     except (KeyError, TypeError):

@@ -1,9 +1,9 @@
 """Backup copies of the store, and restoring from them.
 
-A store that was there is copied at its opening, and by the window every hour, in a thread of its own (SQLite's backup
-interface: readers and writers go on meanwhile). The newest copies are kept, and of older days one each. A store that is
-damaged, emptied or gone is restored from the newest copy that is good; the copy stays, and so does the damaged file
-under another name.
+A store that was there is copied at its opening, and by the window once a day while it runs, in a thread of its own
+(SQLite's backup interface: readers and writers go on meanwhile). The newest copies are kept, and of older days one
+each. A store that is damaged, emptied or gone is restored from the newest copy that is good; the copy stays, and so
+does the damaged file under another name.
 """
 
 import logging
@@ -19,7 +19,9 @@ from app.system.files import draft_of, write_whole
 _log = logging.getLogger(__name__)
 
 FOLDER = "copies"
-EVERY_S = 3600.0
+EVERY_S = 24 * 3600.0
+AT_OPENING_S = 3600.0
+"""Age of the newest copy from which one is made at the opening: commands open the store for a moment each."""
 MIN_COPIES = 4
 MAX_COPY_DAYS = 7
 PAGES_AT_ONCE = 256
@@ -110,7 +112,7 @@ def restore(store: Path, *, is_good: Callable[[sqlite3.Connection], None]) -> Pa
 
 
 class Copier:
-    """Copies an open store in a thread of its own, whenever the newest copy is older than an hour."""
+    """Copies an open store in a thread of its own."""
 
     def __init__(
         self, store: Path, clock: Callable[[], datetime], *, is_good: Callable[[sqlite3.Connection], None]
@@ -119,10 +121,10 @@ class Copier:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start_if_due(self) -> None:
-        """Returns at once; one copy at a time."""
+    def start_if_due(self, after_s: float = EVERY_S) -> None:
+        """Where the newest copy is older. Returns at once; one copy at a time."""
         is_running = self._thread is not None and self._thread.is_alive()
-        if not is_running and not self._stop.is_set() and self._is_due():
+        if not is_running and not self._stop.is_set() and self._is_due(after_s):
             self._thread = threading.Thread(target=self._run, name="dps-s copies", daemon=True)
             self._thread.start()
 
@@ -132,9 +134,9 @@ class Copier:
         if self._thread is not None:
             self._thread.join(CLOSING_LIMIT_S)
 
-    def _is_due(self) -> bool:
+    def _is_due(self, after_s: float) -> bool:
         newest = next((at for at in map(copied_at, copies_of(self._store)) if at is not None), None)
-        return newest is None or not 0 <= (self._clock() - newest).total_seconds() < EVERY_S
+        return newest is None or not 0 <= (self._clock() - newest).total_seconds() < after_s
 
     def _run(self) -> None:
         try:

@@ -25,7 +25,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from app.store.copies import Copier, copied_at, restore
+from app.store.copies import AT_OPENING_S, Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, StoreLayout, make_tables
 from app.system.files import draft_of
 from app.text.messages import UserMessage, joined, message
@@ -197,7 +197,7 @@ class Database:
 
 
 def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, name: str = FILE_NAME) -> Database:
-    """Raises `StoreTrouble` if it cannot be used. Only the store itself, not the archive, is copied every hour."""
+    """Raises `StoreTrouble` if it cannot be used. Only the store itself, not the archive, is copied."""
     path = folder / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -286,7 +286,7 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, set_aside: SetAside | N
         raise
     copies = Copier(path.absolute(), clock, is_good=_check_copy) if path.name == FILE_NAME else None
     if had_content and copies is not None:
-        copies.start_if_due()
+        copies.start_if_due(AT_OPENING_S)
     notice = set_aside.message if set_aside is not None else None
     return Database(path, connection, clock, reading=reading, copies=copies, notice=notice)
 

@@ -39,7 +39,7 @@ def run_status(args: argparse.Namespace) -> int:
         status = archive.status(stored_server(data_folder()))
         fingerprint = fingerprint_of(archive.station.public)
         stations = {shown_station(key): count for key, count in status.stations.items()}
-        chains = chains_in(archive.facts)
+        chains = chains_in(archive.facts, archive.station)
     is_sound = not any(one.faults for one in chains)
     if args.json:
         console.write_json({

@@ -100,7 +100,7 @@ def test_a_store_that_was_restored_from_a_copy_loses_no_later_fact(tmp_path: Pat
         found = [fact.content["settings"] for fact in one.facts.of_kind(FactKind.SNAPSHOT, "M-09")]
         assert found == [{"attitude_threshold_deg": 50}, {"attitude_threshold_deg": 70}]
         assert one.store.facts.faults() == []
-        assert [chain.missing for chain in chains_in(one.facts)] == [0]
+        assert [chain.missing for chain in chains_in(one.facts, one.station)] == [0]
 
 
 def test_the_history_of_a_module_names_acts_settings_and_what_came_of_them(stations: list[ArchiveStation]) -> None:
@@ -132,6 +132,9 @@ def test_what_was_altered_in_the_audit_log_is_not_shared(stations: list[ArchiveS
     tamper(one.folder / FILE_NAME, "UPDATE facts SET payload = replace(payload, 'window', 'nowhere')")
     assert one.collect() == 1  # what came of it
     assert one.facts.of_kind(FactKind.ACT) == []
+    assert [fault.in_english() for chain in chains_in(one.facts, one.station) for fault in chain.faults] == [
+        "Entry 1 was altered."
+    ]
 
 
 def test_a_stick_carries_the_facts_of_all_in_any_order(stations: list[ArchiveStation], tmp_path: Path) -> None:
@@ -262,10 +265,13 @@ def test_a_chain_is_verified_after_an_exchange_and_a_missing_link_is_counted(
     kept = ArchivedRecords(other.store.database, other.facts.others)
     assert verify(records[2], kept).chain is Chain.NOT_AT_HAND
     theirs = encoded(one.station.public)
-    assert [(one.count, one.missing) for one in chains_in(other.facts) if one.station == theirs] == [(3, 1), (2, 1)]
+    assert [(one.count, one.missing) for one in chains_in(other.facts, other.station) if one.station == theirs] == [
+        (3, 1),
+        (2, 1),
+    ]
     _import(other, stick)
     assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED, Chain.LINKED]
-    chains = chains_in(other.facts)
+    chains = chains_in(other.facts, other.station)
     assert sorted((one.is_audit, one.count, one.missing, one.faults) for one in chains) == [
         (False, 3, 0, ()), (False, 3, 0, ()), (True, 4, 0, ()), (True, 10, 0, ())
     ]  # fmt: skip

@@ -140,7 +140,7 @@ def _archive(one: ArchiveStation) -> Archive:
 def _look_at_everything(one: ArchiveStation) -> None:
     names = _archive(one).names()
     fleet_state(one.facts, names, datetime.now(UTC))
-    chains_in(one.facts)
+    chains_in(one.facts, one.station)
     for module in names.modules:
         json.dumps([event.text.translated() for event in module_history(one.facts, module).events]).encode()
 

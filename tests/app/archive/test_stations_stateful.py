@@ -162,7 +162,9 @@ class Desk:
         assert len(everything) == recorded, "something was lost or invented"
         for one in self.stations:
             assert one.store.facts.faults() == []
-            assert [chain.missing for chain in chains_in(one.facts)] == [0] * len(chains_in(one.facts))
+            assert [chain.missing for chain in chains_in(one.facts, one.station)] == [0] * len(
+                chains_in(one.facts, one.station)
+            )
         names = [self.archive(one).names() for one in self.stations]
         assert names[0] == names[1] == names[2]
         for one in self.stations:

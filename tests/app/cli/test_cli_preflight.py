@@ -142,7 +142,7 @@ def test_the_report_is_written_kept_chained_and_verified(
     store = CheckStore(kept.database)
     assert [(one.number, one.verdict) for one in store.checks("M-07")] == [(2, "READY"), (1, "NO-GO")]
     assert [one.number for one in store.checks(aircraft="B-1234")] == [2, 1]
-    assert [point.value for point in store.measured("M-07")["cell_voltage_v"]] == [3.9, 3.9]
+    assert [check.measured["cell_voltage_v"] for check in store.checks("M-07")] == [3.9, 3.9]
     assert [one.outcome for one in kept.audit(Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 

@@ -71,7 +71,7 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
             f"SELECT number, hash, verdict, at FROM preflight_checks {of_module} ORDER BY id DESC"
         )
         for value in ("light_v", "cell_voltage_v"):
-            assert [point.value for point in checks.measured(name).get(value, ())] == [
+            assert [check.measured[value] for check in reversed(checks.checks(name)) if value in check.measured] == [
                 row[0] for row in rows(f"SELECT value FROM measured_values JOIN preflight_checks c ON c.id = check_id "
                                        f"{of_module} AND name = '{value}' ORDER BY c.id")
             ]  # fmt: skip
@@ -129,7 +129,7 @@ def test_what_was_exchanged_is_not_there_twice(folder: Path, archive: Archive) -
     new = [fact.kind for fact in facts if fact.id not in former_ids]
     assert {fact.id for fact in facts} >= former_ids
     assert set(new) == {"visit", "baud_change", "outcome", "module", "migrated"}
-    assert [chain.missing for chain in chains_in(archive.facts)] == [0, 0, 0]
+    assert [chain.missing for chain in chains_in(archive.facts, archive.station)] == [0, 0, 0]
     assert archive.export(folder / "stick").sent == len(facts)
 
 

@@ -1,8 +1,8 @@
 """Past checks of a module or an aircraft, with trends of the measured values."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import ClassVar, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple, TypeVar
 
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Qt, Signal
@@ -17,15 +17,15 @@ from PySide6.QtWidgets import (
 )
 
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
-from app.records.check_store import CheckStore, Point, StoredCheck
+from app.records.check_store import CheckStore, StoredCheck
 from app.stations.known import KnownStation, Stations
-from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
@@ -37,9 +37,8 @@ from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
 
+Result = TypeVar("Result")
 _DOT_PX: Final = 7
-_MAX_POINTS: Final = 200
-"""Only the last ones: more could not be distinguished."""
 
 
 class Trend(StaticPlot):
@@ -52,16 +51,15 @@ class Trend(StaticPlot):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self._unit, self._decimals = "", 0
-        self.points: tuple[Point, ...] = ()
+        self.values: tuple[float, ...] = ()
         self._title, self._last = named(QLabel(), f"{name}_title", "small"), named(QLabel(), f"{name}_last", "small")
         self.column.addLayout(in_row(self._title, 1, self._last))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
-    def show_points(self, title: str, unit: str, points: Sequence[Point], *, decimals: int) -> None:
-        """`points` from the oldest to the newest."""
+    def show_values(self, title: str, unit: str, values: Sequence[float], *, decimals: int) -> None:
+        """`values` from the oldest to the newest."""
         self._unit, self._decimals = unit, decimals
-        self.points = tuple(points[-_MAX_POINTS:])
-        values = [point.value for point in self.points]
+        self.values = tuple(values)
         self._title.setText(title)
         self._last.setText(self._shown(values[-1]) if values else "")
         if values:
@@ -84,7 +82,7 @@ class Trend(StaticPlot):
         return f"{value:.{self._decimals}f}{gap}{self._unit}"
 
     def draw(self, theme: Theme) -> None:
-        values = [point.value for point in self.points]
+        values = self.values
         if not values:
             self.show_nothing(tr("not measured yet"))
             return
@@ -158,6 +156,7 @@ class CheckHistory(QWidget):
         self.setObjectName("check_history")
         self._services = services
         self.checks: tuple[StoredCheck, ...] = ()
+        self._loading: BackgroundTask[Any] = BackgroundTask("dps-s past checks", self)
         texts = services.texts
         self.filter = control(QComboBox(), texts, "check_history_filter", says="Past checks")
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
@@ -186,16 +185,14 @@ class CheckHistory(QWidget):
     def _reload(self, chosen: object) -> None:
         """Reload everything; `chosen`: the entry of the filter to select."""
         self.stations.refresh()
+        self._load(lambda kept: kept.aircraft(), lambda names: self._fill_filter(chosen, names))
+
+    def _fill_filter(self, chosen: object, aircraft: Sequence[str]) -> None:
         self.filter.clear()
         for one in self._services.naming.known:
             self.filter.addItem(tr("Module: {name}", name=one.name), ("module", one.name))
-        store = self._services.storage.store
-        if isinstance(store, Store):
-            try:
-                for name in CheckStore(store.database).aircraft():
-                    self.filter.addItem(tr("Aircraft: {name}", name=name), ("aircraft", name))
-            except StoreTrouble as trouble:
-                self.count.setText(trouble.sentence)
+        for name in aircraft:
+            self.filter.addItem(tr("Aircraft: {name}", name=name), ("aircraft", name))
         self.filter.addItem(tr("Unnamed"), ("module", None))
         place = next((n for n in range(self.filter.count()) if self.filter.itemData(n) == chosen), 0)
         self.filter.setCurrentIndex(place)
@@ -203,30 +200,33 @@ class CheckHistory(QWidget):
 
     def refresh_rows(self) -> None:
         kind, which = self.filter.currentData() or ("module", None)
+        is_aircraft = kind == "aircraft"
+        self._load(lambda kept: kept.checks(aircraft=which) if is_aircraft else kept.checks(which), self._show)
+
+    def _load(self, read: Callable[[CheckStore], Result], then: Callable[[Result], None]) -> None:
         store = self._services.storage.store
-        self.checks = ()
-        points: Mapping[str, Sequence[Point]] = {}
-        said = ""
         if isinstance(store, Store):
-            try:
-                kept = CheckStore(store.database)
-                if kind == "aircraft":
-                    self.checks = kept.checks(aircraft=which)
-                else:
-                    self.checks = kept.checks(which)
-                    points = kept.measured(which)
-            except StoreTrouble as trouble:
-                said = trouble.sentence
+            kept = CheckStore(store.database)
+            self._loading.run(lambda _running: read(kept), then, self._fail)
         else:
-            said = store.sentence
-        self.count.setText(said or tr("Checks: {count}", count=len(self.checks)))
+            self._fail(store)
+
+    def _fail(self, error: Exception) -> None:
+        self._show(())
+        self.count.setText(error_text(error))
+
+    def _show(self, checks: Sequence[StoredCheck]) -> None:
+        self.checks = tuple(checks)
+        self.count.setText(tr("Checks: {count}", count=len(checks)))
         self.table.show_rows(self.checks)
-        if self.checks:
+        if checks:
             select_row(self.table, 0)
         self._enable()
+        is_of_module = self.filter.currentData() is None or self.filter.currentData()[0] == "module"
         for one in TRENDED:
-            self.trends[one.name].show_points(tr(one.title), one.unit, points.get(one.name, ()), decimals=one.decimals)
-            self.trends[one.name].setVisible(kind == "module")
+            values = [check.measured[one.name] for check in reversed(checks) if one.name in check.measured]
+            self.trends[one.name].show_values(tr(one.title), one.unit, values, decimals=one.decimals)
+            self.trends[one.name].setVisible(is_of_module)
 
     def _enable(self) -> None:
         chosen = self._chosen()

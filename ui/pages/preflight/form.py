@@ -1,6 +1,6 @@
 """Form of the Pre-flight page: person, module, aircraft, profile."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -10,11 +10,11 @@ from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolBut
 from app.records.check_store import CheckStore
 from app.settings.profile_file import ProfileRefused, read_profile
 from app.settings.profiles import Profile
-from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, ask_profile
 from ui.files.file_opener import add_recent
 from ui.pages.preflight.profile_fields import captioned_row
@@ -53,7 +53,6 @@ class PreflightForm(QWidget):
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.aircraft.setMinimumContentsLength(8)
         self.aircraft.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.aircraft.addItems(self._known_aircraft())
         guard.guard(self.aircraft)
         edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
         self.aircraft.setLineEdit(edit)
@@ -70,6 +69,8 @@ class PreflightForm(QWidget):
         self.choose.setMenu(self.menu)
         texts.bind(self.who.setPlaceholderText, "your name")
         self._saved = self._entered()
+        self._reading_aircraft: BackgroundTask[tuple[str, ...]] = BackgroundTask("dps-s aircraft", self)
+        self._read_aircraft()
         self.who.editingFinished.connect(self._commit)
         edit.editingFinished.connect(self._commit)
         self.aircraft.activated.connect(self._commit)
@@ -133,14 +134,16 @@ class PreflightForm(QWidget):
     def _entered(self) -> tuple[str, str]:
         return self.who_checks, self.aircraft_name
 
-    def _known_aircraft(self) -> tuple[str, ...]:
+    def _read_aircraft(self) -> None:
         store = self._services.storage.store
-        if not isinstance(store, Store):
-            return ()
-        try:
-            return CheckStore(store.database).aircraft()[:_MAX_AIRCRAFT]
-        except StoreTrouble:
-            return ()
+        if isinstance(store, Store):
+            kept = CheckStore(store.database)
+            self._reading_aircraft.run(lambda _running: kept.aircraft(), self._offer_aircraft, lambda _error: None)
+
+    def _offer_aircraft(self, names: Sequence[str]) -> None:
+        entered = self.aircraft.currentText()
+        self.aircraft.addItems(names[:_MAX_AIRCRAFT])
+        self.aircraft.setEditText(entered)
 
     def _fill_menu(self) -> None:
         self.menu.clear()

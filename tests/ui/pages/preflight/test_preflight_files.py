@@ -88,8 +88,8 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert bench.check() is Standing.READY
         bench.click(page.buttons.history)
         history = page.history
-        assert [one.verdict for one in history.checks] == ["READY", "NO-GO"]
-        assert [point.value for point in history.trends["cell_voltage_v"].points] == [3.6, 4.0]
+        qtbot.waitUntil(lambda: [one.verdict for one in history.checks] == ["READY", "NO-GO"])
+        assert history.trends["cell_voltage_v"].values == (3.6, 4.0)
         assert "3.60 V to 4.00 V" in history.trends["cell_voltage_v"].accessibleName()
         target = tmp_path / "again.pdf"
         page.files.ask_path = choosing(target)
@@ -98,14 +98,16 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert verify_file(target, find_station=find_in(bench)).state is RecordState.INTACT
         bench.click(page.buttons.history)
         box = bench.find(QComboBox, "check_history_filter")
+        qtbot.waitUntil(lambda: box.findText("Aircraft: H6-12") >= 0)
         box.setCurrentIndex(box.findText("Aircraft: H6-12"))
         box.activated.emit(box.currentIndex())
-        assert len(history.checks) == 2
+        trend = history.trends["cell_voltage_v"]
+        qtbot.waitUntil(lambda: trend.isHidden() and len(history.checks) == 2)
         bench.assembly.language_switch.use(CHINESE)
-        assert box.currentText() == tr("Aircraft: {name}", name="H6-12") != "Aircraft: H6-12"
+        qtbot.waitUntil(lambda: box.currentText() == tr("Aircraft: {name}", name="H6-12") != "Aircraft: H6-12")
         assert not history.stations.own.text().startswith("This station")
         bench.assembly.language_switch.use(ENGLISH)
-        assert (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2)
+        qtbot.waitUntil(lambda: (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2))
         qtbot.keyClick(page, Qt.Key.Key_Escape)
         assert page.buttons.isVisible()
 
