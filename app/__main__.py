@@ -214,7 +214,7 @@ def _prepare_log(*, is_wanted: bool, is_window: bool) -> None:
 
 
 def _explain(error: Exception) -> int:
-    from app.diagnosis.troubles import explain
+    from app.diagnosis.causes import explain
     from app.terminal.connection import link_trouble
 
     if os.environ.get(DEBUG) == "1":

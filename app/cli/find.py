@@ -13,11 +13,9 @@ def run(args: argparse.Namespace) -> int:
     first = args.baud or USUAL_RATE
     with connected(args.port, first, is_greeted=False) as conversation:
         found = conversation.run(find_rate(first))
-    if args.json:
-        console.write_json({"baud_rate": found.baud_rate, "tried": list(found.tried)})
-    if found.baud_rate is None:
-        console.notify(no_module_found(args.port))
-        return console.NO_LINK
-    if not args.json:
-        console.write_lines([tr("{port}, {rate} baud", port=args.port, rate=found.baud_rate)])
-    return console.SUCCESS
+    said = [] if found.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=found.baud_rate)]
+    console.emit(args, found, lambda found: {"baud_rate": found.baud_rate, "tried": list(found.tried)}, lambda _: said)
+    if said:
+        return console.SUCCESS
+    console.notify(no_module_found(args.port))
+    return console.NO_LINK

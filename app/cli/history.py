@@ -5,16 +5,21 @@ agree and no frame was lost; 3 without a link; 4 if they differ, the query was n
 """
 
 import argparse
+from pathlib import Path
 
 from app.engine.identity import IdentityEvidence
 from app.engine.worker import Batch
+from app.limits.out_of_limits import record_outside
 from app.procedures.history import History, Pass, history_of, read_history
+from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import LinkTrouble, connected, module_is_silent
-from app.terminal.record_table import csv_of, json_of, page_of, write_csv
 from app.terminal.stored_history import read_evidence, store_visit
+from app.text.csv_cells import csv_text
+from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import not_written
+from app.text.sentences import in_brackets, join_names, not_written
+from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_word
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
 from protocol.messages import EmptySlot, TriggerRecord
@@ -69,20 +74,79 @@ class ReceivedRecords:
 
 def _print(history: History, args: argparse.Namespace) -> bool:
     """Print or write the records; whether that succeeded."""
-    if args.json:
-        console.write_json(json_of(history))
-        return True
     if args.csv is None:
-        console.write_lines(page_of(history))
+        console.emit(args, history, json_of, page_of)
         return True
     if args.csv == "-":
         console.write(csv_of(history))
         return True
     try:
-        write_csv(args.csv, history)
+        write_whole(Path(args.csv), csv_of(history).encode())
     except OSError as error:
         console.write_lines(page_of(history))  # so that no record is lost
         console.notify(not_written(args.csv, error))
         return False
     console.write_lines([tr("Rows written to {file}: {count}.", count=len(history.all), file=args.csv)])
     return True
+
+
+def json_of(history: History) -> dict[str, object]:
+    return {
+        "records": [fields for _, fields in _marked(history)],
+        "empty_slots": history.empty_slots,
+        "answered": history.is_answered,
+        "complete": history.is_confirmed,
+    }
+
+
+def _marked(history: History) -> list[tuple[TriggerRecord, dict[str, JsonValue]]]:
+    """Every record with its fields, and whether it is certain: seen in at least two readings."""
+    certain = [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
+    return [(record, fields_of(record) | {"confirmed": is_certain}) for record, is_certain in certain]
+
+
+def csv_of(history: History) -> str:
+    head = (*FIELDS, "confirmed")
+    return csv_text(head, ([fields[name] for name in head] for _, fields in _marked(history)))
+
+
+def page_of(history: History) -> list[str]:
+    """A table of the records in the order in which the module sent them, and remarks."""
+    if not history.all:
+        lines = [tr("The module keeps no trigger records.")] if history.is_confirmed else [tr("No records came.")]
+        return lines + _remarks(history)
+    head = (
+        tr("Boot count"), tr("After power-on"), tr("Source"), tr("Attitude"), tr("Free fall"), tr("Serial"),
+        tr("Charging"), tr("Light"), tr("Cell voltage"),
+    )  # fmt: skip
+    rows = [_row(record, is_certain=bool(fields["confirmed"])) for record, fields in _marked(history)]
+    return console.columns([head, *rows]) + _remarks(history)
+
+
+def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
+    cell, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
+    if outside is not None:
+        cell = f"{cell}{in_brackets(tr(outside.fault.value))}"
+    return (
+        str(record.boot_count) if is_certain else f"{record.boot_count}{in_brackets('?')}",
+        stopwatch(record.uptime_s),
+        join_names(map(source_word, record.sources)) or tr("unknown"),
+        f"{record.attitude_threshold_deg}°",
+        f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
+        tr("yes") if record.serial_connected else tr("no"),
+        tr("yes") if record.charging else tr("no"),
+        f"{record.light_v:.1f} V",
+        tr("{text} (implausible)", text=cell) if "cell_voltage_v" in record.implausible else cell,
+    )
+
+
+def _remarks(history: History) -> list[str]:
+    remarks = []
+    if history.seen_once:
+        remarks.append(f"(?) {tr('Seen in one reading only. Read again.')}")
+    low = next((found for one in history.all if (found := record_outside(one)) is not None), None)
+    if low is not None:
+        remarks.append(f"{in_brackets(tr(low.fault.value)).strip()} < {low.limit}")
+    if history.empty_slots:
+        remarks.append(tr("Empty slots: {count}.", count=history.empty_slots))
+    return ["", *remarks] if remarks else []

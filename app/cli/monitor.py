@@ -7,7 +7,6 @@ status was received; 3 if the link was lost; 4 if no status was received.
 import argparse
 import sys
 import time
-from abc import ABC, abstractmethod
 from contextlib import nullcontext
 
 from app.engine.device import StatusSample
@@ -26,17 +25,10 @@ LINE_EVERY_S = 0.1
 def run(args: argparse.Namespace) -> int:
     span = StreamSpan(args.seconds)
     printer = JsonLines(span) if args.json else WordLines(span)
-    trouble = stream(
-        args.port,
-        args.baud,
-        span,
-        on_begin=lambda _: printer.begin(),
-        on_batch=printer.on_batch,
-        on_turn=printer.on_turn,
-    )
-    closing = print_after_signal() if span.was_interrupted else nullcontext()
-    with closing:  # includes what came while the stream was switched off
-        printer.print_news()
+    trouble = stream(args.port, args.baud, span, on_begin=lambda _: printer.begin(), on_batch=printer.on_batch,
+                     on_turn=printer.on_turn)  # fmt: skip
+    with print_after_signal() if span.was_interrupted else nullcontext():
+        printer.print_news()  # includes what came while the stream was switched off
         printer.finish()
     if trouble is not None:
         console.notify(trouble)
@@ -47,8 +39,8 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS
 
 
-class Printer(ABC):
-    """Prints the samples of the batches that lie in the span, each once."""
+class JsonLines:
+    """Prints the samples of the batches that lie in the span, each once: one JSON object a line."""
 
     def __init__(self, span: StreamSpan) -> None:
         self._span = span
@@ -57,9 +49,6 @@ class Printer(ABC):
         self._is_begun = False
         self.count = 0
         self.stream_hz = 0.0
-        self.line: Outside | None = None
-        self._rejected = 0
-        self._damaged_at: float | None = None
 
     def begin(self) -> None:
         """Samples count from now on; before, the module was only greeted."""
@@ -71,18 +60,7 @@ class Printer(ABC):
         self.print_news()
 
     def judge_line(self, link: LinkView | None) -> None:
-        """Find out whether the line is outside its limits."""
-        if link is None:
-            return
-        now = time.monotonic()
-        if link.counters.rejected > self._rejected:
-            self._rejected, self._damaged_at = link.counters.rejected, now
-        self.line = line_outside(
-            lag_s=link.lag_s,
-            round_trip_s=link.round_trip_median_s,
-            has_damaged=self._damaged_at is not None and now - self._damaged_at < DAMAGED_SHOWN_S,
-            in_use=LimitsInUse(),
-        )
+        """For people only."""
 
     def on_batch(self, batch: Batch) -> None:
         for sample in batch.samples if self._is_begun else ():
@@ -101,35 +79,20 @@ class Printer(ABC):
     def _age_s(self, sample: StatusSample) -> float:
         return sample.at - (self._first_at or 0.0)
 
-    @abstractmethod
     def _print(self, samples: list[StatusSample]) -> None:
         """Print these, in order of time; at least one."""
-
-    @abstractmethod
-    def finish(self) -> None:
-        """End the output."""
-
-
-class JsonLines(Printer):
-    """One object a line for every sample."""
-
-    def _print(self, samples: list[StatusSample]) -> None:
-        console.write("".join(console.as_json(self._object(sample)) + "\n" for sample in samples))
-
-    def _object(self, sample: StatusSample) -> dict[str, object]:
-        return {
-            "t_s": round(self._age_s(sample), 3),
-            "tilt_deg": sample.tilt_deg,
-            "acceleration_g": sample.acceleration_g,
-            "triggered": sample.triggered,
-            "active": sample.active,
-        }
+        lines = (
+            {"t_s": round(self._age_s(one), 3), "tilt_deg": one.tilt_deg, "acceleration_g": one.acceleration_g,
+             "triggered": one.triggered, "active": one.active}
+            for one in samples
+        )  # fmt: skip
+        console.write("".join(console.as_json(line) + "\n" for line in lines))
 
     def finish(self) -> None:
-        """Every line has its end already."""
+        """End the output; every line has its end already."""
 
 
-class WordLines(Printer):
+class WordLines(JsonLines):
     """For people: on a terminal one line that is updated, else at most ten lines a second.
 
     A status with a change of triggered or active always gets its own line.
@@ -141,14 +104,30 @@ class WordLines(Printer):
         self._before: StatusSample | None = None
         self._printed_at: float | None = None
         self._width = 0
+        self.line: Outside | None = None
+        self._rejected = 0
+        self._damaged_at: float | None = None
+
+    def judge_line(self, link: LinkView | None) -> None:
+        """Find out whether the line is outside its limits."""
+        if link is None:
+            return
+        now = time.monotonic()
+        if link.counters.rejected > self._rejected:
+            self._rejected, self._damaged_at = link.counters.rejected, now
+        self.line = line_outside(
+            lag_s=link.lag_s,
+            round_trip_s=link.round_trip_median_s,
+            has_damaged=self._damaged_at is not None and now - self._damaged_at < DAMAGED_SHOWN_S,
+            in_use=LimitsInUse(),
+        )
 
     def _print(self, samples: list[StatusSample]) -> None:
         for sample in samples:
             before, self._before = self._before, sample
             is_change = before is not None and sample[3:] != before[3:]
             if is_change and self._is_rewriting:
-                console.write("\n")
-                self._width = 0
+                self.finish()
             is_due = self._printed_at is None or sample.at - self._printed_at >= LINE_EVERY_S
             if is_change or (is_due and not self._is_rewriting):
                 self._write(sample)
@@ -169,11 +148,11 @@ class WordLines(Printer):
         if not self._is_rewriting:
             console.write(words + "\n")
             return
-        rate = f"{self.stream_hz:.0f} Hz" if self.stream_hz else "–"
-        words = console.fitted(f"{words}   {rate}")
+        words = console.fitted(f"{words}   {self.stream_hz:.0f} Hz" if self.stream_hz else f"{words}   –")
         console.write("\r" + console.padded(words, self._width))
         self._width = console.display_width(words)
 
     def finish(self) -> None:
         if self._is_rewriting and self._width:
             console.write("\n")
+            self._width = 0

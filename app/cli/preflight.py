@@ -189,9 +189,8 @@ def _summary_of(members: Sequence[SetMember]) -> list[str]:
 
 
 def _conclude(args: argparse.Namespace, filed: Filed, trouble: str | None) -> int:
-    lines = [console.as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
     try:
-        console.write_lines(lines)
+        console.emit(args, filed, lambda filed: contract_of(filed.assessment), page_of)
     finally:  # also where nobody reads
         if filed.trouble is not None:
             console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))

@@ -1,31 +1,50 @@
 """`dps-s read`: reads everything once.
 
-Exit code 0; 3 if nothing was read; 4 if something is missing. What was read is also printed when the link is lost.
+Exit code 0; 3 if nothing was read; 4 if something is missing. What was read is also printed when the link is lost. An
+unknown value is null in JSON and "unknown" with the reason in the text, never a default.
 """
 
 import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from app.engine.device import STATUS_KEYS, StaleReason
+from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
 from app.engine.procedure import Inspect, Procedure
+from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
+from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.procedures.read import Everything, read_everything
 from app.terminal import console
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
-from app.terminal.read_report import (
-    FELL_SILENT,
-    PORT_LOST,
-    RESTARTED,
-    Findings,
-    json_of,
-    page_of,
-    readable_keys,
-    unanswered_reason,
-)
 from app.text.i18n import tr
-from app.text.messages import UserMessage
-from app.text.sentences import join_names
+from app.text.messages import UserMessage, message
+from app.text.sentences import in_brackets, join_names
+from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS
+from protocol.events import Unanswered
+from protocol.fields import Choice, Quantity, Value
+from protocol.translatable import marked
 
 PASSES = 3
 """How often everything is read if the module restarts meanwhile."""
+_PORT_LOST = message(marked("port lost"))
+_FELL_SILENT = message(marked("no reply"))
+_RESTARTED = message(marked("the module restarted"))
+_GROUPS = {
+    marked("Status"): (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count"),
+    marked("Settings"): SETTING_KEYS,
+}
+_COMMANDS = {command.key: command for command in BY_NAME.values() if command.reply is not None}
+_OF_STATUS = {
+    "tilt_deg": (marked("Tilt"), BY_NAME["attitude_threshold"]),
+    "acceleration_g": (marked("Acceleration"), BY_NAME["freefall_acceleration"]),
+    "triggered": (marked("Triggered"), BY_NAME["triggered"]),
+    "active": (marked("Active"), BY_NAME["active"]),
+}
+"""Title, and a command whose reply has the same unit."""
+_WORDS = {
+    ("active", True): marked("active"), ("active", False): marked("locked"),
+    ("triggered", True): marked("triggered"), ("triggered", False): marked("not triggered"),
+}  # fmt: skip
+"""Instead of "yes" and "no"."""
 
 
 def run(args: argparse.Namespace) -> int:
@@ -33,19 +52,30 @@ def run(args: argparse.Namespace) -> int:
         findings, trouble = _read(conversation, args.port)
     has_something = any(key != "baud_rate" for key in findings.values)
     if has_something or trouble is None or args.json:
-        console.write_lines([console.as_json(json_of(findings))] if args.json else page_of(findings))
+        console.emit(args, findings, json_of, page_of)
     if trouble is not None:
         console.notify(trouble)
     elif findings.errors:
-        console.notify(
-            tr(
-                "Could not read: {names}. Read again or check the wiring.",
-                names=join_names(findings.errors),
-            )
-        )
+        names = join_names(findings.errors)
+        console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=names))
     if trouble is not None and not has_something:
         return console.NO_LINK
     return console.PARTIAL if findings.errors else console.SUCCESS
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """`values` and `errors` by key ("light_v"); `errors` has one key, "status", for all of the status."""
+
+    port: str
+    baud_rate: int
+    round_trip_s: float | None = None
+    """Median."""
+    values: Mapping[str, Value] = field(default_factory=dict)
+    errors: Mapping[str, UserMessage] = field(default_factory=dict)
+    lag_s: float | None = None
+    has_damaged: bool = False
+    """Invalid bytes were received."""
 
 
 def _read(conversation: Conversation, port: str) -> tuple[Findings, str | None]:
@@ -54,11 +84,18 @@ def _read(conversation: Conversation, port: str) -> tuple[Findings, str | None]:
     with LinkTrouble() as link:
         everything = conversation.run(_read_undisturbed())
     if everything is None:
-        return _findings(conversation, port, {}, PORT_LOST), link.sentence
+        return _findings(conversation, port, {}, _PORT_LOST), link.sentence
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_line_dead:
-        return _findings(conversation, port, errors, RESTARTED), None
-    return _findings(conversation, port, errors, FELL_SILENT), module_is_silent(port, conversation.device)
+        return _findings(conversation, port, errors, _RESTARTED), None
+    return _findings(conversation, port, errors, _FELL_SILENT), module_is_silent(port, conversation.device)
+
+
+def unanswered_reason(unanswered: Unanswered) -> UserMessage:
+    if unanswered.attempts <= 1:
+        return _FELL_SILENT
+    text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
+    return message(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
 
 
 def _read_undisturbed() -> Procedure[Everything]:
@@ -78,12 +115,11 @@ def _findings(
 
     `why_missing` is the reason for values that are neither known nor in `errors`.
     """
-
     known = conversation.device.values
     values = {key: one.value for key, one in known.items() if one.stale_reason is not StaleReason.RESTARTED}
-    missing = readable_keys() - set(values)
-    blamed = {"status"} if missing & set(STATUS_KEYS) else set()
-    blamed |= missing - set(STATUS_KEYS) - {"baud_rate"}
+    unreadable = {command.key for command in SETTINGS if not command.reads_back} | {BAUD_RATE.key}
+    missing = {*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS} - unreadable - set(values)
+    blamed = {"status" if key in STATUS_KEYS else key for key in missing}
     link = conversation.link
     return Findings(
         port,
@@ -94,3 +130,51 @@ def _findings(
         link.lag_s if link is not None else None,
         has_damaged=link is not None and link.counters.rejected > 0,
     )
+
+
+# What is printed
+
+
+def json_of(findings: Findings) -> dict[str, object]:
+    return reading_object(
+        port=findings.port,
+        baud_rate=findings.baud_rate,
+        round_trip_s=findings.round_trip_s,
+        values=findings.values,
+        errors={key: why.in_english() for key, why in findings.errors.items()},
+    )
+
+
+def page_of(findings: Findings) -> list[str]:
+    """The lines for people."""
+    lag_s, round_trip_s = findings.lag_s, findings.round_trip_s
+    head = tr("{port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
+    if lag_s is not None and lag_s > MAX_LAG_S:
+        head = join_names((head, f"{lag_s:.1f} s"))
+    elif round_trip_s is not None:
+        head = join_names((head, f"{1000 * round_trip_s:.1f} ms"))
+    line = line_outside(
+        lag_s=lag_s, round_trip_s=round_trip_s, has_damaged=findings.has_damaged, in_use=LimitsInUse()
+    )  # fmt: skip
+    lines = [head if line is None else line.beside(head)]
+    rows = console.columns([_row(key, findings) for keys in _GROUPS.values() for key in keys], indent=2)
+    for title, keys in _GROUPS.items():
+        lines += ["", tr(title), *rows[: len(keys)]]
+        del rows[: len(keys)]
+    return lines
+
+
+def _row(key: str, findings: Findings) -> tuple[str, str]:
+    title, command = _OF_STATUS[key] if key in _OF_STATUS else (_COMMANDS[key].title, _COMMANDS[key])
+    value = findings.values.get(key)
+    if value is None:
+        why = findings.errors.get("status" if key in STATUS_KEYS else key)
+        return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
+    if isinstance(value, bool):
+        word = _WORDS.get((key, value)) or (marked("yes") if value else marked("no"))
+        text = tr(word)
+    else:
+        reply = command.reply
+        text = reply.text(reply.encode(value)) if isinstance(reply, Quantity | Choice) else str(value)
+    outside = outside_of(key, findings.values, LimitsInUse())
+    return tr(title), text if outside is None else outside.beside(text)

@@ -14,9 +14,10 @@ from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of
 from app.recordings.recorder import Heading, Recorder
 from app.terminal import console
 from app.terminal.connection import Conversation
-from app.terminal.export_file import STANDARD_OUTPUT, export_and_report, unwritable_reason
+from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable
 from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
+from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 from protocol.events import Event, Received
 from protocol.messages import Status
@@ -26,10 +27,7 @@ SETTLE_LIMIT_S = 10.0
 
 
 def run(args: argparse.Namespace) -> int:
-    why = unwritable_reason(args.file, appends=args.append, replaces=args.force)
-    if why is not None:
-        raise console.Refused(why)
-
+    refuse_unwritable(args.file, appends=args.append, replaces=args.force)
     span = StreamSpan(args.seconds)
     session = RecordedSession(Recorder(RecordingLibrary()), span)
     try:
@@ -37,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
                          on_turn=session.on_turn, reads_all=True)  # fmt: skip
     finally:
         session.close()
-    is_whole = export(session, args.file, appends=args.append)
+    is_whole = write_files(session, args.file, appends=args.append)
     if trouble is not None:
         console.notify(trouble)
         return console.NO_LINK
@@ -97,7 +95,7 @@ def _is_report(event: Event) -> bool:
     return isinstance(event, Received) and isinstance(event.message, Status)
 
 
-def export(session: RecordedSession, path: Path, *, appends: bool) -> bool:
+def write_files(session: RecordedSession, path: Path, *, appends: bool) -> bool:
     """Write the file, or one for each session; whether they are complete."""
     is_whole = session.is_whole and bool(session.entries)
     if not session.entries:
@@ -107,14 +105,11 @@ def export(session: RecordedSession, path: Path, *, appends: bool) -> bool:
         is_output = path == STANDARD_OUTPUT
         target = path if number == 1 or is_output else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:
-            done = export_and_report(entry, target, appends=appends if number == 1 else is_output)
+            is_whole &= export(entry, target, appends=appends if number == 1 else is_output)
         except UserError as error:
-            console.notify(error.sentence)
             is_whole = False
+            console.notify(join_sentences((error.sentence, tr("It is kept as recording {name}.", name=entry.name))))
             continue
-        is_whole = is_whole and done is not None and not done.missing
-        if done is None:
-            console.notify(tr("It is kept as recording {name}.", name=entry.name))
-        elif entry.is_simulated:
+        if entry.is_simulated:
             console.note(tr("Simulated module"))
     return is_whole

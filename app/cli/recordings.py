@@ -14,7 +14,7 @@ from app.recordings.library import RecordingEntry, RecordingInUse, RecordingLibr
 from app.recordings.old_recordings import convert, convert_in, old_recordings
 from app.recordings.session_format import SUFFIX
 from app.terminal import console
-from app.terminal.export_file import export_and_report
+from app.terminal.export_file import export
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import error_text, join_names
@@ -24,27 +24,22 @@ LATEST = "latest"
 
 
 def run(args: argparse.Namespace) -> int:
-    acts = {
-        "list": run_list,
-        "export": run_export,
-        "restore": run_restore,
-        "convert": run_convert,
-        "delete": run_delete,
-    }
+    acts = {"list": run_list, "export": run_export, "restore": run_kept, "delete": run_kept, "convert": run_convert}
     return acts[args.act](args)
 
 
 def run_list(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
     entries = (*library.entries(), *library.trashed())
-    if args.json:
-        console.write_json({"folder": str(library.folder), "recordings": [json_of(one) for one in entries]})
-        return console.SUCCESS
-    if not entries:
+    if not entries and not args.json:
         console.note(tr("No recordings yet"))
         return console.SUCCESS
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
-    console.write_lines(console.columns([head, *map(_row, entries)]))
+    console.emit(
+        args, entries,
+        lambda entries: {"folder": str(library.folder), "recordings": [json_of(one) for one in entries]},
+        lambda entries: console.columns([head, *map(_row, entries)]),
+    )  # fmt: skip
     return console.SUCCESS
 
 
@@ -86,33 +81,27 @@ def _row(entry: RecordingEntry) -> tuple[str, ...]:
 def run_export(args: argparse.Namespace) -> int:
     entry = _found(RecordingLibrary(), args.name)
     try:
-        done = export_and_report(entry, args.file)
+        return console.SUCCESS if export(entry, args.file) else console.PARTIAL
+    except console.Refused:
+        raise
     except UserError as error:
-        console.notify(error.sentence)
-        return console.ANSWER_NO
-    return console.PARTIAL if done is None or done.missing else console.SUCCESS
+        raise console.Refused(error.message, console.ANSWER_NO) from error
 
 
-def run_restore(args: argparse.Namespace) -> int:
+def run_kept(args: argparse.Namespace) -> int:
+    """Restores the recording, or deletes it."""
     library = RecordingLibrary()
     entry = _found(library, args.name)
-    if not entry.is_trashed:
+    is_restoring = args.act == "restore"
+    if not is_restoring and not args.yes:
+        return console.refuse_without("--yes")
+    if is_restoring and not entry.is_trashed:
         raise _failed(entry, tr("not in the trash"))
     try:
-        library.set_pinned(entry, is_pinned=True)
-    except OSError as error:
-        raise _failed(entry, error_text(error)) from error
-    console.write_lines([entry.name])
-    return console.SUCCESS
-
-
-def run_delete(args: argparse.Namespace) -> int:
-    library = RecordingLibrary()
-    entry = _found(library, args.name)
-    if not args.yes:
-        return console.refuse_without("--yes")
-    try:
-        library.delete(entry)
+        if is_restoring:
+            library.set_pinned(entry, is_pinned=True)
+        else:
+            library.delete(entry)
     except RecordingInUse as error:
         raise _failed(entry, tr("being recorded")) from error
     except OSError as error:

@@ -5,27 +5,31 @@ evidence, `app.diagnosis.symptoms` evaluates it.
 """
 
 import shlex
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.diagnosis.symptoms import (
     PortEvidence,
-    frames_of_module,
+    came,
     has_login,
     holder_name,
     is_bad_line,
+    is_busy,
     is_claimed_by_brltty,
-    is_echo,
     is_gone,
     is_prober,
+    is_refused,
     is_silent,
     is_slow,
     may_soon,
     trouble_of,
 )
-from app.engine.transport import PortTrouble
-from app.procedures.handshake import Silence
+from app.engine.procedure import Slept
+from app.engine.transport import PortError, PortTrouble
+from app.procedures.handshake import NoAnswer, Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_sentences
@@ -83,9 +87,9 @@ class Diagnosis(Explanation):
     command: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class CauseRow:
-    """A row of `CAUSES`. `what` and `next_step` are English, marked, with the placeholders of `_values`."""
+class CauseRow(NamedTuple):
+    """A row of `CAUSES`. `what` and `next_step` are English, marked, with the placeholders of `_values`.
+    `is_at_module`: the next step brings a hand near the module."""
 
     cause: Cause
     fits: Callable[[PortEvidence], bool]
@@ -94,7 +98,6 @@ class CauseRow:
     command: Callable[[PortEvidence], str | None] = lambda _evidence: None
     terminal_command: str = ""
     is_at_module: bool = False
-    """The next step brings a hand near the module."""
 
 
 def diagnose(evidence: PortEvidence) -> Diagnosis | None:
@@ -106,14 +109,27 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
             next_step = tr(row.next_step, **values, command="" if command is None else command)
             if evidence.was_active and not evidence.is_answering:
                 next_step = keep_away("" if row.is_at_module else next_step)
-            return Diagnosis(
-                tr(row.what, **values),
-                next_step,
-                row.terminal_command,
-                cause=row.cause,
-                command=command,
-            )
+            what = tr(row.what, **values)
+            return Diagnosis(what, next_step, row.terminal_command, cause=row.cause, command=command)
     return None
+
+
+def explain(error: Exception) -> Explanation:
+    """Explains a `PortError`, `NoAnswer` or `Slept`; any other error is reported as unexpected."""
+    evidence = None
+    if isinstance(error, PortError):
+        evidence = PortEvidence(port=error.port, trouble=error, platform=sys.platform)
+    elif isinstance(error, NoAnswer):
+        evidence = PortEvidence(port=error.port, baud_rate=error.baud_rate, silence=error.silence)
+    found = None if evidence is None else diagnose(evidence)
+    if found is not None:
+        return found
+    if isinstance(error, Slept):
+        return Explanation(tr("The computer slept; the operation was cancelled."), tr("Try again"))
+    return Explanation(
+        tr("Unexpected error: {error}.", error=error),
+        tr("Connect again. If it fails, save a support bundle (Diagnosis)."),
+    )
 
 
 # Shell commands
@@ -171,175 +187,67 @@ def _is_unreached_address(seen: PortEvidence) -> bool:
 
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
-    CauseRow(
-        Cause.BRAILLE,
-        is_claimed_by_brltty,
-        marked("{port} vanishes: brltty, for Braille displays, takes the adapter."),
-        marked("Type: {command} — then plug the adapter in again."),
-        lambda _seen: "sudo apt remove brltty",
-    ),
-    CauseRow(
-        Cause.MODEM_PROBER,
-        is_prober,
-        marked("ModemManager sends AT commands on {port}."),
-        marked("Type: {command} — then plug the adapter in again."),
-        _rule_command,
-    ),
-    CauseRow(
-        Cause.FLAPPING,
-        lambda seen: is_gone(seen) and seen.short_visits >= 2,
-        marked("The adapter at {port} disconnected {visits} times."),
-        marked("Use another USB cable and socket, without a hub."),
-    ),
-    CauseRow(
-        Cause.HELD,
-        lambda seen: trouble_of(seen) is PortTrouble.BUSY and bool(holder_name(seen)),
-        marked("{port} is in use by {program} (process {pid})."),
-        marked("Close it and connect again."),
-    ),
-    CauseRow(
-        Cause.HELD,
-        lambda seen: trouble_of(seen) is PortTrouble.BUSY,
-        marked("{port} is in use by another program."),
-        marked("Close it and connect again."),
-    ),
-    CauseRow(
-        Cause.LOG_IN_AGAIN,
-        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and may_soon(seen),
-        marked("No permission for {port}."),
-        marked("Log out and in again, or restart the computer."),
-    ),
-    CauseRow(
-        Cause.NO_PERMISSION,
-        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and _permission_command(seen) is not None,
-        marked("No permission for {port}."),
-        marked("Type: {command} — then log out and in again."),
-        _permission_command,
-    ),
-    CauseRow(
-        Cause.NO_PERMISSION,
-        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED,
-        marked("No permission for {port}."),
-        marked("Ask the administrator for access to serial ports."),
-    ),
-    CauseRow(
-        Cause.REFUSED,
-        lambda seen: _is_unreached_address(seen) and "refused" in str(seen.trouble).lower(),
-        marked("{port}: connection refused."),
-        marked("Start the program that offers the port, or correct the address."),
-    ),
-    CauseRow(
-        Cause.UNREACHABLE,
-        _is_unreached_address,
-        marked("{port} cannot be reached."),
-        marked("Start the program that offers the port, or correct the address."),
-    ),
-    CauseRow(
-        Cause.MISSING,
-        lambda seen: trouble_of(seen) is PortTrouble.MISSING,
-        marked("There is no port {port}."),
-        marked("Plug the adapter in. If no port appears, install its driver."),
-        terminal_command="dps-s ports",
-    ),
-    CauseRow(
-        Cause.UNPLUGGED,
-        lambda seen: trouble_of(seen) is PortTrouble.LOST,
-        marked("{port} was unplugged, or its driver failed."),
-        marked("Unplug the adapter and plug it in again."),
-    ),
-    CauseRow(
-        Cause.STUCK,
-        lambda seen: trouble_of(seen) is PortTrouble.STUCK,
-        marked("Write to {port} timed out."),
-        marked("Unplug the adapter and plug it in again."),
-    ),
-    CauseRow(
-        Cause.UNUSABLE,
-        lambda seen: trouble_of(seen) is PortTrouble.UNUSABLE,
-        marked("{port} is no serial port."),
-        marked("Choose another port."),
-        terminal_command="dps-s ports",
-    ),
-    CauseRow(
-        Cause.UNUSABLE,
-        lambda seen: trouble_of(seen) is PortTrouble.UNSUPPORTED,
-        marked("{port} is no serial port."),
-        marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
-    ),
+    CauseRow(Cause.BRAILLE, is_claimed_by_brltty,
+             marked("{port} vanishes: brltty, for Braille displays, takes the adapter."),
+             marked("Type: {command} — then plug the adapter in again."), lambda _seen: "sudo apt remove brltty"),
+    CauseRow(Cause.MODEM_PROBER, is_prober, marked("ModemManager sends AT commands on {port}."),
+             marked("Type: {command} — then plug the adapter in again."), _rule_command),
+    CauseRow(Cause.FLAPPING, lambda seen: is_gone(seen) and seen.short_visits >= 2,
+             marked("The adapter at {port} disconnected {visits} times."),
+             marked("Use another USB cable and socket, without a hub.")),
+    CauseRow(Cause.HELD, lambda seen: is_busy(seen) and bool(holder_name(seen)),
+             marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
+    CauseRow(Cause.HELD, is_busy,
+             marked("{port} is in use by another program."), marked("Close it and connect again.")),
+    CauseRow(Cause.LOG_IN_AGAIN, lambda seen: is_refused(seen) and may_soon(seen),
+             marked("No permission for {port}."), marked("Log out and in again, or restart the computer.")),
+    CauseRow(Cause.NO_PERMISSION, lambda seen: is_refused(seen) and _permission_command(seen) is not None,
+             marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
+             _permission_command),
+    CauseRow(Cause.NO_PERMISSION, is_refused,
+             marked("No permission for {port}."), marked("Ask the administrator for access to serial ports.")),
+    CauseRow(Cause.REFUSED, lambda seen: _is_unreached_address(seen) and "refused" in str(seen.trouble).lower(),
+             marked("{port}: connection refused."),
+             marked("Start the program that offers the port, or correct the address.")),
+    CauseRow(Cause.UNREACHABLE, _is_unreached_address, marked("{port} cannot be reached."),
+             marked("Start the program that offers the port, or correct the address.")),
+    CauseRow(Cause.MISSING, lambda seen: trouble_of(seen) is PortTrouble.MISSING, marked("There is no port {port}."),
+             marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports"),
+    CauseRow(Cause.UNPLUGGED, lambda seen: trouble_of(seen) is PortTrouble.LOST,
+             marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
+    CauseRow(Cause.STUCK, lambda seen: trouble_of(seen) is PortTrouble.STUCK,
+             marked("Write to {port} timed out."), marked("Unplug the adapter and plug it in again.")),
+    CauseRow(Cause.UNUSABLE, lambda seen: trouble_of(seen) is PortTrouble.UNUSABLE,
+             marked("{port} is no serial port."), marked("Choose another port."), terminal_command="dps-s ports"),
+    CauseRow(Cause.UNUSABLE, lambda seen: trouble_of(seen) is PortTrouble.UNSUPPORTED,
+             marked("{port} is no serial port."),
+             marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file.")),
     # The port is open
-    CauseRow(
-        Cause.LOGIN,
-        has_login,
-        marked("{port} leads to a computer, not a module."),
-        marked("Choose another port."),
-    ),
-    CauseRow(
-        Cause.SHUT_DOWN,
-        lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
-        marked("The module was switched off."),
-        marked("Hold its switch for 2 s, or connect external power."),
-        is_at_module=True,
-    ),
-    CauseRow(
-        Cause.ECHO,
-        is_echo,
-        marked("Only an echo on {port}."),
-        marked("Check the wiring: TX and RX touch, or no module is connected."),
-        is_at_module=True,
-    ),
-    CauseRow(
-        Cause.BAD_LINE,
-        is_bad_line,
-        marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
-        marked("Use a shorter cable, connect ground, avoid motors and antennas."),
-        is_at_module=True,
-    ),
-    CauseRow(
-        Cause.WRONG_RATE,
-        lambda seen: (
-            seen.silence is Silence.GARBAGE
-            or (is_silent(seen) and seen.counters.rejected > 0 and not frames_of_module(seen))
-        ),
-        marked("No readable frames on {port} at {rate} baud."),
-        marked("Find the baud rate."),
-        terminal_command="dps-s find, or --baud auto",
-    ),
-    CauseRow(
-        Cause.DEAF,
-        lambda seen: (
-            seen.silence is Silence.OTHER_FRAMES
-            or (is_silent(seen) and not seen.was_online and frames_of_module(seen) > 0)
-        ),
-        marked("The module on {port} sends, but does not answer."),
-        marked("Check the wire to the module's RX."),
-        is_at_module=True,
-    ),
-    CauseRow(
-        Cause.FELL_SILENT,
-        lambda seen: is_silent(seen) and seen.was_online,
-        marked("The module does not answer."),
-        marked("Check its power and cable; hold its switch for 2 s."),
-        is_at_module=True,
-    ),
-    CauseRow(
-        Cause.NOTHING,
-        lambda seen: seen.silence is Silence.NOTHING or (is_silent(seen) and not seen.bytes_received),
-        marked("No module answers on {port} at {rate} baud."),
-        marked("Check power, ground and crossed TX and RX, or find the baud rate."),
-        terminal_command="dps-s find",
-        is_at_module=True,
-    ),
-    CauseRow(
-        Cause.SLOW_ADAPTER,
-        lambda seen: is_slow(seen) and _latency_command(seen) is not None,
-        marked("The adapter delays every answer by {ms} ms (latency timer)."),
-        marked("Type: {command}"),
-        _latency_command,
-    ),
-    CauseRow(
-        Cause.SLOW_ADAPTER,
-        is_slow,
-        marked("The adapter delays every answer by {ms} ms (latency timer)."),
-        marked("Set the driver's latency timer to 1 ms."),
-    ),
-)
+    CauseRow(Cause.LOGIN, has_login,
+             marked("{port} leads to a computer, not a module."), marked("Choose another port.")),
+    CauseRow(Cause.SHUT_DOWN, lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
+             marked("The module was switched off."), marked("Hold its switch for 2 s, or connect external power."),
+             is_at_module=True),
+    CauseRow(Cause.ECHO, lambda seen: came(seen) is Silence.ECHO, marked("Only an echo on {port}."),
+             marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True),
+    CauseRow(Cause.BAD_LINE, is_bad_line, marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
+             marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True),
+    CauseRow(Cause.WRONG_RATE, lambda seen: came(seen) is Silence.GARBAGE,
+             marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
+             terminal_command="dps-s find, or --baud auto"),
+    CauseRow(Cause.DEAF, lambda seen: came(seen) is Silence.OTHER_FRAMES and not seen.was_online,
+             marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
+             is_at_module=True),
+    CauseRow(Cause.FELL_SILENT, lambda seen: is_silent(seen) and seen.was_online,
+             marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
+             is_at_module=True),
+    CauseRow(Cause.NOTHING, lambda seen: came(seen) is Silence.NOTHING,
+             marked("No module answers on {port} at {rate} baud."),
+             marked("Check power, ground and crossed TX and RX, or find the baud rate."),
+             terminal_command="dps-s find", is_at_module=True),
+    CauseRow(Cause.SLOW_ADAPTER, lambda seen: is_slow(seen) and _latency_command(seen) is not None,
+             marked("The adapter delays every answer by {ms} ms (latency timer)."), marked("Type: {command}"),
+             _latency_command),
+    CauseRow(Cause.SLOW_ADAPTER, is_slow, marked("The adapter delays every answer by {ms} ms (latency timer)."),
+             marked("Set the driver's latency timer to 1 ms.")),
+)  # fmt: skip

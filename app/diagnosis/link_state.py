@@ -3,8 +3,9 @@
 import time
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 
-from app.diagnosis.troubles import explain
+from app.diagnosis.causes import explain
 from app.engine.device import DeviceView
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
@@ -96,44 +97,29 @@ def link_state(
 ) -> LinkState:
     """`absence`: why a lost port is not open again. `switched_off_at`: `time.time()` of a shutdown by command since
     which the module has not answered. `was_active`: it was ACTIVE when it was last heard."""
-    state = _link_state(connection, device, handshake, is_finding, absence, switched_off_at)
-    return replace(state, was_active=was_active)
-
-
-def _link_state(
-    connection: Connection,
-    device: DeviceView,
-    handshake: Handshake | None,
-    is_finding: bool,
-    absence: Absence | None,
-    switched_off_at: float | None,
-) -> LinkState:
-    port, rate = connection.port, connection.baud_rate
+    state = partial(LinkState, port=connection.port, baud_rate=connection.baud_rate, was_active=was_active)
     if absence is not None and absence.is_waiting:
-        return LinkState(Phase.LOST, port, rate, trouble=connection.trouble, absence=absence)
-    match connection.state:
-        case PortState.OPENING:
-            return LinkState(Phase.OPENING, port, rate)
-        case PortState.CLOSED:
-            phase = Phase.CLOSED if connection.trouble is None else Phase.FAILED
-            return LinkState(phase, port, rate, trouble=connection.trouble, absence=absence)
-        case PortState.OPEN:
-            pass
+        return state(Phase.LOST, trouble=connection.trouble, absence=absence)
+    if connection.state is PortState.OPENING:
+        return state(Phase.OPENING)
+    if connection.state is PortState.CLOSED:
+        phase = Phase.CLOSED if connection.trouble is None else Phase.FAILED
+        return state(phase, trouble=connection.trouble, absence=absence)
     if is_finding:
-        return LinkState(Phase.FINDING, port, rate)
+        return state(Phase.FINDING)
     if device.presence is Presence.ONLINE and device.is_late:
         # In steps of 0.5 s, so that the text does not change with every answer.
-        return LinkState(Phase.LATE, port, rate, lag_s=round((device.lag_s or 0.0) * 2) / 2)
+        return state(Phase.LATE, lag_s=round((device.lag_s or 0.0) * 2) / 2)
     if device.presence is Presence.ONLINE:
-        return LinkState(Phase.ONLINE, port, rate)
+        return state(Phase.ONLINE)
     is_mute = handshake is None or handshake.silence in (None, Silence.NOTHING)
     if switched_off_at is not None and (device.values or is_mute):
-        return LinkState(Phase.SWITCHED_OFF, port, rate, off_at=switched_off_at)
+        return state(Phase.SWITCHED_OFF, off_at=switched_off_at)
     if device.values:
-        return LinkState(Phase.OFFLINE, port, rate, since=device.presence_since)
+        return state(Phase.OFFLINE, since=device.presence_since)
     if handshake is not None and handshake.silence is not None:
-        return LinkState(Phase.SILENT, port, rate, silence=handshake.silence)
-    return LinkState(Phase.ASKING, port, rate)
+        return state(Phase.SILENT, silence=handshake.silence)
+    return state(Phase.ASKING)
 
 
 _AT_THE_COMPUTER = (Phase.LOST, Phase.FAILED)

@@ -16,8 +16,8 @@ from datetime import datetime
 from pathlib import Path
 
 from app.captures.entries import CaptureEntry, line_of
+from app.diagnosis.causes import explain
 from app.diagnosis.link_statistics import LinkStatistics
-from app.diagnosis.troubles import explain
 from app.engine.device import DeviceView
 from app.engine.worker import Connection
 from app.system.files import whole_file

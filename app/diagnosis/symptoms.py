@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 
 from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.handshake import Silence
-from protocol.catalogue import HOST_HEADER
+from app.procedures.handshake import Silence, what_came
 from protocol.events import Counters, Role
 from protocol.frame import Reason
 
@@ -59,6 +58,14 @@ def trouble_of(evidence: PortEvidence) -> PortTrouble | None:
     return None if evidence.trouble is None else evidence.trouble.trouble
 
 
+def is_busy(evidence: PortEvidence) -> bool:
+    return trouble_of(evidence) is PortTrouble.BUSY
+
+
+def is_refused(evidence: PortEvidence) -> bool:
+    return trouble_of(evidence) is PortTrouble.NOT_ALLOWED
+
+
 def is_gone(evidence: PortEvidence) -> bool:
     return trouble_of(evidence) in (PortTrouble.MISSING, PortTrouble.LOST)
 
@@ -71,7 +78,7 @@ def holder_name(evidence: PortEvidence) -> str:
 
 def is_prober(evidence: PortEvidence) -> bool:
     """Whether a modem prober has the port or has written to it."""
-    if trouble_of(evidence) is PortTrouble.BUSY:
+    if is_busy(evidence):
         name = holder_name(evidence).lower()
         return name in _PROBERS or (not name and "ModemManager" in evidence.facts.grabbers)
     return not evidence.is_answering and _AT.search(evidence.noise) is not None
@@ -88,15 +95,11 @@ def is_silent(evidence: PortEvidence) -> bool:
     return evidence.is_open and not evidence.is_answering and evidence.counters.time_outs > 0
 
 
-def frames_of_module(evidence: PortEvidence) -> int:
-    return evidence.counters.frames - evidence.counters.by_role[Role.ECHO]
-
-
-def is_echo(evidence: PortEvidence) -> bool:
+def came(evidence: PortEvidence) -> Silence | None:
+    """What came instead of an answer; None where a module answers or nothing was asked."""
     if evidence.silence is not None:
-        return evidence.silence is Silence.ECHO
-    only_echo = evidence.counters.by_role[Role.ECHO] > 0 or HOST_HEADER in evidence.noise
-    return is_silent(evidence) and only_echo and not frames_of_module(evidence)
+        return evidence.silence
+    return what_came(evidence.counters, evidence.noise) if is_silent(evidence) else None
 
 
 def is_bad_line(evidence: PortEvidence) -> bool:
@@ -104,7 +107,7 @@ def is_bad_line(evidence: PortEvidence) -> bool:
     rejected = evidence.counters.rejected
     if not evidence.is_open or not rejected:
         return False
-    if frames_of_module(evidence):
+    if evidence.counters.frames > evidence.counters.by_role[Role.ECHO]:
         return rejected > REJECTED_SHARE * evidence.bytes_received and rejected > MAX_NOISE_BYTES // 8
     begun = sum(
         evidence.counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE)

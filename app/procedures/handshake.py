@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from protocol.catalogue import HEARTBEAT, Layout
-from protocol.events import Answered, Role
+from protocol.catalogue import HEARTBEAT, HOST_HEADER, Layout
+from protocol.events import Answered, Counters, Role
 
 HANDSHAKE_WAITS_S = (0.5, 1.0)
 """Two heartbeats, the second with the vendor's full second."""
@@ -51,16 +51,16 @@ def handshake() -> Procedure[Handshake]:
     if isinstance(outcome, Answered):
         return Handshake(None, outcome.round_trip_s)
     after: EngineView = yield Inspect()
-    return Handshake(_silence(before, after))
+    return Handshake(what_came(after.link.counters - before.link.counters))
 
 
-def _silence(before: EngineView, after: EngineView) -> Silence:
-    old, new = before.link.counters, after.link.counters
-    echoes = new.by_role[Role.ECHO] - old.by_role[Role.ECHO]
-    readable_bytes = (new.frames - old.frames - echoes) * Layout.STATUS.value
-    rejected_bytes = new.rejected - old.rejected
-    if readable_bytes > rejected_bytes:
+def what_came(counters: Counters, noise: bytes = b"") -> Silence:
+    """What came instead of an answer. A glimpse of a frame amid more invalid bytes is accidental. `noise`: the last
+    invalid bytes, in which an echo may be damaged."""
+    echoes = counters.by_role[Role.ECHO]
+    frames = counters.frames - echoes
+    if frames * Layout.STATUS.value > counters.rejected:
         return Silence.OTHER_FRAMES
-    if rejected_bytes:
+    if counters.rejected and (frames or HOST_HEADER not in noise):
         return Silence.GARBAGE
-    return Silence.ECHO if echoes else Silence.NOTHING
+    return Silence.ECHO if echoes or counters.rejected else Silence.NOTHING

@@ -258,7 +258,7 @@ def link_trouble(error: BaseException | None) -> str | None:
     if isinstance(error, NoLink):
         return error.sentence
     if isinstance(error, PortError | NoAnswer | Slept):
-        from app.diagnosis.troubles import explain
+        from app.diagnosis.causes import explain
 
         return explain(error).terminal_sentence
     return None

@@ -12,10 +12,10 @@ import sys
 import threading
 import time
 import unicodedata
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import TextIO
+from typing import TextIO, TypeVar
 
 from app.terminal.colours import has_colours, shown_line
 from app.text.i18n import tr
@@ -33,6 +33,7 @@ NO_LINK = 3
 PARTIAL = 4
 """Done in part."""
 
+Answer = TypeVar("Answer")
 PROGRESS_AFTER_S = 0.5
 """Shorter work shows no progress."""
 
@@ -167,8 +168,14 @@ def write_lines(lines: Iterable[str]) -> None:
     write("".join(f"{line}\n" for line in map(show, lines)))
 
 
-def write_json(value: object) -> None:
-    write_lines([as_json(value)])
+def emit(
+    args: argparse.Namespace,
+    answer: Answer,
+    as_object: Callable[[Answer], object],
+    as_page: Callable[[Answer], Iterable[str]],
+) -> None:
+    """Print the answer as one JSON object where --json was given, else as lines for people."""
+    write_lines([as_json(as_object(answer))] if args.json else as_page(answer))
 
 
 def as_json(value: object) -> str:

@@ -1,10 +1,10 @@
 """Exports recordings to files, in the format of their suffix."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from app.terminal.arguments import expected
-from app.terminal.console import clear_progress, notify, show_progress, write, write_lines
+from app.terminal.console import PARTIAL, Refused, clear_progress, notify, show_progress, write, write_lines
 from app.text.i18n import tr
 from app.text.sentences import not_written
 
@@ -18,13 +18,6 @@ STANDARD_OUTPUT = Path("-")
 """Gets the CSV table."""
 
 
-class Exported(NamedTuple):
-    """`missing`: sentences about what the file lacks."""
-
-    rows: int
-    missing: tuple[str, ...]
-
-
 def export_path(text: str) -> Path:
     """For argparse."""
     path = Path(text)
@@ -33,50 +26,35 @@ def export_path(text: str) -> Path:
     raise expected("|".join((*ENDINGS, str(STANDARD_OUTPUT))))
 
 
-def unwritable_reason(path: Path, *, appends: bool, replaces: bool) -> str | None:
-    """Checks the file before anything is recorded; a sentence if it cannot be used."""
+def refuse_unwritable(path: Path, *, appends: bool, replaces: bool) -> None:
+    """Checks the file before anything is recorded. Raises `Refused`."""
     from app.recordings.table import HEAD
 
     if path == STANDARD_OUTPUT:
-        return None
+        return
     if not path.parent.is_dir():
-        return tr("There is no folder {folder}.", folder=path.parent)
+        raise Refused(tr("There is no folder {folder}.", folder=path.parent))
     if appends and path.suffix.lower() == MCAP:
-        return tr("expected {expected}", expected=CSV)
+        raise Refused(tr("expected {expected}", expected=CSV))
     if not path.exists() or replaces:
-        return None
+        return
     if not appends:
-        return tr("{file} exists: use --append or --force.", file=path)
+        raise Refused(tr("{file} exists: use --append or --force.", file=path))
     try:
         with path.open("rb") as file:
             first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
     except OSError as error:
-        return not_written(path, error)
+        raise Refused(not_written(path, error)) from error
     if first not in ("", HEAD):
-        return tr("{file} has other columns or is no recording.", file=path)
-    return None
+        raise Refused(tr("{file} has other columns or is no recording.", file=path))
 
 
-def export_and_report(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> Exported | None:
-    """Export a recording, and print the outcome; None if the file cannot be written. Raises `UserError`."""
-    try:
-        done = export_recording(entry, path, appends=appends)
-    except (OSError, ValueError) as error:
-        notify(not_written(path, error))
-        return None
-    if path != STANDARD_OUTPUT:
-        write_lines([tr("Rows written to {file}: {count}.", count=done.rows, file=path)])
-    for sentence in done.missing:
-        notify(sentence)
-    return done
-
-
-def export_recording(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> Exported:
-    """Raises OSError, ValueError, `UserError`; the file is unchanged then."""
+def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> bool:
+    """Export a recording, and print what came of it; whether it is whole. Raises `Refused` where the file cannot be
+    written, else `UserError`; the file is unchanged then."""
     from app.recordings.export import export_csv, export_session
     from app.recordings.recording import open_recording
 
-    missing: list[str] = []
     try:
         with open_recording(entry) as recording:
             if path == STANDARD_OUTPUT:
@@ -86,11 +64,16 @@ def export_recording(entry: "RecordingEntry", path: Path, *, appends: bool = Fal
                 rows = len(recording.tilt)
             else:
                 rows = export_csv(recording, path, appends=appends, on_progress=_show)
-            if recording.damage is not None:
-                missing.append(recording.damage.translated())
+            damage = recording.damage
+    except (OSError, ValueError) as error:
+        raise Refused(not_written(path, error), PARTIAL) from error
     finally:
         clear_progress()
-    return Exported(rows, tuple(missing))
+    if path != STANDARD_OUTPUT:
+        write_lines([tr("Rows written to {file}: {count}.", count=rows, file=path)])
+    if damage is not None:
+        notify(damage.translated())
+    return damage is None
 
 
 def _write_csv(recording: "Recording", *, has_head: bool) -> int:

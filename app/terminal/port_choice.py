@@ -37,7 +37,7 @@ def refuse_unknown_address(port: str) -> None:
     """Raises `Refused` for a URL that no port is opened by, such as that of a file."""
     if "://" not in port:
         return
-    from app.diagnosis.troubles import explain
+    from app.diagnosis.causes import explain
     from app.engine.transport import PortError, refuse_unsupported
 
     try:

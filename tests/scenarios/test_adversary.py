@@ -91,7 +91,7 @@ def no_reading_back(patch: pytest.MonkeyPatch) -> None:
 
 
 def defaults_for_flags(patch: pytest.MonkeyPatch) -> None:
-    from app.terminal.read_report import json_of
+    from app.cli.read import json_of
 
     def assumed(found_: Any) -> dict[str, object]:
         answer: dict[str, Any] = json_of(found_)

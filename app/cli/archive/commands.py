@@ -12,7 +12,7 @@ from app.archive.archive import Archive
 from app.archive.chains import ChainState, chains_in
 from app.archive.exchange import Exchanged
 from app.archive.facts import RefusedFact
-from app.archive.module_names import Settlement
+from app.archive.module_names import Conflict, Settlement
 from app.archive.server_url import server_url, store_server, stored_server
 from app.cli.archive import report
 from app.cli.archive.opened import member_json, opened_archive, shown_member, shown_station
@@ -41,25 +41,24 @@ def run_status(args: argparse.Namespace) -> int:
         stations = {shown_station(key): count for key, count in status.stations.items()}
         chains = chains_in(archive.facts, archive.station)
     is_sound = not any(one.faults for one in chains)
-    if args.json:
-        console.write_json({
-            "station": fingerprint, "facts": status.facts, "own": status.own, "stations": stations,
-            "server": status.place, "not_shared": status.not_shared, "last_sync_at": status.last_at,
-            "conflicts": status.conflicts, "chains": [_chain_json(one) for one in chains],
-        })  # fmt: skip
-        return console.SUCCESS if is_sound else console.ANSWER_NO
-    console.write_lines(console.columns((
-        (tr("Records"), f"{status.facts} ({status.own})"),
-        (tr("Stations"), f"{len(stations)}"),
-        (tr("Server"), status.place or "–"),
-        (tr("Needs decision"), f"{status.conflicts}"),
-        (tr("Missing in chains"), f"{sum(one.missing for one in chains)}"),
-    ), indent=2))  # fmt: skip
-    shared = tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=status.last_at or "–")
-    console.write_lines([tr("This station: {fingerprint}", fingerprint=fingerprint), shared])
-    for chain in chains:
-        for fault in chain.faults:
-            console.write_lines([f"{shown_station(chain.station)} {chain.module or ''}: {fault.translated()}"])
+    page = [
+        *console.columns((
+            (tr("Records"), f"{status.facts} ({status.own})"),
+            (tr("Stations"), f"{len(stations)}"),
+            (tr("Server"), status.place or "–"),
+            (tr("Needs decision"), f"{status.conflicts}"),
+            (tr("Missing in chains"), f"{sum(one.missing for one in chains)}"),
+        ), indent=2),
+        tr("This station: {fingerprint}", fingerprint=fingerprint),
+        tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=status.last_at or "–"),
+        *(f"{shown_station(one.station)} {one.module or ''}: {fault.translated()}"
+          for one in chains for fault in one.faults),
+    ]  # fmt: skip
+    console.emit(args, status, lambda status: {
+        "station": fingerprint, "facts": status.facts, "own": status.own, "stations": stations,
+        "server": status.place, "not_shared": status.not_shared, "last_sync_at": status.last_at,
+        "conflicts": status.conflicts, "chains": [_chain_json(one) for one in chains],
+    }, lambda _: page)  # fmt: skip
     return console.SUCCESS if is_sound else console.ANSWER_NO
 
 
@@ -100,15 +99,11 @@ def _exchange(
             console.clear_progress()
             raise console.Refused(error.message, failed) from error
     console.clear_progress()
-    if args.json:
-        console.write_json({
-            key: place, "sent": done.sent, "received": done.received,
-            "refused": [_refused_json(one) for one in done.refused], "refused_count": done.refused_count,
-            "damaged": [_refused_json(one) for one in done.damaged],
-        })  # fmt: skip
-    else:
-        text = tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
-        console.write_lines([text])
+    console.emit(args, done, lambda done: {
+        key: place, "sent": done.sent, "received": done.received,
+        "refused": [_refused_json(one) for one in done.refused], "refused_count": done.refused_count,
+        "damaged": [_refused_json(one) for one in done.damaged],
+    }, lambda done: [_counts(done)])  # fmt: skip
     if done.refused_count:
         console.notify(tr("Unreadable or altered, left out: {count}.", count=done.refused_count))
         _notify_refused(done.refused)
@@ -122,19 +117,18 @@ def run_conflicts(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
         archive.collect()
         conflicts = archive.names().conflicts
-    if args.json:
-        console.write_json({"conflicts": [
-            {"kind": one.kind.value, "modules": [member_json(module) for module in one.pair],
-             "proposal": None if one.proposal is None else _proposal_json(one.proposal)}
-            for one in conflicts
-        ]})  # fmt: skip
-        return console.SUCCESS
-    for one in conflicts:
-        first, second = map(shown_member, one.pair)
-        console.write_lines(
-            [one.question().translated(), f'  dps-s archive settle "{first}" "{second}" --same|--different --who WHO']
-        )
+    console.emit(args, conflicts, lambda conflicts: {"conflicts": [
+        {"kind": one.kind.value, "modules": [member_json(module) for module in one.pair],
+         "proposal": None if one.proposal is None else _proposal_json(one.proposal)}
+        for one in conflicts
+    ]}, lambda conflicts: [line for one in conflicts for line in _question(one)])  # fmt: skip
     return console.SUCCESS
+
+
+def _question(conflict: Conflict) -> tuple[str, str]:
+    first, second = map(shown_member, conflict.pair)
+    answer = f'  dps-s archive settle "{first}" "{second}" --same|--different --who WHO'
+    return conflict.question().translated(), answer
 
 
 def run_settle(args: argparse.Namespace) -> int:
@@ -152,7 +146,11 @@ def run_settle(args: argparse.Namespace) -> int:
 
 
 def _progress(done: Exchanged) -> None:
-    console.show_progress(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
+    console.show_progress(_counts(done))
+
+
+def _counts(done: Exchanged) -> str:
+    return tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
 
 
 def _chain_json(one: ChainState) -> dict[str, object]:

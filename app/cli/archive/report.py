@@ -35,13 +35,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print_fleet(args: argparse.Namespace, states: list[ModuleToday], now: datetime) -> int:
-    if args.json:
-        console.write_json({"at": now.isoformat(timespec="seconds"), "modules": [state_json(one) for one in states]})
-    elif args.csv:
+    if args.csv:
         console.write(csv_text(FLEET_HEAD, map(_fleet_cells, states)))
-    else:
-        head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
-        console.write_lines(console.columns([head, *map(_fleet_row, states)]))
+        return console.SUCCESS
+    at = now.isoformat(timespec="seconds")
+    head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
+    console.emit(args, states, lambda states: {"at": at, "modules": [state_json(one) for one in states]},
+                 lambda states: console.columns([head, *map(_fleet_row, states)]))  # fmt: skip
     return console.SUCCESS
 
 
@@ -56,20 +56,20 @@ def _due(state: ModuleToday) -> str:
 
 
 def _print_histories(args: argparse.Namespace, lives: list[ModuleHistory]) -> int:
-    if args.json:
-        console.write_json({"lives": [life_json(one) for one in lives]})
-        return console.SUCCESS
     if args.csv:
         console.write(csv_text(LIFE_HEAD, (row for life in lives for row in _life_rows(life))))
-        return console.SUCCESS
-    for life in lives:
-        console.write_lines([life.module.name])
-        rows = [
-            (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.translated())
-            for event in life.events
-        ]
-        console.write_lines(console.columns([(tr("Time"), tr("Station"), ""), *rows]))
+    else:
+        console.emit(args, lives, lambda lives: {"lives": [life_json(one) for one in lives]},
+                     lambda lives: [line for life in lives for line in _life_page(life)])  # fmt: skip
     return console.SUCCESS
+
+
+def _life_page(life: ModuleHistory) -> list[str]:
+    rows = [
+        (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.translated())
+        for event in life.events
+    ]
+    return [life.module.name, *console.columns([(tr("Time"), tr("Station"), ""), *rows])]
 
 
 def state_json(state: ModuleToday) -> dict[str, object]:
@@ -127,14 +127,8 @@ def _fleet_cells(state: ModuleToday) -> tuple[object, ...]:
 
 def _life_rows(life: ModuleHistory) -> Iterable[tuple[object, ...]]:
     for one in life.events:
-        yield (
-            utc_cell(one.fact.made_at),
-            shown_station(one.fact.station),
-            one.fact.kind,
-            one.text.translated(),
-            None,
-            None,
-        )
+        station = shown_station(one.fact.station)
+        yield utc_cell(one.fact.made_at), station, one.fact.kind, one.text.translated(), None, None
     for name, points in life.values.items():
         for point in points:
-            yield (utc_cell(point.at), shown_station(point.station), "value", "", name, point.value)
+            yield utc_cell(point.at), shown_station(point.station), "value", "", name, point.value

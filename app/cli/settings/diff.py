@@ -24,13 +24,12 @@ def run(args: argparse.Namespace) -> int:
         second, head, missing = module.values, module.port, tr("unknown")
         names = list(first)
     unequal = [name for name in names if first.get(name) != second.get(name)]
-    if args.json:
-        console.write_json({"differences": {name: [first.get(name), second.get(name)] for name in unequal}})
-    elif not unequal:
-        console.write_lines([tr("The settings are equal.")])
-    else:
-        rows = [(name, *(typed(one[name]) if name in one else missing for one in (first, second))) for name in unequal]
-        console.write_lines(console.columns([("", str(args.file), head), *rows]))
+    rows = [(name, *(typed(one[name]) if name in one else missing for one in (first, second))) for name in unequal]
+    page = console.columns([("", str(args.file), head), *rows]) if unequal else [tr("The settings are equal.")]
+    console.emit(
+        args, unequal, lambda names: {"differences": {name: [first.get(name), second.get(name)] for name in names}},
+        lambda _: page,
+    )  # fmt: skip
     if not unequal:
         return console.SUCCESS
     is_only_unknown = args.other is None and all(name not in second for name in unequal)

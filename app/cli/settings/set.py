@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
         return console.refuse_without("--accept-risk")
     with Interruption():  # after the last frame a signal no longer keeps the result from being printed
         report, trouble = _write(wishes, args)
-        console.write_lines([console.as_json(json_of(report))] if args.json else page_of(report))
+        console.emit(args, report, json_of, page_of)
         for sentence in (*_remarks(report), trouble):
             if sentence is not None:
                 console.notify(sentence)
@@ -59,18 +59,16 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     found = read_module(args.port, args.baud)
     before = found.values
     rows = [(wish.command.key, before.get(wish.command.key), wish.value) for wish in wishes]
-    if args.json:
-        results = {
-            key: _result(wanted, old, error=None if old == wanted else "not written: dry run")
-            for key, old, wanted in rows
-        }
-        console.write_json({"results": results, "changed": {}, "unread": []})
-    else:
-        console.write_lines(console.columns([
-            (key, tr("{value}: unchanged", value=typed(wanted)) if old == wanted
-             else tr("{value}: not written (dry run)", value=f"{typed(old)} → {typed(wanted)}"))
-            for key, old, wanted in rows
-        ]))  # fmt: skip
+    unwritten = {
+        key: _result(wanted, old, error=None if old == wanted else "not written: dry run") for key, old, wanted in rows
+    }
+    said = [
+        (key, tr("{value}: unchanged", value=typed(wanted)) if old == wanted
+         else tr("{value}: not written (dry run)", value=f"{typed(old)} → {typed(wanted)}"))
+        for key, old, wanted in rows
+    ]  # fmt: skip
+    console.emit(args, unwritten, lambda results: {"results": results, "changed": {}, "unread": []},
+                 lambda _: console.columns(said))  # fmt: skip
     return notify_missing(found)
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from app.cli import history as records
+from app.cli import read as found
 from app.cli.settings import set as setting
 from app.engine.setting_changes import ChangedSetting
 from app.preflight.reading_object import SETTING_KEYS
@@ -19,9 +21,8 @@ from app.procedures.history import History
 from app.procedures.write import SetReply, Written
 from app.procedures.write_all import SettingChange, WriteReport
 from app.settings.values import parse_value
+from app.system.files import write_whole
 from app.terminal import console
-from app.terminal import read_report as found
-from app.terminal import record_table as records
 from app.terminal.arguments import RATES, seconds
 from app.terminal.setting_words import parse_settings
 from app.text import i18n
@@ -208,7 +209,7 @@ def test_csv_file_is_replaced_as_a_whole(tmp_path: Path, record: TriggerRecord) 
     path.chmod(0o640)
     link = tmp_path / "link.csv"
     link.symlink_to(path)
-    records.write_csv(str(link), History((record,)))
+    write_whole(link, records.csv_of(History((record,))).encode())
     assert path.read_bytes().startswith(b"boot_count,uptime_s,")
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
     assert link.is_symlink()
@@ -226,7 +227,7 @@ def test_a_failed_csv_leaves_the_old_file(
 
     monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(OSError, match="No space"):
-        records.write_csv(str(path), History((record,)))
+        write_whole(path, records.csv_of(History((record,))).encode())
     assert path.read_bytes() == b"older"
     assert [one.name for one in tmp_path.iterdir()] == ["records.csv"]
 
@@ -237,7 +238,7 @@ def test_csv_goes_into_a_pipe_that_stays_one(tmp_path: Path, record: TriggerReco
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
     try:
-        records.write_csv(str(pipe), History((record,)))
+        write_whole(pipe, records.csv_of(History((record,))).encode())
         assert os.read(reader, 4096).startswith(b"boot_count,uptime_s,")
     finally:
         os.close(reader)

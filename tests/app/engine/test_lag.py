@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from app.cli.read import Findings, page_of
 from app.engine.device import StaleReason
 from app.engine.procedure import Procedure
 from app.preflight.evidence import FlagState
@@ -19,7 +20,6 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from app.terminal.read_report import Findings, page_of
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.events import Received, Role
 from protocol.lag import Lag

@@ -12,7 +12,9 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.cli.history import page_of as records_page
 from app.cli.monitor import WordLines
+from app.cli.read import Findings, page_of
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.procedure import LinkView
 from app.limits.expectations import CheckLimits, expectations_of
@@ -37,8 +39,6 @@ from app.records.record import RecordContext, caveats, make_record
 from app.records.report_html import body
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, Profile
-from app.terminal.read_report import Findings, page_of
-from app.terminal.record_table import page_of as records_page
 from app.terminal.streaming import StreamSpan
 from app.text.i18n import CHINESE, ENGLISH, temporary_language
 from app.trigger_records.history import sentence

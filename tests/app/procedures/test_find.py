@@ -11,7 +11,7 @@ from app.engine.run import Run
 from app.engine.setting_changes import changed_settings
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import ROUNDS, SETTLE_S, find_rate, look_for
-from app.procedures.handshake import NoAnswer, Silence, _silence
+from app.procedures.handshake import NoAnswer, Silence, what_came
 from app.procedures.light_calibration import (
     ENOUGH_SAMPLES,
     Band,
@@ -72,7 +72,7 @@ def seen(frames: int = 0, echoes: int = 0, rejected: int = 0) -> EngineView:
     ],
 )
 def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silence) -> None:
-    assert _silence(seen(5, 5, 5), after) is silence
+    assert what_came(after.link.counters - seen(5, 5, 5).link.counters) is silence
 
 
 @pytest.mark.parametrize(
