@@ -29,21 +29,20 @@ from ui.archive.archive_actions import ArchiveActions
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.connect.left_active import BaudRecovery, LeftActiveWatch
 from ui.core.background_task import BackgroundTask
-from ui.core.connector import Connector
 from ui.core.garbage_collector import garbage_freed_here
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.core.texts import LanguageSwitch, Texts
 from ui.help.help_actions import HelpActions
 from ui.preferences.dialog import need_fonts
-from ui.services.announcer import announce_states
 from ui.services.context import PageEntry, Services
-from ui.services.lock import LockControl
 from ui.services.page import Page
+from ui.services.port import Ports
 from ui.services.storage import Storage
 from ui.shell.disarming import UncaughtErrors
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process, has_seen_status, write_evidence
+from ui.shell.state_announcer import announce_states
 from ui.style.accessible_roles import install_accessible_roles
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon, app_icon
@@ -114,12 +113,11 @@ class Assembly:
     window: MainWindow
     help: HelpActions
     archive: ArchiveActions
-    connector: Connector
+    connector: Ports
     ports: PortWatcher
     appearance: Appearance
     language_switch: LanguageSwitch
     storage: Storage
-    lock: LockControl
     left_active: LeftActiveWatch
     armed: Armed = field(default_factory=Armed)
     load: Callable[[], object] | None = None
@@ -147,25 +145,19 @@ def assemble(
     appearance = Appearance(app, _theme(preferences))
     ports = ports or PortWatcher()
     storage = storage or Storage()
-    connector = Connector(ports, make_worker=storage.sessions.recorded_workers())
-    lock = LockControl(connector, storage.journal, connector)
-    announce_states(connector, lock)
-    services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
-    connector.remember_stream(storage.stream_memory)
-    storage.sessions.bind(connector.current)
-    module = services.naming.of(connector.current)
-    module.changed.connect(lambda: storage.sessions.name_module(module.name))
+    connector = Ports(ports, storage)
+    announce_states(connector)
+    services = Services(connector, texts, appearance, preferences, log=log)
     window = MainWindow(services, language_switch, entries=entries)
-    for owned in (connector, services.naming):  # else their signal connections would keep them alive
-        owned.setParent(window)
-    left_active = LeftActiveWatch(connector, storage, services.naming, window)
+    connector.setParent(window)  # else its signal connections would keep it alive
+    left_active = LeftActiveWatch(connector, window)
     window.attention.find_left = left_active.notice
     left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
     load = _load_pages if entries is PAGES else None
     return Assembly(
         window, help_actions, ArchiveActions(window, services), connector, ports, appearance, language_switch, storage,
-        lock, left_active, services.armed, load,
+        left_active, services.armed, load,
     )  # fmt: skip
 
 

@@ -27,10 +27,9 @@ from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.threadless import ThreadlessWorker
 from tests.support.line.truth import Truth
-from tests.support.window.fakes_ui import Ports, close_window
+from tests.support.window.fakes_ui import ListedPorts, close_window
 from tests.support.window.steps import find
 from ui.acts.confirm import Confirm
-from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, assemble
@@ -39,6 +38,7 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.page import TestsPage
+from ui.services.port import Ports
 from ui.services.storage import Storage
 from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
@@ -335,15 +335,19 @@ def gesture_bench(
     gestures().clock = lambda: made.hand_s  # before the first button is shown, which notes when
     storage = Storage(folder / "store")
     with (
-        patch("ui.main.Connector", partial(Connector, clock=clock)),
+        patch("ui.main.Ports", partial(Ports, make_worker=made.make_worker, clock=clock)),
         patch("app.engine.worker.open_line", made.open_line),
-        patch.object(storage.sessions, "recorded_workers", lambda: made.make_worker),
         patch.object(storage, "journal", lambda *_: journal),
     ):
         options = WindowOptions(language=language)
         preferences = Preferences(folder / "window.ini")
         assembly = assemble(
-            qapp, options, preferences=preferences, ports=PortWatcher(Ports().poll), storage=storage, entries=ENTRIES
+            qapp,
+            options,
+            preferences=preferences,
+            ports=PortWatcher(ListedPorts().poll),
+            storage=storage,
+            entries=ENTRIES,
         )
         made.assembly, made.window = assembly, assembly.window
         window = assembly.window

@@ -46,10 +46,10 @@ from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
 from tests.support.terminals import RETURN_LIMIT_S
-from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
+from ui.services.port import Ports
 from ui.services.storage import Storage
 
 PARTS: Final = ("line", "sequences", "gestures")
@@ -81,7 +81,7 @@ class Outcome:
             self.complaints.append(f"{name}: {complaint}")
 
 
-def _is_back(connector: Connector) -> bool:
+def _is_back(connector: Ports) -> bool:
     return (
         connector.current.is_open
         and connector.current.device.presence is Presence.ONLINE
@@ -130,7 +130,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     connector = assembly.connector
     traffic, watch, memory = Traffic(), StallWatch(), list[float]()
     connector.batch.connect(traffic.on_batch)
-    naming = assembly.window._services.naming
+    naming = assembly.connector.current.module
     connector.changed.connect(lambda: naming.confirm_identity() if connector.current.identity.is_for_a_person else None)
     beats, measures = QTimer(), QTimer()
     beats.setTimerType(beats.timerType().PreciseTimer)
@@ -180,7 +180,7 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     _judge_memory(memory, outcome, unplugs=chaos.done["unplug"])
 
 
-def _watch_healed_line(connector: Connector, module: StreamingModule, outcome: Outcome) -> None:
+def _watch_healed_line(connector: Ports, module: StreamingModule, outcome: Outcome) -> None:
     connector.current.disconnect_port()
     turn_until(lambda: connector.current.connection.state is PortState.CLOSED, LIMIT_S)
     for line in ("unplug", "plug", "restart"):  # what a slowed line still held up is gone with its plug

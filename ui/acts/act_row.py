@@ -92,10 +92,10 @@ class ActRow(QFrame):
     def _perform(self) -> None:
         connector, act = self._connector, self.act
         permit = Permit(act, Origin.CONFIRMATION, connector.clock())
-        journal = self._services.storage.journal(connector.current.target)
+        journal = connector.current.journal()
         self._performed = None
         if act is Act.ACTIVATE:
-            self._services.lock.current.end()
+            self._connector.current.lock.end()
         self.begun.emit()
         self._job.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
 

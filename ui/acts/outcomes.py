@@ -10,8 +10,8 @@ from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Outcome
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.core.connector import Connector
 from ui.services.context import Services
+from ui.services.port import Ports
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -30,7 +30,7 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         is_identity_settled=connector.current.identity.is_settled,
         armed=services.armed.act,
         # Without a port there is no log; the condition that a module answers is open then anyway.
-        is_audit_ready=connector.current.target is None or services.storage.journal(connector.current.target).is_ready,
+        is_audit_ready=connector.current.target is None or connector.current.journal().is_ready,
     )
     return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
 
@@ -39,7 +39,7 @@ class OutcomeWatch:
     """Whether a notice of an act is still true."""
 
     def __init__(self, services: Services) -> None:
-        self._connector, self._lock = services.connector, services.lock
+        self._connector = services.connector
         self._done: Performed | None = None
         """The act that was asked about last, with the last confirmed LOCK and the restarts until then."""
         self._locked: Locked | None = None
@@ -50,10 +50,10 @@ class OutcomeWatch:
         one that is unknown, reports that it is locked after a restart or a confirmed LOCK."""
         device = self._connector.current.device
         if done is not self._done:
-            self._done, self._locked, self._restarts = done, self._lock.current.confirmed, device.restarts
+            self._done, self._locked, self._restarts = done, self._connector.current.lock.confirmed, device.restarts
         if done is None or done.act is not Act.ACTIVATE or done.outcome not in (Outcome.CONFIRMED, Outcome.UNKNOWN):
             return False
-        locked = self._lock.current.confirmed
+        locked = self._connector.current.lock.confirmed
         is_locked_since = locked is not None and locked is not self._locked
         is_active = device.fresh("active", self._connector.clock())
         if done.outcome is Outcome.CONFIRMED:
@@ -75,7 +75,7 @@ def outcome_meaning(done: Performed) -> Meaning:
             return Meaning.ATTENTION
 
 
-def motion_text(connector: Connector) -> str:
+def motion_text(connector: Ports) -> str:
     """The current input of zeroing; empty if unknown."""
     motion, tilt = connector.current.device.motion, connector.current.device.fresh("tilt_deg", connector.clock())
     if motion is None or tilt is None:

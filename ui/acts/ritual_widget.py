@@ -253,7 +253,7 @@ class RitualWidget(QFrame):
             self.ritual.disarm(Input.FINISHED)
             self._job.set_notice(partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._job.dismiss))
             return
-        journal = self._services.storage.journal(self._connector.current.target)
+        journal = self._connector.current.journal()
         self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:
@@ -309,7 +309,7 @@ class RitualWidget(QFrame):
         if target is None or not self._connector.current.is_open:
             return act
         port = target.device.removeprefix("/dev/").partition("?")[0]
-        name = self._services.naming.name
+        name = self._services.connector.current.module.name
         if not name:
             return tr("{setting}: {what}", setting=act, what=port)
         return tr("{act}: {module} on {port}", act=act, module=module_label(name), port=port)

@@ -25,10 +25,10 @@ from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.connect.port_list import PortChoice, PortList, choice_of
-from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher, key_of
 from ui.core.preferences import LastPort
 from ui.core.texts import Texts
+from ui.services.port import Ports
 from ui.style.icons import Icon
 from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
@@ -66,7 +66,7 @@ class ConnectPanel(QScrollArea):
     shown = Signal()
     """Opened or closed."""
 
-    def __init__(self, connector: Connector, ports: PortWatcher, texts: Texts) -> None:
+    def __init__(self, connector: Ports, ports: PortWatcher, texts: Texts) -> None:
         super().__init__()
         self.setObjectName("connect_panel")
         self.setFrameShape(QFrame.Shape.NoFrame)

@@ -17,10 +17,8 @@ from app.store.left_active import LeftActive, left_active, note_continued, note_
 from app.store.store import PendingBaud, Store
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
-from ui.core.connector import Connector
-from ui.core.port_connection import PortConnection
 from ui.core.port_watcher import PortWatcher
-from ui.services.module_name import ModuleName, known_as
+from ui.services.port import Port, Ports
 from ui.services.storage import ORIGIN, Storage
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -32,12 +30,12 @@ class LeftActiveWatch(QObject):
 
     changed = Signal()
 
-    def __init__(self, connector: Connector, storage: Storage, naming: ModuleName, parent: QObject) -> None:
+    def __init__(self, connector: Ports, parent: QObject) -> None:
         super().__init__(parent)
-        self._connector, self._storage, self._naming = connector, storage, naming
+        self._connector, self._storage = connector, connector.storage
         self._is_loaded = False
         self._logging: BackgroundTask[tuple[LeftActive, ...]] = BackgroundTask("dps-s left active", self)
-        self._seen: dict[PortConnection, tuple[LeftActive, bool]] = {}
+        self._seen: dict[Port, tuple[LeftActive, bool]] = {}
         for connection in connector.connections:
             self._add(connection)
         connector.added.connect(self._add)
@@ -64,18 +62,18 @@ class LeftActiveWatch(QObject):
         port, name = self._connector.current, left.known_as.name
         here, _is_active = self._seen.get(port, (None, False))
         is_new = port.target is None or port.adapter_key != port.target.key  # a person said so
-        if is_new or here is None or here.known_as != known_as(port, ""):
+        if is_new or here is None or port.module.name or here.known_as != port.known_as:
             return ()  # or none has reported, it is in doubt which it is, or it has a name
-        choose = partial(self._naming.of(port).choose, name)
+        choose = partial(port.module.choose, name)
         goes_on = partial(self._update, partial(note_continued, left=left, here=here, origin=ORIGIN))
         said = tr("It is {module}", module=name) if name else tr("Same module")
         return (Choice("left_active_here", said, choose if name else goes_on, is_step=True),)
 
-    def _is_at(self, port: PortConnection, left: LeftActive) -> bool:
+    def _is_at(self, port: Port, left: LeftActive) -> bool:
         if left.known_as.run == port.kept.run:
             return True
         is_said = port.activation.state is Activation.ACTIVE or (port is self._connector.current and port.is_active)
-        return is_said and left.known_as.name == self._naming.of(port).name != ""
+        return is_said and left.known_as.name == port.module.name != ""
 
     def _update(self, note: Callable[[Store], object]) -> None:
         """Does this in the store's thread, and takes what is left ACTIVE then."""
@@ -88,11 +86,11 @@ class LeftActiveWatch(QObject):
         self._storage.left_active = left
         self.changed.emit()
 
-    def _add(self, connection: PortConnection) -> None:
+    def _add(self, connection: Port) -> None:
         connection.batch.connect(partial(self._on_batch, connection))
         connection.invalidated.connect(self._on_another_module)
 
-    def _on_removed(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: Port) -> None:
         self._seen.pop(connection, None)
         self._on_another_module()
 
@@ -100,11 +98,11 @@ class LeftActiveWatch(QObject):
         if self._is_loaded:  # else the store is still being opened
             self.load()
 
-    def _on_batch(self, connection: PortConnection, batch: Batch) -> None:
+    def _on_batch(self, connection: Port, batch: Batch) -> None:
         known, target = batch.device.known("active", batch.at), connection.target
         if known is None or known.is_stale or known.how is How.ACKNOWLEDGED or target is None or target.is_simulated:
             return
-        here = LeftActive(known_as(connection, self._naming.of(connection).name), target.device, target.identity)
+        here = LeftActive(connection.known_as, target.device, target.identity)
         is_active = known.value is True
         if here.known_as.is_in_doubt or (here, is_active) == self._seen.get(connection):
             return
@@ -122,7 +120,7 @@ class BaudRecovery:
 
     def __init__(
         self,
-        connector: Connector,
+        connector: Ports,
         ports: PortWatcher,
         storage: Storage,
         *,

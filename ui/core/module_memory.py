@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False, slots=True)
 class ModuleMemory:
-    """Belongs to its `PortConnection`, which begins another one with each connection and each other module."""
+    """Belongs to its `Port`, which begins another one with each connection and each other module."""
 
     run: str = field(default_factory=new_run)
     """Names the connection in the audit log."""

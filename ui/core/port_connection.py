@@ -1,4 +1,4 @@
-"""One port as the window sees it: target, state, reconnection. That of the pages is `Connector.current`."""
+"""The link of one port as the window sees it: target, state, reconnection."""
 
 import logging
 import time
@@ -30,6 +30,7 @@ from ui.core.module_memory import ModuleMemory
 from ui.core.port_watcher import PortWatcher
 
 _log = logging.getLogger(__name__)
+MakeWorker = Callable[[Callable[[Batch], None]], Worker]
 MIN_PUBLISH_EVERY_S = 1 / 30
 UNSEEN_PUBLISH_EVERY_S = 0.25
 FOLLOW_EVERY_MS = 100  # while a port is waited for: how often it is checked
@@ -55,14 +56,17 @@ class PortConnection(QObject):
     def __init__(
         self,
         ports: PortWatcher,
+        memory_of: Callable[[Target], StreamMemory],
         *,
-        make_worker: Callable[[Callable[[Batch], None]], Worker] = Worker,
-        clock: Callable[[], float] = time.monotonic,
-        parent: QObject | None = None,
+        make_worker: MakeWorker,
+        clock: Callable[[], float],
+        parent: QObject,
     ) -> None:
+        """`memory_of` returns where it is stored that the serial output was switched on."""
         super().__init__(parent)
         self.clock = clock
         self.stream = StreamSwitch(is_wanted=False)
+        self._memory_of = memory_of
         self._bridge = Bridge(self)
         self._bridge.batch.connect(self._on_batch)
         self._worker = make_worker(self._bridge.deliver)
@@ -85,7 +89,6 @@ class PortConnection(QObject):
         self._is_listing = False
         """A scan of the ports is running for `_return`, and its result is still wanted."""
         self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
-        self._memory_of: Callable[[Target], StreamMemory] = lambda _target: StreamMemory()
         self.stream_memory = StreamMemory()  # of the connection that was opened last
         self._is_left_on_emitted = False
         self._lost = NO_EXPECTATION
@@ -213,10 +216,6 @@ class PortConnection(QObject):
     def expect(self, expected_of: Callable[[Target], Expected | None]) -> None:
         """`expected_of` returns what was last read of the module known at a port; called before the port is opened."""
         self._expected_of = expected_of
-
-    def remember_stream(self, memory_of: Callable[[Target], StreamMemory]) -> None:
-        """`memory_of` returns where it is stored that the serial output was switched on."""
-        self._memory_of = memory_of
 
     def confirm_identity(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
         """A person says which module this is, see `IdentityCheck.confirm`; `seen` is what was shown to them."""

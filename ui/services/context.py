@@ -9,12 +9,10 @@ from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
 from protocol.fields import Value
-from ui.core.connector import Connector
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
-from ui.services.lock import LockControl
-from ui.services.module_name import ModuleName
 from ui.services.page import Page
+from ui.services.port import LockControl, Ports
 from ui.services.storage import PendingEdits, Storage
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
@@ -42,24 +40,26 @@ class DraftExchange(QObject):
 class Services:
     """What the pages share."""
 
-    connector: Connector
+    connector: Ports
     texts: Texts
     appearance: Appearance
-    lock: LockControl
-    storage: Storage = field(default_factory=Storage)
     preferences: Preferences = field(default_factory=Preferences)
     armed: Armed = field(default_factory=Armed)
     """What is armed in this window; the procedures ask it too."""
     pending_edits: PendingEdits = field(default_factory=PendingEdits)
     log: Log | None = None
-    naming: ModuleName = field(default_factory=ModuleName)
     in_use: LimitsInUse = field(default_factory=LimitsInUse)
     """What measured values are compared with, wherever they are shown."""
     exchange: DraftExchange = field(default_factory=DraftExchange)
     """Drafts that are tried on what was measured."""
 
-    def __post_init__(self) -> None:
-        self.naming.bind(self.connector, self.storage)
+    @property
+    def lock(self) -> LockControl:
+        return self.connector.lock
+
+    @property
+    def storage(self) -> Storage:
+        return self.connector.storage
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,21 +3,17 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from weakref import WeakSet
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.engine.device import How
 from app.engine.identity import Trust
 from app.engine.procedure import LockRepeat
-from app.engine.target import Target
 from app.engine.worker import Batch, Job
 from app.procedures.lock import Locked, lock, waiting_sentence
 from app.safety.journal import Journal, Outcome
 from app.safety.last_known import Activation
 from app.text.i18n import tr
-from ui.core.connector import Connector
 from ui.core.port_connection import PortConnection
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -38,16 +34,14 @@ class PortLock(QObject):
     notified = Signal(str)
     """A line for the status bar."""
 
-    def __init__(
-        self, connector: PortConnection, journal_of: Callable[[Target | None], Journal], parent: QObject | None = None
-    ) -> None:
-        super().__init__(parent)
-        self._connector, self._journal_of = connector, journal_of
+    def __init__(self, port: PortConnection, find_journal: Callable[[], Journal]) -> None:
+        super().__init__(port)
+        self._port, self._find_journal = port, find_journal
         self._repeat: LockRepeat | None = None
         """The running repetition."""
         self._job: Job[Locked] | None = None
         self._then: list[Callable[[], object]] = []
-        self._adapter_key = connector.adapter_key
+        self._adapter_key = port.adapter_key
         self._ended_at = 0.0
         self._shown_count = 0
         self._was_settled = True
@@ -59,13 +53,13 @@ class PortLock(QObject):
         self.failed: Locked | None = None
         self.confirmed: Locked | None = None
         """The last confirmation; cleared when the module reports otherwise, and with each connection."""
-        connector.changed.connect(self._watch)
-        connector.batch.connect(self._on_batch)
-        connector.invalidated.connect(self._end_confirmed)
+        port.changed.connect(self._watch)
+        port.batch.connect(self._on_batch)
+        port.invalidated.connect(self._end_confirmed)
 
     @property
     def is_possible(self) -> bool:
-        return self._connector.is_open
+        return self._port.is_open
 
     @property
     def is_repeating(self) -> bool:
@@ -79,7 +73,7 @@ class PortLock(QObject):
     @property
     def is_reported(self) -> bool:
         """LOCK was confirmed, and the module still reports that it is locked."""
-        return self.confirmed is not None and self._connector.activation.state is Activation.LOCKED
+        return self.confirmed is not None and self._port.activation.state is Activation.LOCKED
 
     @property
     def is_unproven(self) -> bool:
@@ -94,8 +88,8 @@ class PortLock(QObject):
         if then is not None:
             self._then.append(then)
         self.failed = self.confirmed = self._reported = None
-        self._adapter_key, self._shown_count, self._was_lost = self._connector.adapter_key, 0, False
-        self._was_settled = self._connector.identity.is_settled
+        self._adapter_key, self._shown_count, self._was_lost = self._port.adapter_key, 0, False
+        self._was_settled = self._port.identity.is_settled
         self._send(LockRepeat())
         self.notified.emit(waiting_sentence(1))
         self.changed.emit()
@@ -106,7 +100,7 @@ class PortLock(QObject):
             self.press()
             return
         self.failed = self.confirmed = self._reported = None
-        self._adapter_key, self._shown_count, self._job = self._connector.adapter_key, 0, None
+        self._adapter_key, self._shown_count, self._job = self._port.adapter_key, 0, None
         self._repeat, self._was_lost = LockRepeat(), True
         self._watch()
 
@@ -145,8 +139,8 @@ class PortLock(QObject):
 
     def _send(self, repeat: LockRepeat) -> None:
         self._repeat = repeat
-        procedure = lock(self._journal_of(self._connector.target), repeat)
-        self._job = self._connector.run(procedure, partial(self._end, repeat), is_urgent=True)
+        procedure = lock(self._find_journal(), repeat)
+        self._job = self._port.run(procedure, partial(self._end, repeat), is_urgent=True)
 
     def _end(self, repeat: LockRepeat, job: Job[Locked]) -> None:
         if repeat is not self._repeat or job is not self._job:
@@ -175,15 +169,15 @@ class PortLock(QObject):
     @property
     def _is_the_one_meant(self) -> bool:
         """After a lost port only a person can say so, and of a module without a name nobody can."""
-        identity = self._connector.identity
+        identity = self._port.identity
         return identity.is_settled if not self._was_lost else identity.trust is Trust.PROVEN
 
     def _identify(self) -> None:
         """Take what was reported for the module that was meant, or not, once that is known."""
-        identity, reported = self._connector.identity, self._reported
+        identity, reported = self._port.identity, self._reported
         if reported is None:
             return
-        if not self._connector.is_open:
+        if not self._port.is_open:
             self._reported = None
         elif self._is_the_one_meant:
             self._finish(reported)
@@ -192,7 +186,7 @@ class PortLock(QObject):
 
     def _finish(self, locked: Locked) -> None:
         self._repeat = self._job = self._reported = None
-        self._ended_at = self._connector.clock()
+        self._ended_at = self._port.clock()
         then, self._then = self._then, []
         if locked.is_locked:
             self.failed, self.confirmed = None, locked
@@ -208,7 +202,7 @@ class PortLock(QObject):
     def _can_continue(self) -> bool:
         """The lost port may still come back in time."""
         repeat = self._repeat
-        return self._connector.is_requested and repeat is not None and repeat.is_repeating(self._connector.clock())
+        return self._port.is_requested and repeat is not None and repeat.is_repeating(self._port.clock())
 
     def _on_batch(self, batch: Batch) -> None:
         repeat = self._repeat
@@ -234,94 +228,20 @@ class PortLock(QObject):
 
     def _watch(self) -> None:
         """React to a port that came back, was closed, or belongs to another module."""
-        if self._adapter_key != self._connector.adapter_key:
-            self._adapter_key = self._connector.adapter_key
+        if self._adapter_key != self._port.adapter_key:
+            self._adapter_key = self._port.adapter_key
             self.failed = self.confirmed = self._reported = None
             if self._job is None:
                 self._repeat = None
                 self._then.clear()
-        self._was_lost |= self._connector.is_requested and not self._connector.is_open
+        self._was_lost |= self._port.is_requested and not self._port.is_open
         self._identify()
         repeat = self._repeat
         if repeat is not None and self._job is None and self._reported is None:
-            if self._connector.is_open and repeat.is_repeating(self._connector.clock()):
+            if self._port.is_open and repeat.is_repeating(self._port.clock()):
                 self._send(repeat)
             elif not self._can_continue():
                 outcome = Outcome.UNKNOWN if repeat.sent else Outcome.NOT_SENT
                 self._finish(Locked(outcome=outcome, sent=repeat.sent, is_port_lost=True))
                 return
         self.changed.emit()
-
-
-class LockControl(QObject):
-    """LOCK on all ports; its signals are those of the `current` one, which the pages show."""
-
-    changed = Signal()
-    notified = Signal(str)
-
-    def __init__(
-        self, connector: Connector, journal_of: Callable[[Target | None], Journal], parent: QObject | None = None
-    ) -> None:
-        super().__init__(parent)
-        self._connector, self._journal_of = connector, journal_of
-        self._locks: dict[PortConnection, PortLock] = {}
-        self.buttons: WeakSet[QWidget] = WeakSet()
-        """Those that press it: a click on one counts also while a menu is open."""
-        self._shown = self.of(connector.current)
-        self._relay()
-        connector.added.connect(self.of)
-        connector.removed.connect(self._on_removed)
-        connector.chosen.connect(self._on_chosen)
-
-    def of(self, connection: PortConnection) -> PortLock:
-        if connection not in self._locks:
-            self._locks[connection] = PortLock(connection, self._journal_of, self)
-        return self._locks[connection]
-
-    @property
-    def current(self) -> PortLock:
-        return self.of(self._connector.current)
-
-    def bind(self, button: QAbstractButton) -> None:
-        """Let a button press it; it is enabled while LOCK is possible."""
-
-        def show() -> None:
-            button.setEnabled(self.current.is_possible)
-
-        button.clicked.connect(self.press)
-        self.buttons.add(button)
-        self.changed.connect(show)
-        show()
-
-    def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
-        self.current.press(then=then)
-
-    def press_all(self, *, then: Callable[[], object] | None = None) -> None:
-        """LOCK on every open port, each by itself: none waits for another. `then` is called when all of them report
-        that they are locked."""
-        locks = [one for one in map(self.of, self._connector.connections) if one.is_possible]
-        waiting = set(locks)
-
-        def note(lock: PortLock) -> None:
-            waiting.discard(lock)
-            if not waiting and then is not None:
-                then()
-
-        for one in locks:
-            one.press(then=partial(note, one))
-
-    def _relay(self) -> None:
-        self._shown.changed.connect(self.changed)
-        self._shown.notified.connect(self.notified)
-
-    def _on_chosen(self) -> None:
-        self._shown.changed.disconnect(self.changed)
-        self._shown.notified.disconnect(self.notified)
-        self._shown = self.current
-        self._relay()
-        self.changed.emit()
-
-    def _on_removed(self, connection: PortConnection) -> None:
-        lock = self._locks.pop(connection, None)
-        if lock is not None:
-            lock.deleteLater()

@@ -19,8 +19,8 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
-from ui.core.connector import Connector
 from ui.services.job_notice import JobNotice, progress_notice
+from ui.services.port import Ports
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -29,7 +29,7 @@ class RunningJob(JobNotice):
     """A second `run` replaces the first, whose end is then not reported; so does another module, which also ends the
     notice."""
 
-    def __init__(self, connector: Connector, parent: QObject | None = None) -> None:
+    def __init__(self, connector: Ports, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.progress: Report | None = None
         self._connector = connector

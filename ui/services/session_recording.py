@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
 from app.text.messages import UserMessage
-from ui.core.connector import MakeWorker
-from ui.core.port_connection import PortConnection
+from ui.core.port_connection import MakeWorker, PortConnection
 
 if TYPE_CHECKING:
     # They load numpy, which the window's first paint does not wait for.
@@ -81,7 +80,7 @@ class RecordingState:
 
 
 class SessionRecording:
-    """`recorded_workers` puts it in front of the window's bridge; `bind` is called once the window is assembled."""
+    """Of one port. `recorded_workers` puts it in front of the window's bridge; `bind` is called once that is made."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = folder
@@ -89,12 +88,9 @@ class SessionRecording:
         """From the first session on."""
         self._session = SessionTracker()
         self._lock = threading.Lock()
-        self._connector: PortConnection | None = None
+        self._port: PortConnection | None = None
         self._module = ""
         """The name of the module that is connected."""
-        self._others: list[SessionRecording] = []
-        self.shown: SessionRecording | None = None
-        """That of the port that the pages show, where it is another one."""
 
     @cached_property
     def library(self) -> "RecordingLibrary":
@@ -117,23 +113,15 @@ class SessionRecording:
 
         return made
 
-    def bind(self, connector: PortConnection) -> None:
+    def bind(self, port: PortConnection) -> None:
         """Follow this connection: its adapter, and when a person closes its port."""
-        self._connector = connector
-        connector.changed.connect(self._on_connection_changed)
-        connector.invalidated.connect(self._on_another_module)
-
-    def of_another_port(self) -> "SessionRecording":
-        """Records another port into the same library; stopped with this one."""
-        other = SessionRecording(self._folder)
-        self._others.append(other)
-        return other
+        self._port = port
+        port.changed.connect(self._on_connection_changed)
+        port.invalidated.connect(self._on_another_module)
 
     @property
     def sign(self) -> RecordingState:
-        """State of the recording of the port that the pages show."""
-        if self.shown is not None:
-            return self.shown.sign
+        """State of the recording."""
         recorder = self._recorder
         if recorder is None:
             return RecordingState()
@@ -143,35 +131,29 @@ class SessionRecording:
 
     def settle(self, deadline_s: float) -> bool:
         """Wait until all batches are on disk; whether that was so within the time."""
-        every = [one._recorder for one in (self, *self._others)]
-        settled = [one.settle(deadline_s) for one in every if one is not None]
-        return all(settled)
+        return self._recorder is None or self._recorder.settle(deadline_s)
 
     def stop(self, deadline_s: float) -> bool:
         """End the recording and its thread; whether that was done in time. What was written before is safe in any
         case."""
-        every = [one._recorder for one in (self, *self._others) if one._recorder is not None]
-        for one in every[1:]:
-            one.stop(0.0)  # all at once
-        stopped = [one.stop(deadline_s) for one in every]
-        return all(stopped)
+        return self._recorder is None or self._recorder.stop(deadline_s)
 
     def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
-        connector, connection = self._connector, batch.connection
+        port, connection = self._port, batch.connection
         with self._lock:
-            if self._session.begins(connection, None if connector is None else connector.target):
+            if self._session.begins(connection, None if port is None else port.target):
                 self._begin(connection)
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
             if self._session.is_over:
                 self._end()
-            self._hold_stream(connector)
+            self._hold_stream(port)
 
-    def _hold_stream(self, connector: PortConnection | None) -> None:
+    def _hold_stream(self, port: PortConnection | None) -> None:
         """A recording needs every report, whatever page is shown."""
-        if connector is not None:
-            connector.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
+        if port is not None:
+            port.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
 
     def _begin(self, connection: Connection) -> None:
         from app.recordings.recorder import Heading, Recorder
@@ -186,8 +168,8 @@ class SessionRecording:
 
     def _on_connection_changed(self) -> None:
         """A lost port that is no longer wanted ends the session."""
-        connector = self._connector
-        if connector is None or connector.is_requested or connector.is_open:
+        port = self._port
+        if port is None or port.is_requested or port.is_open:
             return
         with self._lock:
             self._session.end()
@@ -196,19 +178,19 @@ class SessionRecording:
 
     def _on_another_module(self) -> None:
         """A person says that another module answers on the open port: it has a recording of its own."""
-        connector = self._connector
+        port = self._port
         with self._lock:
             recorder = self._recorder
-            if connector is not None and connector.is_open and recorder is not None and recorder.is_recording:
+            if port is not None and port.is_open and recorder is not None and recorder.is_recording:
                 self._module = ""
-                self._begin(connector.connection)
+                self._begin(port.connection)
 
     def name_module(self, name: str) -> None:
         """The name belongs to the adapter chosen now, which may differ from the one still being closed. A recording
         keeps its name while it is in doubt which module answers."""
-        connector = self._connector
+        port = self._port
         with self._lock:
             self._module = name
-            is_ours = connector is not None and self._session.is_of(connector.target)
+            is_ours = port is not None and self._session.is_of(port.target)
             if name and is_ours and self._recorder is not None:
                 self._recorder.name_module(name)

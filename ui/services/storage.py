@@ -14,7 +14,7 @@ from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
 from app.store.store import Store, open_store
-from app.store.store_journal import KnownAs, journal_for
+from app.store.store_journal import THIS_RUN, KnownAs, journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.system.folders import data_folder
 from ui.services.recording_jobs import RecordingJobs
@@ -32,13 +32,11 @@ class Storage:
     """The store is opened by `open_store`, else when it is first asked for."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.known_at: Callable[[Target], KnownAs] = lambda _target: KnownAs()
-        """By what the module there is known."""
         self.left_active: tuple[LeftActive, ...] = ()
         """Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`."""
         self._folder = folder
-        self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
-        self.recordings = RecordingJobs(self.sessions)
+        self._recorded: list[SessionRecording] = []
+        self.recordings = RecordingJobs(self.new_recording())
         self._store: Store | StoreTrouble | None = None
         self._opening = threading.Lock()
         self._is_closed = False
@@ -75,12 +73,17 @@ class Storage:
         notice = store.notice if isinstance(store, Store) else store.message
         return None if notice is None else notice.translated()
 
-    def journal(self, target: Target | None) -> Journal:
-        """For one connection, with what its module is known by now."""
+    def new_recording(self) -> SessionRecording:
+        """Of one more port, into the same library; ended by `close`."""
+        recording = SessionRecording(None if self._folder is None else self._folder / RECORDINGS)
+        self._recorded.append(recording)
+        return recording
+
+    def journal(self, target: Target | None, known_as: KnownAs = THIS_RUN) -> Journal:
+        """For one connection, with what its module is known by."""
         if target is None:
             return NoJournal()
-        at, known_as = target.device, self.known_at(target)
-        return journal_for(self.store, port=at, origin=ORIGIN, adapter=target.identity, known_as=known_as)
+        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, known_as=known_as)
 
     def store_snapshot(self, snapshot: Snapshot, port: str, module: str = "") -> Future[int] | None:
         """Any thread may call; the future is done when the snapshot is on disk. None if there is no store.
@@ -107,7 +110,10 @@ class Storage:
     def close(self) -> None:
         """Close permanently, so that running work cannot open the store again. Idempotent."""
         self.recordings.stop()
-        if not self.sessions.stop(RECORDER_LIMIT_S):
+        for recording in self._recorded:
+            recording.stop(0.0)  # all at once
+        stopped = [recording.stop(RECORDER_LIMIT_S) for recording in self._recorded]
+        if not all(stopped):
             _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
         self._is_closed = True
         self._close_store()

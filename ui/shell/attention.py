@@ -7,25 +7,23 @@ from functools import partial
 from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
-from app.engine.identity import Identity
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.identity_words import differences
 from app.text.i18n import tr
 from app.text.sentences import join_names, join_sentences
 from protocol.translatable import marked
-from ui.core.connector import Connector
-from ui.services.lock import LockControl
-from ui.services.module_name import ModuleName
+from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
 
-def identity_notice(identity: Identity, naming: ModuleName) -> Notice | None:
+def identity_notice(port: Port) -> Notice | None:
     """The question, None while nothing has to be decided."""
+    identity, module = port.identity, port.module
     if not identity.is_for_a_person:
         return None
-    name = naming.expected_name
+    name = module.expected_name
     found = differences(identity)
     if found:
         what = tr("This may be another module: {differences}.", differences=join_names(found))
@@ -37,8 +35,8 @@ def identity_notice(identity: Identity, naming: ModuleName) -> Notice | None:
         what = tr("This may be another module: the port was lost.")
     same = tr("It is {module}", module=name) if name else tr("Same module")
     choices = (
-        Choice("identity_new", tr("New module"), naming.treat_as_new, is_step=True),
-        Choice("identity_same", same, naming.confirm_identity, is_step=True),
+        Choice("identity_new", tr("New module"), module.treat_as_new, is_step=True),
+        Choice("identity_same", same, module.confirm_identity, is_step=True),
     )
     return Notice(Meaning.ATTENTION, join_sentences([what, tr("Until you decide, only queries are sent.")]), choices)
 
@@ -121,27 +119,23 @@ class Attention(QObject):
 
     def __init__(
         self,
-        connector: Connector,
+        connector: Ports,
         bar: NoticeBar,
-        lock: LockControl,
         *,
         acts: dict[NextStep, Callable[[], None]],
         pending_edits: PendingEdits,
-        find_identity: Callable[[], Notice | None],
         go_to: Callable[[str], None],
         shown_page: Callable[[], str],
         parent: QObject,
     ) -> None:
-        """`find_identity` returns the question which module is connected, where that has to be decided; `go_to` shows
-        the page with this key, `shown_page` is that of the page shown."""
+        """`go_to` shows the page with this key, `shown_page` is that of the page shown."""
         super().__init__(parent)
         self.is_choosing = False
         """The list of ports is visible, so no notice needs to lead there."""
         self.find_left: Callable[[], Notice | None] = lambda: None
         """Returns what is said of a module that was left ACTIVE before."""
-        self._connector, self._bar, self._lock, self._acts = connector, bar, lock, acts
-        self._unsent, self._find_identity = pending_edits, find_identity
-        self._go_to, self._shown_page = go_to, shown_page
+        self._connector, self._bar, self._acts = connector, bar, acts
+        self._unsent, self._go_to, self._shown_page = pending_edits, go_to, shown_page
         self._has_read_trigger = False
         self._question: _Question | None = None
         self._restarts: int | None = None
@@ -153,7 +147,8 @@ class Attention(QObject):
     @property
     def is_risky_to_leave(self) -> bool:
         """The module is or may be ready to fire, and can still be locked."""
-        return self._connector.current.is_open and (self._connector.current.is_active or self._lock.current.is_unproven)
+        port = self._connector.current
+        return port.is_open and (port.is_active or port.lock.is_unproven)
 
     @property
     def is_risky_to_close(self) -> bool:
@@ -262,19 +257,19 @@ class Attention(QObject):
     def _notice(self) -> Notice | None:
         if self._question is not None:
             return self._question.make()
-        asked, locking = self._find_identity(), self._lock.current.notice()
+        port = self._connector.current
+        asked, locking = identity_notice(port), port.lock.notice()
         if asked is not None:
             if locking is None:
                 return asked
             return replace(asked, meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
-        port = self._connector.current
         state = port.state
         left = self.find_left()
         if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
             return left
-        is_unlocked = self._lock.current.failed is not None  # which says itself how to treat the module
+        is_unlocked = port.lock.failed is not None  # which says itself how to treat the module
         said = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
-        locking = self._lock.current.notice(said.choices if said is not None else ())
+        locking = port.lock.notice(said.choices if said is not None else ())
         if locking is not None:
             return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))
         if left is not None and said is not None:
@@ -341,10 +336,10 @@ class Attention(QObject):
 
     def _leaving_notice(self, go: Callable[[], None], *, is_closing: bool) -> Notice:
         notice = leaving_notice(
-            lambda: self._lock.press_all(then=go) if is_closing else self._lock.press(then=go),
+            lambda: self._connector.lock.press_all(then=go) if is_closing else self._connector.lock.press(then=go),
             go,
             self.stay,
             is_active=self._connector.is_any_active if is_closing else self._connector.current.is_active,
         )
-        locking = self._lock.current.notice()
+        locking = self._connector.current.lock.notice()
         return notice if locking is None else replace(notice, text=join_sentences([locking.text, notice.text]))

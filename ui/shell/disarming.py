@@ -13,7 +13,7 @@ from app.system.uncaught import UncaughtError
 from app.text.durations import duration
 from app.text.i18n import tr
 from ui.acts.confirm import Confirm
-from ui.core.connector import Connector
+from ui.services.port import Ports
 from ui.shell.attention import Attention
 from ui.shell.status_bar import StatusBar
 from ui.style.theme import Meaning
@@ -27,7 +27,7 @@ class ResumeWatcher(QObject):
     """Withdraws confirmations and disarms. The session itself marks values as stale and reads them again
     (`app.engine.session`)."""
 
-    def __init__(self, connector: Connector, window: QWidget, armed: Armed, said: StatusBar) -> None:
+    def __init__(self, connector: Ports, window: QWidget, armed: Armed, said: StatusBar) -> None:
         super().__init__(window)
         self._window, self._armed, self._said = window, armed, said
         connector.slept.connect(self._wake)

@@ -3,13 +3,13 @@
 from typing import Final, cast
 
 from PySide6.QtCore import QCoreApplication, QEvent, QObject, QPoint, QRect, Qt
-from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QWindow
+from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QShowEvent, QWindow
 from PySide6.QtWidgets import QApplication, QDialog, QPushButton, QSizePolicy, QWhatsThis, QWidget
 
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Outcome
 from app.text.i18n import tr
-from ui.services.lock import LockControl
+from ui.services.port import Ports
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named
@@ -20,31 +20,32 @@ from ui.widgets.visibility_timer import VisibilityTimer
 LOCK_KEYS: Final = ("Ctrl+L", "F12")
 _KEY_EVENTS: Final = frozenset({QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress})
 _PRESSES: Final = frozenset({QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick})
-_HANDLED: Final = _KEY_EVENTS | _PRESSES | {QEvent.Type.Show}
+_HANDLED: Final = (QKeyEvent, QMouseEvent, QShowEvent)
+"""By class: of every event of the application `type()` would make an enumeration's member first."""
 
 
 class LockStrip(QWidget):
     """LOCK and its outcome, in a line at the top of a dialog: hidden until there is a module to be locked."""
 
-    def __init__(self, lock: LockControl) -> None:
+    def __init__(self, ports: Ports) -> None:
         super().__init__()
         named(self, "lock_strip")
-        self._lock = lock
+        self._ports = ports
         self.said = named(ElidedLabel(), "lock_strip_said")
         self.button = control(QPushButton(), None, "lock_strip_button", "LOCK", key=LOCK_KEYS[0],
                               picture=Icon.LOCK)  # fmt: skip
         self.button.setAutoDefault(False)  # Enter belongs to the dialog
         in_row((self.said, 1), self.button, of=self, spacing=Space.S, margins=(Space.M, Space.S, Space.M, 0))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        lock.buttons.add(self.button)
-        self.button.clicked.connect(lock.press)
-        lock.changed.connect(self.refresh)
-        self.setVisible(lock.current.is_possible)
+        ports.lock.buttons.add(self.button)
+        self.button.clicked.connect(ports.lock.press)
+        ports.lock_changed.connect(self.refresh)
+        self.setVisible(ports.current.lock.is_possible)
         VisibilityTimer(self, self.refresh, retranslate=self.refresh, restyle=self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
-        lock = self._lock.current
+        lock = self._ports.current.lock
         if lock.is_possible and self.isHidden():
             self.show()  # and stays, so that what is below does not move back and forth
         self.button.setEnabled(lock.is_possible)
@@ -64,9 +65,9 @@ class LockAbove(QObject):
     on a LOCK outside it counts all the same. Ctrl+L and F12 count in every window. `button`: the window's LOCK.
     """
 
-    def __init__(self, lock: LockControl, button: QPushButton, parent: QObject) -> None:
+    def __init__(self, ports: Ports, button: QPushButton, parent: QObject) -> None:
         super().__init__(parent)
-        self._lock, self._button = lock, button
+        self._ports, self._lock, self._button = ports, ports.lock, button
         self._keys = [QKeySequence(key) for key in LOCK_KEYS]
         # A dialog of the platform has its own event loop: nothing of ours would reach it.
         QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
@@ -76,13 +77,12 @@ class LockAbove(QObject):
         _application().removeEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        kind = event.type()
-        if kind not in _HANDLED:
+        if not isinstance(event, _HANDLED):
             return False
         if isinstance(event, QKeyEvent):
-            return kind in _KEY_EVENTS and self._on_key(event)
+            return event.type() in _KEY_EVENTS and self._on_key(event)
         if isinstance(event, QMouseEvent):
-            return isinstance(watched, QWindow) and self._on_press(event)
+            return event.type() in _PRESSES and isinstance(watched, QWindow) and self._on_press(event)
         if isinstance(watched, QDialog):
             self._add_strip(watched)
         elif isinstance(watched, QWidget) and watched.windowType() == Qt.WindowType.Popup:
@@ -116,7 +116,7 @@ class LockAbove(QObject):
     def _add_strip(self, dialog: QDialog) -> None:
         layout = dialog.layout()
         if layout is not None and layout.menuBar() is None:
-            layout.setMenuBar(LockStrip(self._lock))
+            layout.setMenuBar(LockStrip(self._ports))
 
     def _uncover(self, popup: QWidget) -> None:
         """Moves a menu or a list that would cover LOCK below it, or beside it."""

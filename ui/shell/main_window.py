@@ -20,7 +20,7 @@ from ui.preferences.dialog import Choices, PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.shell.actions import Actions, MenuEntry
-from ui.shell.attention import Attention, identity_notice
+from ui.shell.attention import Attention
 from ui.shell.disarming import ResumeWatcher
 from ui.shell.lock_above import LOCK_KEYS, LockAbove
 from ui.shell.page_area import PageArea, PageMaker, fit_screen
@@ -70,15 +70,14 @@ class MainWindow(QMainWindow):
         self._refreshed_at = 0.0
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
-        self.top_bar = TopBar(self._connector, texts, services.lock, services.naming, services.in_use)
+        self.top_bar = TopBar(self._connector, texts, services.in_use)
         self.notice_bar = NoticeBar(texts, is_foot=True)
         self.navigation = Sidebar(entries, texts)
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(self._connector, ports, texts)
         self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar)
-        sessions = services.storage.sessions
-        self.recording_sign = RecordingSign(lambda: sessions.sign)
+        self.recording_sign = RecordingSign(lambda: self._connector.current.recording.sign)
         self.status_bar.add(self.recording_sign)
         self._lay_out()
         self.simulator = SimulatorDock(self._connector, texts, self)
@@ -95,11 +94,10 @@ class MainWindow(QMainWindow):
         if "diagnosis" in self._entries:
             acts[NextStep.WHY] = self._show_why
         self.attention = Attention(
-            self._connector, self.notice_bar, services.lock, acts=acts, pending_edits=services.pending_edits,
-            find_identity=lambda: identity_notice(self._connector.current.identity, services.naming), go_to=self.go_to,
-            shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen, parent=self,
+            self._connector, self.notice_bar, acts=acts, pending_edits=services.pending_edits,
+            go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen, parent=self,
         )  # fmt: skip
-        services.naming.before_new(self.attention.leave_edits)
+        self._connector.before_new = self.attention.leave_edits
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
@@ -138,9 +136,9 @@ class MainWindow(QMainWindow):
         self.panel.shown.connect(self._share_room)
         self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
-        self.closing.connect(LockAbove(self._services.lock, self.top_bar.lock, self).stop)
-        self._services.lock.changed.connect(self._refresh_notice)
-        self._services.lock.notified.connect(self.show_message)
+        self.closing.connect(LockAbove(connector, self.top_bar.lock, self).stop)
+        connector.lock_changed.connect(self._refresh_notice)
+        connector.notified.connect(self.show_message)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
         self.simulator.topLevelChanged.connect(self._give_room)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)

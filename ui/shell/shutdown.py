@@ -17,8 +17,8 @@ from typing import Final
 from PySide6.QtWidgets import QWidget
 
 from app.engine.device import STATUS_KEYS
-from ui.core.connector import Connector
 from ui.core.preferences import Preferences
+from ui.services.port import Ports
 from ui.services.storage import Storage
 
 CLOSE_LIMIT_S: Final = 0.4
@@ -64,7 +64,7 @@ class BoundedThread:
             _log.exception("At closing: %s failed", self.name)
 
 
-def close_down(connector: Connector, storage: Storage, preferences: Preferences) -> None:
+def close_down(connector: Ports, storage: Storage, preferences: Preferences) -> None:
     """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
     countdown = Countdown(CLOSE_LIMIT_S)
     saving = BoundedThread("preferences", preferences.save)
@@ -98,13 +98,13 @@ PICTURE = "live.png"
 VALUES = "values.json"
 
 
-def has_seen_status(connector: Connector) -> bool:
+def has_seen_status(connector: Ports) -> bool:
     """Whether the module's status is known and not stale."""
     device, now = connector.current.device, connector.clock()
     return all(device.fresh(key, now) is not None for key in STATUS_KEYS)
 
 
-def values_seen(connector: Connector) -> dict[str, object]:
+def values_seen(connector: Ports) -> dict[str, object]:
     """All known values of device and link, for `VALUES`."""
     port, now = connector.current, connector.clock()
     device, link = port.device, port.last.link
@@ -138,7 +138,7 @@ def values_seen(connector: Connector) -> dict[str, object]:
     return seen
 
 
-def write_evidence(folder: Path, window: QWidget, connector: Connector) -> None:
+def write_evidence(folder: Path, window: QWidget, connector: Ports) -> None:
     """Writes both files into `folder`, which is created if needed. Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(values_seen(connector), indent=2, ensure_ascii=False)

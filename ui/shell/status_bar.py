@@ -13,8 +13,8 @@ from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from ui.core.connector import Connector
 from ui.core.texts import Texts
+from ui.services.port import Ports
 from ui.services.session_recording import RecordingState
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
@@ -63,7 +63,7 @@ class StatusBar(QFrame):
     its height is the same.
     """
 
-    def __init__(self, connector: Connector, texts: Texts, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
+    def __init__(self, connector: Ports, texts: Texts, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
         super().__init__()
         named(self, "status_line", "bar")
         self._in_use = in_use

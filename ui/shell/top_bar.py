@@ -13,10 +13,8 @@ from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, Command
-from ui.core.connector import Connector
 from ui.core.texts import Texts
-from ui.services.lock import LockControl
-from ui.services.module_name import ModuleName
+from ui.services.port import LockControl, Ports
 from ui.style.icons import Icon, battery, draw, icon, set_icon_size
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
 from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control, named, set_role
@@ -160,17 +158,10 @@ class TopBar(QFrame):
 
     panel_wanted = Signal()
 
-    def __init__(
-        self,
-        connector: Connector,
-        texts: Texts,
-        lock: LockControl,
-        naming: ModuleName,
-        in_use: LimitsInUse,
-    ) -> None:
+    def __init__(self, connector: Ports, texts: Texts, in_use: LimitsInUse) -> None:
         super().__init__()
         named(self, "top_bar", "bar")
-        self._connector, self._naming, self._in_use = connector, naming, in_use
+        self._connector, self._in_use = connector, in_use
         self.menu = control(QToolButton(), texts, "menu_button", says="Menu", key="F10",
                             picture=Icon.MENU, role="quiet")  # fmt: skip
         set_icon_size(self.menu, 20)
@@ -188,7 +179,7 @@ class TopBar(QFrame):
         explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"))
         for chip, name in explained:
             _explain(texts, chip, BY_NAME[name])
-        self.lock = self._make_lock(texts, lock)
+        self.lock = self._make_lock(texts, connector.lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         row = in_row(
             self.menu, self.port, (self.name, 1), self.activation, self.trigger, self.cell, of=self,
@@ -266,7 +257,7 @@ class TopBar(QFrame):
     @property
     def _module(self) -> str:
         """The name given to the connected module, else ""."""
-        return self._naming.name if self._connector.current.is_requested else ""
+        return self._connector.current.module.name if self._connector.current.is_requested else ""
 
     def _style_lock(self, button: QPushButton, *, is_main: bool) -> None:
         """Highlights LOCK while the module is ACTIVE."""

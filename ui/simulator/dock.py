@@ -8,8 +8,8 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDockWidget, QWidget
 
 from app.text.user_error import UserError
-from ui.core.connector import Connector
 from ui.core.texts import Texts
+from ui.services.port import Ports
 
 if TYPE_CHECKING:
     from ui.simulator.panel import SimulatorPanel
@@ -20,7 +20,7 @@ _log = logging.getLogger(__name__)
 class SimulatorDock(QDockWidget):
     """Controls the simulated module that is connected; disabled while there is none."""
 
-    def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
+    def __init__(self, connector: Ports, texts: Texts, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("simulator_dock")
         self.setAllowedAreas(Qt.DockWidgetArea.LeftDockWidgetArea | Qt.DockWidgetArea.RightDockWidgetArea)

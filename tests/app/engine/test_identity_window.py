@@ -23,7 +23,8 @@ from ui.acts.outcomes import open_conditions
 from ui.main import Assembly
 from ui.pages.settings.controller import SettingsController
 from ui.pages.tests.page import TestsPage as GuidedPage
-from ui.services.module_name import ModuleField, ModuleName
+from ui.services.module_field import ModuleField
+from ui.services.module_name import ModuleName
 from ui.widgets.sliders import WheelGuard
 
 NAME = "M-07"
@@ -42,7 +43,7 @@ class Desk:
 
     @property
     def naming(self) -> ModuleName:
-        return self.assembly.window._services.naming
+        return self.assembly.connector.current.module
 
     @property
     def changes(self) -> list[Request]:
@@ -164,7 +165,7 @@ def test_leaving_the_empty_field_of_the_name_answers_nothing(
         one.bench.plug()
         one.wait(lambda: one.asked != "" and connector.current.identity.is_for_a_person)
         asked = connector.current.identity
-        field = ModuleField("module", one.naming, one.assembly.window._services.texts, WheelGuard())
+        field = ModuleField("module", connector, one.assembly.window._services.texts, WheelGuard())
         qtbot.addWidget(field)
         edit = find(field, QLineEdit)
         assert edit.text() == ""
@@ -179,7 +180,8 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with desk(qtbot, qapp, tmp_path, "typed") as one:
-        field, other = ModuleField("module", one.naming, one.assembly.window._services.texts, WheelGuard()), QLineEdit()
+        connector, texts = one.assembly.connector, one.assembly.window._services.texts
+        field, other = ModuleField("module", connector, texts, WheelGuard()), QLineEdit()
         for widget in (field, other):
             qtbot.addWidget(widget)
             widget.show()
@@ -197,6 +199,9 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
         qtbot.keyClicks(edit, "08")
         qtbot.keyClick(edit, Qt.Key.Key_Return)
         assert one.naming.name == "M-08"
+        qtbot.keyClicks(edit, "9")
+        connector.connect_to(Target("/dev/another", 115200))
+        assert edit.text() == "", "it was typed for the former module"
 
 
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

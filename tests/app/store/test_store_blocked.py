@@ -131,7 +131,7 @@ def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
     with on_bench(qtbot, qapp, tmp_path, "met") as bench:
         page, store = bench.triggers, store_of(bench)
         name_kept(bench, "M-07")
-        naming = page._naming.of(page._connector.current)
+        naming = page._connector.current.module
         qtbot.waitUntil(lambda: "M-07" in naming._read, timeout=WAIT_MS)
         with held_by_another(qtbot, store) as release:
             naming.remember_adapter()

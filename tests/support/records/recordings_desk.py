@@ -14,14 +14,13 @@ from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
 from tests.support.window.fake_ports import FakeWorker
 from tests.support.window.steps import Driver
-from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
 from ui.services.context import Services
-from ui.services.lock import LockControl
+from ui.services.port import Ports
 from ui.services.storage import Storage
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
@@ -75,7 +74,7 @@ class Desk(Driver):
 
     @property
     def library(self) -> RecordingLibrary:
-        return self.storage.sessions.library
+        return self.storage.recordings.library
 
     def list_again(self, count: int) -> None:
         """Refresh the list; wait until it has `count` rows and nothing reads it any more."""
@@ -105,13 +104,11 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     """Show pages of these kinds beside each other, without a main window or a port."""
     ports = PortWatcher(lambda _deadline_s: [])
     make: Any = FakeWorker
-    connector = Connector(ports, make_worker=make)
     texts, storage = Texts(), Storage(folder)
-    services = Services(
-        connector, texts, Appearance(qapp, Choice.LIGHT), LockControl(connector, storage.journal), storage
-    )
-    storage.sessions.library.folder.mkdir(parents=True)
-    copyfile(template, storage.sessions.library.folder / template.name)
+    connector = Ports(ports, storage, make_worker=make)
+    services = Services(connector, texts, Appearance(qapp, Choice.LIGHT))
+    storage.recordings.library.folder.mkdir(parents=True)
+    copyfile(template, storage.recordings.library.folder / template.name)
     shown = QWidget()
     row = QHBoxLayout(shown)
     pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -11,12 +12,14 @@ from app.engine.procedure import LinkView, PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, Job, PortState
+from app.safety.journal import NoJournal
+from app.store.database import StoreFault, StoreTrouble
 from protocol.events import Event
 from protocol.fields import Value
 from protocol.link_states import Presence
-from ui.core.connector import Connector
-from ui.core.port_connection import PortConnection
 from ui.core.port_watcher import PortWatcher
+from ui.services.port import Port, Ports
+from ui.services.storage import Storage
 
 VALUES: dict[str, Value] = {
     "tilt_deg": 7,
@@ -124,20 +127,30 @@ class FakeWorker:
         return [job for job, urgent in self.jobs if urgent is is_urgent]
 
 
-class FakePorts:
-    """A `Connector` with fake ports and a fake clock."""
+class NoStorage(Storage):
+    """Keeps nothing, and has no journal."""
 
-    def __init__(self) -> None:
+    def open_store(self) -> StoreTrouble:
+        return StoreTrouble(StoreFault.FAILED, Path(), "none")
+
+    def journal(self, *_: object) -> NoJournal:
+        return NoJournal()
+
+
+class FakePorts:
+    """`Ports` with fake workers and a fake clock."""
+
+    def __init__(self, storage: Storage | None = None) -> None:
         self.now_s = 1000.0
         self.workers: list[FakeWorker] = []
         self.watcher = PortWatcher(lambda _deadline_s: [])
-        self.connector = Connector(self.watcher, make_worker=self.make, clock=lambda: self.now_s)
+        self.connector = Ports(self.watcher, storage or NoStorage(), make_worker=self.make, clock=lambda: self.now_s)
 
     def make(self, callback: Callable[[Batch], None]) -> Any:
         self.workers.append(FakeWorker(callback, lambda: self.now_s))
         return self.workers[-1]
 
-    def plug_in(self, device: str, **values: Value) -> tuple[PortConnection, FakeWorker]:
+    def plug_in(self, device: str, **values: Value) -> tuple[Port, FakeWorker]:
         """Connect a module to the first port that is free, and publish its values."""
         first = self.connector.connections[0]
         connection = first if not first.is_requested else self.connector.add(self.make)

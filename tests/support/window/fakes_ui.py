@@ -57,7 +57,7 @@ TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.DIAGNOSIS, TrafficAlone),)
 """A quick page, for tests of the window around the pages."""
 
 
-class Ports:
+class ListedPorts:
     """A list of ports in place of the system's; after `hold`, `poll` blocks until `release`."""
 
     def __init__(self, *ports: PortInfo) -> None:
@@ -83,7 +83,7 @@ def window(
     qapp: QApplication,
     folder: Path,
     *,
-    ports: Ports | None = None,
+    ports: ListedPorts | None = None,
     options: WindowOptions | None = None,
     entries: tuple[PageEntry, ...] = TRAFFIC_ALONE,
 ) -> Iterator[Assembly]:
@@ -93,7 +93,7 @@ def window(
         qapp,
         options,
         preferences=Preferences(folder / "window.ini"),
-        ports=PortWatcher((ports or Ports()).poll),
+        ports=PortWatcher((ports or ListedPorts()).poll),
         entries=entries,
     )
     try:

@@ -11,17 +11,15 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
-from app.safety.journal import NoJournal
 from protocol.fields import Value
 from protocol.link_states import Presence
-from tests.support.window.fake_ports import VALUES, FakeWorker
+from tests.support.window.fake_ports import VALUES, FakeWorker, NoStorage
 from tests.support.window.steps import Driver
-from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.services.context import Services
-from ui.services.lock import LockControl
+from ui.services.port import Ports
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
 
@@ -41,7 +39,7 @@ class Bench(Driver):
 
     qtbot: QtBot
     page: LivePage
-    connector: Connector
+    connector: Ports
     texts: Texts
     appearance: Appearance
     worker: FakeWorker
@@ -93,9 +91,9 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
 
     moment: list[Bench] = []
     ports = PortWatcher(lambda _deadline_s: [])
-    connector = Connector(ports, make_worker=make, clock=lambda: moment[0].now_s if moment else 1000.0)
+    connector = Ports(ports, NoStorage(), make_worker=make, clock=lambda: moment[0].now_s if moment else 1000.0)
     texts, appearance = Texts(), Appearance(qapp, Choice.LIGHT)
-    page = LivePage(Services(connector, texts, appearance, LockControl(connector, lambda _target: NoJournal())))
+    page = LivePage(Services(connector, texts, appearance))
     connector.batch.connect(page.on_batch)
     qtbot.addWidget(page)
     bench = Bench(qtbot, page, connector, texts, appearance, workers[0])

@@ -150,7 +150,7 @@ def confirm_name(bench: OnBench) -> None:
     bar = bench.assembly.window.notice_bar
     bench.until(lambda: bar.button("identity_same") is not None)
     press(bench.qtbot, bar.button("identity_same"))
-    bench.until(lambda: bool(bench.assembly.window._services.naming.name))
+    bench.until(lambda: bool(bench.assembly.connector.current.module.name))
 
 
 def find_in(bench: OnBench) -> FindStation:

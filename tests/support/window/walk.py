@@ -22,7 +22,7 @@ from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
     WAIT_MS,
-    Ports,
+    ListedPorts,
     connect,
     simulated,
     window,
@@ -297,7 +297,7 @@ def walking(
     with (
         pytest.MonkeyPatch.context() as patch,
         simulated(name, history=3) as bench,
-        window(qapp, folder, ports=Ports(ADAPTER, SECOND_ADAPTER), options=options, entries=PAGES) as assembly,
+        window(qapp, folder, ports=ListedPorts(ADAPTER, SECOND_ADAPTER), options=options, entries=PAGES) as assembly,
     ):
         hurry_check(patch, still_s=0.2)
         assembly.appearance.choose(theme)

@@ -172,7 +172,7 @@ def test_acts_and_settings_are_in_the_history_of_the_module_of_that_name(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
-        naming = one.assembly.window._services.naming
+        naming = one.assembly.connector.current.module
         _lock(one)  # without a name: in nobody's history
         naming.choose("M-07")
         type_into(one, "freefall_time", "1.2")
@@ -194,9 +194,9 @@ def test_acts_and_settings_are_in_the_history_of_the_module_of_that_name(
 
 
 def _lock(one: Desk) -> None:
-    lock, before = one.assembly.window._services.lock, len(one.changes("activation"))
+    lock, before = one.assembly.connector.current.lock, len(one.changes("activation"))
     lock.press()
-    one.until(lambda: len(one.changes("activation")) > before and not lock.current.is_repeating)
+    one.until(lambda: len(one.changes("activation")) > before and not lock.is_repeating)
 
 
 def _told(store: object) -> dict[str, list[str]]:

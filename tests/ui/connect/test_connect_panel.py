@@ -24,7 +24,7 @@ from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
     WAIT_MS,
-    Ports,
+    ListedPorts,
     connect,
     simulated,
     wait_online,
@@ -106,7 +106,7 @@ def test_durations(seconds: float, text: str) -> None:
 
 
 def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, ports=Ports(ADAPTER)) as assembly:
+    with window(qapp, tmp_path, ports=ListedPorts(ADAPTER)) as assembly:
         ports = assembly.window.panel.list
         qtbot.waitUntil(lambda: ports.count() == 2, timeout=WAIT_MS)
         spoken = ports.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
@@ -115,7 +115,7 @@ def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QAppl
 
 
 def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    ports = Ports(ADAPTER)
+    ports = ListedPorts(ADAPTER)
     with window(qapp, tmp_path, ports=ports) as assembly:
         qtbot.waitUntil(lambda: ADAPTER.device in rows(assembly), timeout=WAIT_MS)
         assert rows(assembly)[ADAPTER.device] == ""
@@ -168,7 +168,7 @@ def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp:
     preferences = Preferences(tmp_path / "window.ini")
     preferences.last_port = LastPort("/dev/ttyUSB7", SECOND_ADAPTER.identity, 57600)
     preferences.save()
-    with window(qapp, tmp_path, ports=Ports(ADAPTER, SECOND_ADAPTER)) as assembly:
+    with window(qapp, tmp_path, ports=ListedPorts(ADAPTER, SECOND_ADAPTER)) as assembly:
         panel = assembly.window.panel
         qtbot.waitUntil(lambda: panel.list.count() == 3, timeout=WAIT_MS)
         assert panel.chosen_target() == Target(

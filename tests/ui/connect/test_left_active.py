@@ -24,7 +24,6 @@ from tests.support.window.steps import press, show_page
 from ui.connect.left_active import LeftActiveWatch
 from ui.main import PAGES
 from ui.pages.diagnosis.page import DiagnosisPage
-from ui.services.module_name import ModuleName
 from ui.services.storage import Storage
 
 USB = "/dev/ttyUSB0"
@@ -64,14 +63,14 @@ class Bench:
     """Fake ports, and a store in which M-07 was left ACTIVE."""
 
     def __init__(self, folder: Path) -> None:
-        self.ports, self.storage, self.naming = FakePorts(), Storage(folder), ModuleName()
+        self.storage = Storage(folder)
+        self.ports = FakePorts(self.storage)
         store = self.storage.open_store()
         assert isinstance(store, Store)
         self.store = store
         activate(store, "M-07")
-        self.naming.bind(self.ports.connector, self.storage)
         self.parent = QObject()
-        self.watch = LeftActiveWatch(self.ports.connector, self.storage, self.naming, self.parent)
+        self.watch = LeftActiveWatch(self.ports.connector, self.parent)
         self.watch.load()
         self.left()
         QApplication.processEvents()
@@ -94,12 +93,12 @@ def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench
     _connection, module = bench.ports.plug_in(USB, active=False)
     qtbot.wait(50)
     assert bench.watch.notice() is not None, "nobody has said which module this is"
-    bench.naming.choose("M-08")
+    bench.ports.connector.current.module.choose("M-08")
     module.say(active=False)
     qtbot.wait(50)
     assert bench.watch.notice() is not None
     assert bench.left() == ["M-07"]
-    bench.naming.choose("M-07")
+    bench.ports.connector.current.module.choose("M-07")
     module.say(active=True)
     qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)  # the top bar says it
     module.unplug()
@@ -108,7 +107,7 @@ def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench
     bench.ports.connector.connect_to(Target("/dev/ttyUSB1", 115200))
     qtbot.waitUntil(lambda: bench.watch.notice() is not None, timeout=WAIT_MS)
     bench.ports.connector.connect_to(Target(USB, 115200))
-    bench.naming.choose("M-07")
+    bench.ports.connector.current.module.choose("M-07")
     module.say(active=False)
     qtbot.waitUntil(lambda: bench.left() == [], timeout=WAIT_MS)
     qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)
@@ -116,7 +115,7 @@ def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench
 
 def test_what_was_activated_by_its_switch_is_logged_too(qtbot: QtBot, bench: Bench) -> None:
     _connection, module = bench.ports.plug_in(USB, active=False)
-    bench.naming.choose("M-09")
+    bench.ports.connector.current.module.choose("M-09")
     module.say(active=True)
     qtbot.waitUntil(lambda: "M-09" in bench.left(), timeout=WAIT_MS)
     module.say(active=False)
@@ -155,19 +154,19 @@ NEW = Identity(Trust.UNPROVEN)
 def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Bench, name: str) -> None:
     """LOCK of the first was not confirmed; on the same adapter another one answers, which is locked."""
     connection, module = bench.ports.plug_in(USB, active=False)
-    bench.naming.choose(name)
+    bench.ports.connector.current.module.choose(name)
     module.say(active=True)
     qtbot.waitUntil(lambda: name in bench.left(), timeout=WAIT_MS)
-    journal = bench.storage.journal(connection.target)
+    journal = connection.journal()
     journal.settle(journal.begin(Act.LOCK, b"", {}), Outcome.UNKNOWN, {})
     module.unplug()
     module.identity = NEW
     module.say(active=False)
     qtbot.waitUntil(lambda: connection.identity.is_for_a_person, timeout=WAIT_MS)
-    in_doubt = bench.storage.journal(connection.target)
+    in_doubt = connection.journal()
     in_doubt.settle(in_doubt.begin(Act.LOCK, b"", {}), Outcome.CONFIRMED, {})
     assert name in bench.left()
-    bench.naming.treat_as_new()
+    bench.ports.connector.current.module.treat_as_new()
     module.identity = NO_EXPECTATION
     for _ in range(3):
         module.say(active=False)

@@ -12,13 +12,12 @@ from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
 from app.procedures.lock import Locked
-from app.safety.journal import NoJournal, Outcome
+from app.safety.journal import Outcome
 from app.safety.last_known import Activation
 from protocol.catalogue import BY_NAME
 from protocol.events import Sent
 from tests.support.window.fake_ports import FakePorts
-from ui.core.connector import Connector
-from ui.services.lock import LockControl
+from ui.services.port import Ports
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning
 
@@ -38,7 +37,7 @@ def forever() -> Procedure[None]:
         yield Pause(1.0)
 
 
-def open_first(qtbot: QtBot, ports: FakePorts) -> Connector:
+def open_first(qtbot: QtBot, ports: FakePorts) -> Ports:
     first, _ = ports.plug_in(ONE.device, tilt_deg=11)
     qtbot.waitUntil(lambda: first.is_open)
     return ports.connector
@@ -162,19 +161,19 @@ def test_what_any_page_wrote_is_known_to_the_port(qtbot: QtBot, ports: FakePorts
 @pytest.mark.parametrize("end", ["another connection", "silence"])
 def test_locked_is_said_only_while_the_module_reports_it(qtbot: QtBot, ports: FakePorts, end: str) -> None:
     connector = open_first(qtbot, ports)
-    lock = LockControl(connector, lambda _target: NoJournal())
+    lock = connector.current.lock
     lock.press()
-    lock.of(connector.current)._finish(Locked(outcome=Outcome.CONFIRMED, sent=1))
+    lock._finish(Locked(outcome=Outcome.CONFIRMED, sent=1))
     ports.now_s += 1.0
     ports.workers[0].say(active=False)
     qtbot.wait(20)
-    assert lock.current.is_reported
+    assert lock.is_reported
     if end == "silence":
         ports.now_s += 20.0
         ports.workers[0].hand_over()
     else:
         to_the_same_port(ports)
-    qtbot.waitUntil(lambda: not lock.current.is_reported)
+    qtbot.waitUntil(lambda: not lock.is_reported)
     ports.workers[0].say(active=False)
     qtbot.wait(20)
-    assert lock.current.is_reported is (end == "silence")
+    assert lock.is_reported is (end == "silence")

@@ -4,16 +4,15 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
-from app.safety.journal import NoJournal
 from app.safety.last_known import Activation
 from tests.support.window.fake_ports import FakePorts
-from ui.core.connector import SETTLE_MS
-from ui.services.lock import LockControl
+from ui.services.port import SETTLE_MS
 
 
 @pytest.fixture
@@ -104,19 +103,30 @@ def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports
     for name in ("one", "two", "three"):
         ports.plug_in(f"/dev/{name}", active=True)
     connector = ports.connector
-    lock = LockControl(connector, lambda _target: NoJournal())
     wait_for(qtbot, lambda: all(one.is_open for one in connector.connections))
     assert connector.is_any_active
-    lock.press_all()  # none of the jobs ends: all three hang
+    connector.lock.press_all()  # none of the jobs ends: all three hang
     assert [len(one.wanted(is_urgent=True)) for one in ports.workers] == [1, 1, 1]
-    assert lock.current.is_repeating
+    assert connector.current.lock.is_repeating
     connector.choose(connector.connections[1])
     assert not any(job.run.is_done for one in ports.workers for job in one.wanted(is_urgent=True))
     ports.workers[0].unplug()
     wait_for(qtbot, lambda: not connector.connections[0].is_open)
-    assert lock.of(connector.connections[0]).is_unproven  # it waits for the port
-    assert lock.current.failed is None
-    assert lock.current.is_repeating
+    assert connector.connections[0].lock.is_unproven  # it waits for the port
+    assert connector.current.lock.failed is None
+    assert connector.current.lock.is_repeating
+
+
+def test_lock_is_possible_as_soon_as_another_module_is_shown(qtbot: QtBot, ports: FakePorts) -> None:
+    first, _ = ports.plug_in("/dev/one")
+    second, worker = ports.plug_in("/dev/two", active=True)
+    wait_for(qtbot, lambda: first.is_open and second.is_open)
+    button = QPushButton()
+    qtbot.addWidget(button)
+    ports.connector.lock.bind(button)
+    ports.connector.choose(second)
+    button.click()
+    assert len(worker.wanted(is_urgent=True)) == 1
 
 
 def test_a_port_that_is_removed_is_closed_and_another_stays(qtbot: QtBot, ports: FakePorts) -> None:

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.simulator import bench as benches
 from tests.support.check_pace import hurry_check
-from tests.support.window.fakes_ui import WAIT_MS, Ports, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, ListedPorts, wait_online, window
 from tests.support.window.preflight_window import VERDICTS
 from tests.support.window.steps import find, press
 from ui.main import PAGES, Assembly
@@ -31,7 +31,7 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
 def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hurry_check(monkeypatch, still_s=0.2)
     benches.remove_bench("demo")
-    with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
+    with window(qapp, tmp_path, ports=ListedPorts(), entries=PAGES) as assembly:
         main, connector = assembly.window, assembly.connector
         with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)
@@ -78,7 +78,7 @@ def wait_verdict(qtbot: QtBot, page: PreflightPage) -> None:
 
 def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """Every page, with nothing connected: one sentence on it, and a button in sight that leads on."""
-    with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
+    with window(qapp, tmp_path, ports=ListedPorts(), entries=PAGES) as assembly:
         main = assembly.window
         with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)

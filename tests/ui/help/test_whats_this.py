@@ -33,7 +33,7 @@ from app.settings.setting_texts import advice_text, what_is
 from app.text.i18n import CHINESE
 from app.text.sentences import capitalised
 from protocol.catalogue import BY_NAME, SETTINGS
-from tests.support.window.fakes_ui import WAIT_MS, Ports, window
+from tests.support.window.fakes_ui import WAIT_MS, ListedPorts, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
@@ -52,7 +52,7 @@ NOT_OURS = ("qt_*", "about_*", "*_profile_none")
 
 @contextmanager
 def whole_window(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Assembly]:
-    with window(qapp, folder, ports=Ports(), entries=PAGES) as assembly:
+    with window(qapp, folder, ports=ListedPorts(), entries=PAGES) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(QSize(1024, 600))
         assembly.window.activateWindow()

@@ -60,7 +60,7 @@ class Bench:
         self.qtbot.waitUntil(
             lambda: (
                 connector.current.device.fresh("active", connector.clock()) is True
-                and self.assembly.lock.current.is_possible
+                and self.assembly.connector.current.lock.is_possible
             ),
             timeout=WAIT_MS,
         )

@@ -35,11 +35,12 @@ from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import close_window
 from tests.support.window.spoken import texts_of
-from ui.core.connector import Connector
 from ui.core.preferences import Preferences
 from ui.help.whats_this import explain
 from ui.main import PAGES, Assembly, WindowOptions, assemble
 from ui.services.job_notice import JobNotice
+from ui.services.port import Ports
+from ui.services.storage import Storage
 from ui.style.theme import Meaning
 
 NAME_A: Final = "ALPHA"
@@ -66,7 +67,7 @@ class Rig:
     ports: FakePorts
 
     @property
-    def connector(self) -> Connector:
+    def connector(self) -> Ports:
         return self.assembly.connector
 
     @property
@@ -90,11 +91,11 @@ class Rig:
 
     def show_a(self) -> None:
         """A, with its name, ten thousand requests and a message in every place for messages."""
-        self.assembly.window._services.naming.before_new(lambda begin: begin())  # a person discards the edits
+        self.connector.before_new = lambda begin: begin()  # a person discards the edits
         self.connector.connect_to(PORT_A)
         self.connector._switch()  # what was chosen before is not waited for
         self.answer(A)
-        self.assembly.window._services.naming.choose(NAME_A)
+        self.assembly.connector.current.module.choose(NAME_A)
         self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0, 0))
         self.worker.hand_over(events=tuple(_frames(self.ports.now_s)))
         self.connector.current.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
@@ -153,10 +154,10 @@ def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.Mo
     ports.connector.stop(1.0)
     ports.workers.clear()
 
-    def make(watcher: Any, **_: Any) -> Connector:
-        return Connector(watcher, make_worker=ports.make, clock=lambda: ports.now_s)
+    def make(watcher: Any, storage: Storage) -> Ports:
+        return Ports(watcher, storage, make_worker=ports.make, clock=lambda: ports.now_s)
 
-    monkeypatch.setattr("ui.main.Connector", make)
+    monkeypatch.setattr("ui.main.Ports", make)
     assembly = assemble(
         qapp, WindowOptions(language="en"), preferences=Preferences(tmp_path / "window.ini"), ports=ports.watcher
     )
@@ -239,7 +240,7 @@ def _by_a_persons_word(rig: Rig) -> None:
     rig.worker.identity = Identity(Trust.REFUTED)
     rig.worker.say(**VALUES | B)
     rig.settle()
-    rig.assembly.window._services.naming.treat_as_new()
+    rig.connector.current.module.treat_as_new()
     rig.worker.identity = NO_EXPECTATION
 
 
@@ -383,11 +384,11 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     second.connect_to(PORT_B)
     rig.ports.workers[-1].say(**VALUES | B)
     rig.settle()
-    rig.assembly.window._services.naming.of(second).choose("BETA")
+    second.module.choose("BETA")
     rig.connector.choose(second)
     rig.connector._switch()
     rig.settle()
-    assert rig.assembly.window._services.naming.name == "BETA"
+    assert rig.connector.current.module.name == "BETA"
     store = rig.assembly.storage.store
     assert isinstance(store, Store)
     store.queue.submit(int).result(PATIENCE_S)

@@ -11,11 +11,11 @@ from pytestqt.qtbot import QtBot
 from app.engine.procedure import Cancelled, Procedure, Report
 from app.engine.worker import Job
 from tests.support.window.fakes_ui import WAIT_MS, window
-from ui.core.connector import Connector
 from ui.main import PAGES
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import EDITOR_PX
 from ui.services.page import HEIGHT_PX
+from ui.services.port import Ports
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, scaled
 from ui.widgets.notice_bar import Notice
@@ -50,7 +50,7 @@ def reading() -> Procedure[int]:
 
 def made() -> tuple[RunningJob, Line, list[Job[int]]]:
     line = Line()
-    return RunningJob(cast("Connector", line)), line, []
+    return RunningJob(cast("Ports", line)), line, []
 
 
 def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:

@@ -14,11 +14,11 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
-from tests.support.window.fakes_ui import ADAPTER, Ports, close_window
-from ui.core.connector import Connector
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, assemble, start
+from ui.services.port import Ports
 from ui.services.storage import Storage
 
 LIMIT_MS = 60_000
@@ -33,11 +33,11 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
     """The window with all pages on a port that the test unplugs."""
     fakes, storage = FakePorts(), Storage(folder / "store")
 
-    def made(ports: PortWatcher, **_: object) -> Connector:
-        return Connector(ports, make_worker=fakes.make, clock=lambda: fakes.now_s)
+    def made(ports: PortWatcher, _storage: Storage) -> Ports:
+        return Ports(ports, storage, make_worker=fakes.make, clock=lambda: fakes.now_s)
 
     with (
-        patch("ui.main.Connector", made),
+        patch("ui.main.Ports", made),
         patch("ui.core.port_connection.FOLLOW_EVERY_MS", 0),
     ):
         options = WindowOptions(language="en")
@@ -45,7 +45,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
             qapp,
             options,
             preferences=Preferences(folder / "window.ini"),
-            ports=PortWatcher(Ports(ADAPTER).poll),
+            ports=PortWatcher(ListedPorts(ADAPTER).poll),
             storage=storage,
         )
         window = assembly.window
@@ -115,7 +115,7 @@ def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path
                 QApplication.processEvents()
 
         def lock() -> None:
-            assembly.lock.press()
+            assembly.connector.lock.press()
             worker.end_jobs()
             QApplication.processEvents()
 

@@ -33,7 +33,7 @@ from tests.support.window.fakes_ui import (
     SECOND_ADAPTER,
     TRAFFIC_ALONE,
     WAIT_MS,
-    Ports,
+    ListedPorts,
     connect,
     simulated,
     wait_online,
@@ -77,7 +77,7 @@ class Desk:
         self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
 
 
-class DeskPorts(Ports):
+class DeskPorts(ListedPorts):
     """What the fixture of the window wants."""
 
     def __init__(self, desk: Desk) -> None:
@@ -243,7 +243,7 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
     """It names a port that may be another adapter's by the time that the list arrives."""
     is_over, looks = threading.Event(), [0]
 
-    class SlowPorts(Ports):
+    class SlowPorts(ListedPorts):
         def poll(self, deadline_s: float) -> list[PortInfo]:
             looks[0] += 1
             seen = list(self.now)

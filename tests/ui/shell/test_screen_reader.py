@@ -17,8 +17,8 @@ from tests.support.line.sim_line import FakeClock
 from tests.support.window.fake_ports import VALUES
 from tests.support.window.fakes_ui import window
 from tests.support.window.screen_reader import NameChanges, name_of
-from ui.core.connector import Connector
 from ui.main import PAGES, Assembly
+from ui.services.port import Ports
 
 USB = "/dev/ttyUSB0"
 EACH_PAGE_S = 4
@@ -54,7 +54,7 @@ class Session:
 
 def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     clock = FakeClock()
-    with patch("ui.main.Connector", partial(Connector, clock=clock)), window(qapp, tmp_path, entries=PAGES) as assembly:
+    with patch("ui.main.Ports", partial(Ports, clock=clock)), window(qapp, tmp_path, entries=PAGES) as assembly:
         main = assembly.window
         qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
         session, changes = Session(assembly, clock), NameChanges(main)

@@ -29,7 +29,7 @@ from tests.support.line.stubborn_port import StubbornPort
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import CLOSING_S, Terminal
-from tests.support.window.fakes_ui import WAIT_MS, Ports, connect, simulated, window
+from tests.support.window.fakes_ui import WAIT_MS, ListedPorts, connect, simulated, window
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
@@ -144,7 +144,7 @@ def test_any_procedure_in_progress(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
     procedure: Callable[[], Procedure[object]],
 ) -> None:  # fmt: skip
-    ports = Ports()
+    ports = ListedPorts()
     with simulated("busy-closing", **options), window(qapp, tmp_path, ports=ports) as assembly:
         assembly.connector.connect_to(Target("sim://busy-closing", 115200))
         qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)

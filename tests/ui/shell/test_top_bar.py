@@ -18,8 +18,6 @@ from tests.support.window.painted_text import watching
 from tests.support.window.spoken import said_by
 from ui.core.texts import Texts
 from ui.main import PAGES
-from ui.services.lock import LockControl
-from ui.services.module_name import ModuleName
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Choice, current
 from ui.widgets.readout import StateChip, parts_of
@@ -35,16 +33,14 @@ def test_unknown_states_are_named(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
 
 def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("named"), window(qapp, tmp_path) as assembly:
-        naming = ModuleName()
-        naming.choose("M-07")
-        lock = LockControl(assembly.connector, assembly.storage.journal)
-        top = TopBar(assembly.connector, Texts(), lock, naming, LimitsInUse())
+        top = TopBar(assembly.connector, Texts(), LimitsInUse())
         qtbot.addWidget(top)
         assert (top.port.title, top.name.text()) == ("Not connected", "")
         connect(qtbot, assembly, "sim://named")
+        assembly.connector.current.module.choose("M-07")
         top.refresh()
         assert (top.port.title, top.name.text()) == ("Simulated module", "M-07")
-        naming.choose("")
+        assembly.connector.current.module.choose("")
         top.refresh()
         assert top.name.text() == ""
 

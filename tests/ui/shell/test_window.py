@@ -212,7 +212,7 @@ def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApp
         assert made == []  # not before the first paint
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
             pass
-        folder = assembly.storage.sessions.library.folder
+        folder = assembly.storage.recordings.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the recordings should be", encoding="utf-8")
         assembly.connector.connect_to(Target("sim://stream", 115200))

@@ -30,7 +30,7 @@ from app.store.store import Store
 from app.system.logs import start_log
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
-from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, ListedPorts, connect, simulated, wait_online, window
 from ui.main import Assembly, _errors_shown
 
 BEAT_MS = 10
@@ -45,7 +45,7 @@ def notice_of(assembly: Assembly) -> str:
 
 
 def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    ports, beats = Ports(ADAPTER), list[float]()
+    ports, beats = ListedPorts(ADAPTER), list[float]()
     ports.hold()
     timer = QTimer()
     timer.setInterval(BEAT_MS)

@@ -66,7 +66,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
         assert len(times) == 6
-        confirmed = assembly.lock.current.confirmed
+        confirmed = assembly.connector.current.lock.confirmed
         assert confirmed is not None
         assert confirmed.sent == 6
 
@@ -124,7 +124,7 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
         bench.change(mute=False)
         bench.module.activate(is_active=False)  # somebody locks it in another way
         qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
-        assert assembly.lock.current.failed is None
+        assert assembly.connector.current.lock.failed is None
 
 
 def test_a_lock_that_fails_is_forgotten_with_its_module(
@@ -154,10 +154,10 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
         wait_for_identity(qtbot, assembly)
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: assembly.lock.current.is_repeating, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.lock.is_repeating, timeout=WAIT_MS)
         bench.unplug()
         qtbot.waitUntil(lambda: not assembly.connector.current.is_open, timeout=WAIT_MS)
-        assert assembly.lock.current.is_repeating
+        assert assembly.connector.current.lock.is_repeating
         assert "when the port is back" in notice_text(bar)
         bench.end_faults()
         bench.change(mute=False)
@@ -165,10 +165,10 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: bar.button("identity_same") is not None, timeout=WAIT_MS)
         qtbot.wait(300)  # it has reported LOCKED several times, and may be a twin
-        assert assembly.lock.current.confirmed is None
+        assert assembly.connector.current.lock.confirmed is None
         assert "treat the module as ACTIVE" in notice_text(bar)
         press(qtbot, bar.button("identity_same"))
-        qtbot.waitUntil(lambda: assembly.lock.current.confirmed is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.lock.confirmed is not None, timeout=WAIT_MS)
 
 
 @pytest.mark.parametrize("is_late", [False, True])
@@ -182,29 +182,28 @@ def test_the_report_of_what_may_be_another_module_confirms_nothing(
     is_late: bool,
 ) -> None:
     with active_module(qtbot, qapp, tmp_path, f"exchanged {answer} {is_late}") as (assembly, bench):
-        lock, connector, bar = assembly.lock, assembly.connector, assembly.window.notice_bar
+        connector, bar = assembly.connector, assembly.window.notice_bar
+        lock = connector.current.lock
         wait_for_identity(qtbot, assembly)
         if is_late:
             monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.2)
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: bool(lock.of(connector.current).sent), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(lock.sent), timeout=WAIT_MS)
         bench.unplug()
-        qtbot.waitUntil(
-            lambda: not connector.current.is_open and lock.current.is_repeating is not is_late, timeout=WAIT_MS
-        )
+        qtbot.waitUntil(lambda: not connector.current.is_open and lock.is_repeating is not is_late, timeout=WAIT_MS)
         bench.change(mute=False)
         bench.module.memory.boot_count -= 20
         bench.restart()  # another one, which is locked
         bench.plug()
         qtbot.waitUntil(lambda: connector.current.identity.is_for_a_person, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: not lock.current.is_repeating, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not lock.is_repeating, timeout=WAIT_MS)
         qtbot.wait(300)  # it has reported LOCKED several times
-        assert (lock.current.confirmed, lock.current.failed is None) == (None, False)
+        assert (lock.confirmed, lock.failed is None) == (None, False)
         qtbot.waitUntil(lambda: "treat the module as ACTIVE. This may be another" in notice_text(bar), timeout=WAIT_MS)
         press(qtbot, bar.button(answer))
         qtbot.waitUntil(lambda: bar.notice is None or "restarted" in bar.notice.text, timeout=WAIT_MS)
-        assert (lock.current.confirmed is not None, lock.current.failed) == (answer == "identity_same", None)
+        assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
 
 
 def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
@@ -212,9 +211,10 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
 ) -> None:
     """The adapter stays plugged in; another module with the same boot count and settings, locked, answers."""
     with active_module(qtbot, qapp, tmp_path, "twin") as (assembly, bench):
-        lock, connector, bar = assembly.lock, assembly.connector, assembly.window.notice_bar
+        connector, bar = assembly.connector, assembly.window.notice_bar
+        lock = connector.current.lock
         wait_for_identity(qtbot, assembly)
-        assembly.window._services.naming.choose("M-1")
+        assembly.connector.current.module.choose("M-1")
         qtbot.waitUntil(lambda: connector.current.identity.is_named, timeout=WAIT_MS)
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
@@ -222,12 +222,12 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
         bench.module.activate(is_active=False)
         bench.change(mute=False)
         port = connector.current
-        qtbot.waitUntil(lambda: port.identity.is_for_a_person and not lock.current.is_repeating)
+        qtbot.waitUntil(lambda: port.identity.is_for_a_person and not lock.is_repeating)
         qtbot.wait(300)  # it has reported LOCKED several times
-        assert (lock.current.confirmed, lock.current.failed is None) == (None, False)
+        assert (lock.confirmed, lock.failed is None) == (None, False)
         qtbot.waitUntil(lambda: bar.button("identity_same") is not None, timeout=WAIT_MS)
         press(qtbot, bar.button("identity_same"))
-        qtbot.waitUntil(lambda: lock.current.confirmed is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: lock.confirmed is not None, timeout=WAIT_MS)
 
 
 def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -235,9 +235,9 @@ def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QA
         times = lossy(bench, 100)
         press(qtbot, assembly.window.top_bar.lock)
         qtbot.waitUntil(lambda: len(times) >= 2, timeout=WAIT_MS)
-        assembly.lock.current.end()
-        qtbot.waitUntil(lambda: not assembly.lock.current.is_repeating, timeout=WAIT_MS)
-        assert not assembly.lock.current.is_unproven
+        assembly.connector.current.lock.end()
+        qtbot.waitUntil(lambda: not assembly.connector.current.lock.is_repeating, timeout=WAIT_MS)
+        assert not assembly.connector.current.lock.is_unproven
         count = len(times)
         qtbot.wait(400)
         assert len(times) == count

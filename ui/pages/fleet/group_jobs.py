@@ -24,9 +24,9 @@ from app.settings.profiles import Profile
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.core.port_connection import PortConnection
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
+from ui.services.port import Port
 from ui.services.running_job import file_in_background
 
 SILENT = message(marked("The module does not answer."))
@@ -53,12 +53,12 @@ class GroupChecks(QObject):
     def __init__(self, services: Services, members: FleetMembers, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._services, self._members = services, members
-        self._running: dict[PortConnection, _Check] = {}
-        self._heard: set[PortConnection] = set()
+        self._running: dict[Port, _Check] = {}
+        self._heard: set[Port] = set()
         services.connector.removed.connect(self._heard.discard)
         """Connections whose batches are received."""
         self.profile: Profile | None = None
-        self.results: dict[PortConnection, SetMember] = {}
+        self.results: dict[Port, SetMember] = {}
         """Of the last set."""
         self.total = 0
         services.connector.removed.connect(self._on_removed)
@@ -68,7 +68,7 @@ class GroupChecks(QObject):
     def is_running(self) -> bool:
         return bool(self._running)
 
-    def check(self, connections: Sequence[PortConnection], *, is_enabling: bool = False) -> None:
+    def check(self, connections: Sequence[Port], *, is_enabling: bool = False) -> None:
         """Start; the results of the previous set are discarded. `is_enabling`: the triggers, of what is locked."""
         if self.is_running:
             return
@@ -80,7 +80,7 @@ class GroupChecks(QObject):
                 self._begin(connection, is_enabling=is_enabling)
         for connection in connections:
             if connection not in reachable:
-                self._finish(connection, self._members.name_of(connection), None, SILENT)
+                self._finish(connection, connection.module.name, None, SILENT)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -88,24 +88,24 @@ class GroupChecks(QObject):
             if one.job is not None:
                 one.job.cancel()
 
-    def _begin(self, connection: PortConnection, *, is_enabling: bool) -> None:
-        name = self._members.name_of(connection)
+    def _begin(self, connection: Port, *, is_enabling: bool) -> None:
+        name = connection.module.name
         evidence = Evidence(port=connection.connection.port)
         check = self._running[connection] = _Check(evidence, port_text(connection.target), name)
         self._members.is_checking.add(connection)
-        journal = self._services.storage.journal(connection.target)
+        journal = connection.journal()
         if connection not in self._heard:
             self._heard.add(connection)
             connection.batch.connect(partial(self._listen, connection))
         procedure = run_preflight(check.evidence, is_enabling=is_enabling, journal=journal)
         check.job = connection.run(procedure, partial(self._end, connection, name))
 
-    def _listen(self, connection: PortConnection, batch: Batch) -> None:
+    def _listen(self, connection: Port, batch: Batch) -> None:
         check = self._running.get(connection)
         if check is not None and check.evidence.began_at is not None and check.filing is None:
             check.log.feed(batch.events, since=check.evidence.began_at)
 
-    def _end(self, connection: PortConnection, name: str, job: Job[Any]) -> None:
+    def _end(self, connection: Port, name: str, job: Job[Any]) -> None:
         check = self._running.get(connection)
         if check is None or job is not check.job:
             return
@@ -124,14 +124,14 @@ class GroupChecks(QObject):
             then=partial(self._on_filed, connection, name, check),
         )  # fmt: skip
 
-    def _on_filed(self, connection: PortConnection, name: str, check: _Check, filed: Filed) -> None:
+    def _on_filed(self, connection: Port, name: str, check: _Check, filed: Filed) -> None:
         if self._running.get(connection) is not check:
             return  # of the module before
         self._members.verdicts.store(connection, filed)
         trouble = None if filed.trouble is None else filed.trouble.message
         self._finish(connection, name, filed, trouble)
 
-    def _finish(self, connection: PortConnection, name: str, filed: Filed | None, trouble: UserMessage | None) -> None:
+    def _finish(self, connection: Port, name: str, filed: Filed | None, trouble: UserMessage | None) -> None:
         check = self._running.pop(connection, None)
         self._members.is_checking.discard(connection)
         port = port_text(connection.target) if check is None else check.port
@@ -140,7 +140,7 @@ class GroupChecks(QObject):
         if not self._running:
             self.finished.emit()
 
-    def _on_removed(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: Port) -> None:
         """The port was disconnected, or has another module; the other checks go on."""
         check = self._running.get(connection)
         if check is not None:
@@ -158,8 +158,8 @@ class GroupProfile(QObject):
         super().__init__(parent)
         self._services, self._members = services, members
         self.profile: Profile | None = None
-        self.applied: dict[PortConnection, AppliedProfile] = {}
-        self._jobs: dict[PortConnection, Job[WriteReport]] = {}
+        self.applied: dict[Port, AppliedProfile] = {}
+        self._jobs: dict[Port, Job[WriteReport]] = {}
         services.connector.removed.connect(self._on_removed)
         members.replaced.connect(self._on_removed)
 
@@ -172,12 +172,12 @@ class GroupProfile(QObject):
             self.profile, self.applied = profile, {}
             self.changed.emit()
 
-    def column(self, connection: PortConnection) -> Column:
+    def column(self, connection: Port) -> Column:
         """The profile compared with what is known of the module."""
         profile = self.profile or Profile(name="", settings={})
         return column(
             profile, connection.device, self._services.connector.clock(), port=port_text(connection.target),
-            title=self._members.name_of(connection), is_reachable=connection in self._members.reachable,
+            title=connection.module.name, is_reachable=connection in self._members.reachable,
         )  # fmt: skip
 
     def changes(self) -> tuple[SettingChange, ...]:
@@ -185,7 +185,7 @@ class GroupProfile(QObject):
         changes = (self.column(one).changes for one in self._members.connections if one in self._members.reachable)
         return tuple(dict.fromkeys(chain.from_iterable(changes)))
 
-    def apply(self, connections: Sequence[PortConnection], accepted: frozenset[SettingChange] = frozenset()) -> None:
+    def apply(self, connections: Sequence[Port], accepted: frozenset[SettingChange] = frozenset()) -> None:
         """Write what differs; a failure of one module does not stop the others."""
         if self.profile is None or self.is_running:
             return
@@ -198,7 +198,7 @@ class GroupProfile(QObject):
         for job in self._jobs.values():
             job.cancel()
 
-    def _begin(self, connection: PortConnection, accepted: frozenset[SettingChange]) -> None:
+    def _begin(self, connection: Port, accepted: frozenset[SettingChange]) -> None:
         changes = self.column(connection).changes
         if connection not in self._members.reachable:
             self.applied[connection] = AppliedProfile(Applied.UNREACHABLE)
@@ -208,7 +208,7 @@ class GroupProfile(QObject):
             return
         heard: list[Written] = []
         storage, port = self._services.storage, connection.connection.port
-        name = self._members.name_of(connection)
+        name = connection.module.name
         kept = connection.kept
 
         def keep(snapshot: Snapshot) -> Future[int] | None:
@@ -217,7 +217,7 @@ class GroupProfile(QObject):
             return storage.store_snapshot(snapshot, port, name)
 
         leave = WriteContext(
-            journal=storage.journal(connection.target),
+            journal=connection.journal(),
             armed=self._services.armed,
             accepted_risks=accepted,
             store_snapshot=keep,
@@ -226,7 +226,7 @@ class GroupProfile(QObject):
         self.applied[connection] = AppliedProfile(Applied.WRITING)
         self._jobs[connection] = connection.run(write_all(changes, leave), partial(self._end, connection, heard))
 
-    def _end(self, connection: PortConnection, heard: list[Written], job: Job[WriteReport]) -> None:
+    def _end(self, connection: Port, heard: list[Written], job: Job[WriteReport]) -> None:
         if self._jobs.get(connection) is not job:
             return
         del self._jobs[connection]
@@ -234,7 +234,7 @@ class GroupProfile(QObject):
         self.applied[connection] = outcome_of(job.outcome()) if error is None else broken_off(heard, error)
         self.changed.emit()
 
-    def _on_removed(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: Port) -> None:
         job = self._jobs.pop(connection, None)
         if job is not None:
             job.cancel()

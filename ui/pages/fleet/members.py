@@ -12,9 +12,8 @@ from app.engine.worker import PortState
 from app.fleet.card import Card, LockState, Member, card_of
 from app.fleet.verdicts import Verdicts
 from protocol.catalogue import DEFAULT_BAUD_RATE
-from ui.core.port_connection import PortConnection
 from ui.services.context import Services
-from ui.services.session_recording import SessionRecording
+from ui.services.port import Port
 
 
 class FleetMembers(QObject):
@@ -22,17 +21,16 @@ class FleetMembers(QObject):
 
     changed = Signal()
     replaced = Signal(object)
-    """Another module, or another connection, behind this `PortConnection`."""
+    """Another module, or another connection, behind this `Port`."""
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._services, self._connector = services, services.connector
         self.verdicts = Verdicts()
-        self._recordings: dict[PortConnection, SessionRecording] = {}
-        self._seen: dict[PortConnection, object] = {}
+        self._seen: dict[Port, object] = {}
         """What was adopted from the Pre-flight page."""
-        self.is_checking: set[PortConnection] = set()
-        self._leaving: set[PortConnection] = set()
+        self.is_checking: set[Port] = set()
+        self._leaving: set[Port] = set()
         """To be removed once another one is current."""
         self._connector.chosen.connect(self._on_chosen)
         self._connector.added.connect(self._watch)
@@ -41,12 +39,12 @@ class FleetMembers(QObject):
             self._watch(connection)
 
     @property
-    def connections(self) -> tuple[PortConnection, ...]:
+    def connections(self) -> tuple[Port, ...]:
         """All that a person connected."""
         return tuple(one for one in self._connector.connections if one.is_requested)
 
     @property
-    def reachable(self) -> tuple[PortConnection, ...]:
+    def reachable(self) -> tuple[Port, ...]:
         """Those whose module answers."""
         return tuple(one for one in self.connections if one.is_open and one.device.values)
 
@@ -54,7 +52,7 @@ class FleetMembers(QObject):
         targets = [one.target for one in self.connections if one.target is not None]
         return any(port.device == one.device or (port.identity and port.identity == one.identity) for one in targets)
 
-    def connect_port(self, target: Target) -> PortConnection:
+    def connect_port(self, target: Target) -> Port:
         """Connect one more port; the first one becomes the current one."""
         for one in self.connections:
             if one.target is not None and one.target.key == target.key:
@@ -64,12 +62,7 @@ class FleetMembers(QObject):
             current.connect_to(target)
             self.changed.emit()
             return current
-        recording = self._services.storage.sessions.of_another_port()
-        connection = self._connector.add(recording.recorded_workers())
-        recording.bind(connection)
-        self._recordings[connection] = recording
-        name = self._services.naming.of(connection)
-        name.changed.connect(lambda: recording.name_module(name.name))
+        connection = self._connector.add()
         connection.connect_to(target)
         self.changed.emit()
         return connection
@@ -79,7 +72,7 @@ class FleetMembers(QObject):
             if not self.is_connected(port):
                 self.connect_port(Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description))
 
-    def disconnect_port(self, connection: PortConnection) -> None:
+    def disconnect_port(self, connection: Port) -> None:
         """Disconnect a port; another one becomes current if this one was."""
         if connection is not self._connector.current:
             self._connector.remove(connection)
@@ -91,13 +84,10 @@ class FleetMembers(QObject):
             self._leaving.add(connection)
             self._connector.choose(other)  # `_on_chosen` removes it
 
-    def name_of(self, connection: PortConnection) -> str:
-        return self._services.naming.of(connection).name
-
-    def card(self, connection: PortConnection) -> Card:
+    def card(self, connection: Port) -> Card:
         now, device = self._connector.clock(), connection.device
         self._adopt_page_check(connection)
-        lock = self._services.lock.of(connection)
+        lock = connection.lock
         held = self.verdicts.held(connection, device, now, is_open=self._is_steady(connection))
         target = connection.target
         member = Member(
@@ -105,7 +95,7 @@ class FleetMembers(QObject):
             link=replace(connection.state, port=port_text(target)),
             device=device,
             activation=connection.activation,
-            name=self.name_of(connection),
+            name=connection.module.name,
             identity=connection.identity,
             verdict=held,
             is_checking=connection in self.is_checking,
@@ -115,7 +105,7 @@ class FleetMembers(QObject):
         )
         return card_of(member, now, self._services.in_use)
 
-    def _adopt_page_check(self, connection: PortConnection) -> None:
+    def _adopt_page_check(self, connection: Port) -> None:
         """A check of the Pre-flight page counts here too, and so does what voids it."""
         found = connection.kept.check
         if found is None or found is self._seen.get(connection):
@@ -126,36 +116,34 @@ class FleetMembers(QObject):
             self.verdicts.store(connection, filed, void)
 
     @staticmethod
-    def _is_steady(connection: PortConnection) -> bool:
+    def _is_steady(connection: Port) -> bool:
         return connection.is_open and connection.connection.state is PortState.OPEN
 
-    def _watch(self, connection: PortConnection) -> None:
+    def _watch(self, connection: Port) -> None:
         connection.changed.connect(partial(self._poll, connection))
         connection.batch.connect(lambda _batch: self._poll(connection))
         connection.invalidated.connect(partial(self._on_another_module, connection))
 
-    def _on_another_module(self, connection: PortConnection) -> None:
+    def _on_another_module(self, connection: Port) -> None:
         self.verdicts.remove(connection)
         self._seen.pop(connection, None)
         self.replaced.emit(connection)
 
-    def _poll(self, connection: PortConnection) -> None:
+    def _poll(self, connection: Port) -> None:
         self._adopt_page_check(connection)
         is_open = self._is_steady(connection)
         self.verdicts.poll(connection, connection.device, self._connector.clock(), is_open=is_open)
 
     def _on_chosen(self) -> None:
-        self._services.storage.sessions.shown = self._recordings.get(self._connector.current)
         for connection in [one for one in self._leaving if one is not self._connector.current]:
             self._leaving.discard(connection)
             self._connector.remove(connection)
         self.changed.emit()
 
-    def _on_removed(self, connection: PortConnection) -> None:
+    def _on_removed(self, connection: Port) -> None:
         self.is_checking.discard(connection)
         self.verdicts.remove(connection)
         self._seen.pop(connection, None)
-        self._recordings.pop(connection, None)
         self.changed.emit()
 
 

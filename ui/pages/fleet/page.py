@@ -26,7 +26,6 @@ from app.text.user_error import UserError
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.core.port_connection import PortConnection
 from ui.files.file_dialogs import AskOpen, AskPath, AskText, ask_path, ask_profile, ask_text
 from ui.files.report_printer import print_report
 from ui.pages.fleet.card_widget import NEED_MEANINGS, Board, CardWidget
@@ -36,6 +35,7 @@ from ui.pages.fleet.profile_panel import ProfilePanel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
+from ui.services.port import Port
 from ui.services.running_job import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -68,7 +68,7 @@ class FleetPage(Page):
         self.members = FleetMembers(services, self)
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
-        self._widgets: dict[PortConnection, CardWidget] = {}
+        self._widgets: dict[Port, CardWidget] = {}
         self.result = JobNotice(self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s reports", self)
@@ -159,16 +159,16 @@ class FleetPage(Page):
             if not widget.visibleRegion().isEmpty() and connection in self._connector.connections:
                 widget.show_card(self.members.card(connection), now)
 
-    def _widget(self, connection: PortConnection) -> CardWidget:
+    def _widget(self, connection: Port) -> CardWidget:
         widget = self._widgets.get(connection)
         if widget is None:
-            lock = self._services.lock.of(connection)
+            lock = connection.lock
             widget = CardWidget(self._services.texts, lock.press, partial(self.members.disconnect_port, connection))
             widget.chosen.connect(partial(self._choose, connection))
             self._widgets[connection] = widget
         return widget
 
-    def _order(self, cards: dict[PortConnection, Card]) -> None:
+    def _order(self, cards: dict[Port, Card]) -> None:
         """Sort the cards by urgency, but not under a hand."""
         by_card = {id(card): self._widgets[connection] for connection, card in cards.items()}
         self.board.arrange([by_card[id(card)] for card in by_need(cards.values())], is_held=self._is_held())
@@ -234,7 +234,7 @@ class FleetPage(Page):
 
     # What a person does
 
-    def _choose(self, connection: PortConnection) -> None:
+    def _choose(self, connection: Port) -> None:
         """Show this module on the other pages; asks first if edits would be lost."""
         count = self._services.pending_edits.count()
         if connection is self._connector.current:
@@ -245,7 +245,7 @@ class FleetPage(Page):
         self.result.dismiss()
         self._connector.choose(connection)
 
-    def _edits_notice(self, connection: PortConnection, count: int) -> Notice:
+    def _edits_notice(self, connection: Port, count: int) -> Notice:
         discard = partial(self._discard_and_choose, connection)
         choices = (
             Choice("stay", tr("Cancel"), self.result.dismiss, is_main=True),
@@ -253,7 +253,7 @@ class FleetPage(Page):
         )
         return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), choices)
 
-    def _discard_and_choose(self, connection: PortConnection) -> None:
+    def _discard_and_choose(self, connection: Port) -> None:
         self._services.pending_edits.discard()
         self.result.dismiss()
         self._connector.choose(connection)

@@ -176,8 +176,8 @@ class CheckHistory(QWidget):
 
     def open(self) -> None:
         """Reload everything and select the named module."""
-        naming = self._services.naming
-        self._reload(("module", next((one.name for one in naming.known if one.name == naming.name), None)))
+        module = self._services.connector.current.module
+        self._reload(("module", next((one.name for one in module.known if one.name == module.name), None)))
 
     def retranslate(self) -> None:
         self._reload(self.filter.currentData())
@@ -189,7 +189,7 @@ class CheckHistory(QWidget):
 
     def _fill_filter(self, chosen: object, aircraft: Sequence[str]) -> None:
         self.filter.clear()
-        for one in self._services.naming.known:
+        for one in self._services.connector.current.module.known:
             self.filter.addItem(tr("Module: {name}", name=one.name), ("module", one.name))
         for name in aircraft:
             self.filter.addItem(tr("Aircraft: {name}", name=name), ("aircraft", name))

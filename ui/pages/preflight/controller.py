@@ -78,7 +78,7 @@ class PreflightController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector, self._naming = services, services.connector, services.naming
+        self._services, self._connector = services, services.connector
         self.entered = Entered()
         self.filed: Filed | None = None
         self.void: Void | None = None
@@ -101,7 +101,7 @@ class PreflightController(QObject):
         self._reread_timer.timeout.connect(self.read_again)
         self._connector.changed.connect(self._watch_port)
         self._connector.batch.connect(self._on_batch)
-        self._naming.changed.connect(self._on_name)
+        self._connector.renamed.connect(self._on_name)
 
     # What is known
 
@@ -196,11 +196,11 @@ class PreflightController(QObject):
         self.filed = self.void = self.trouble = None
         self._rereading.drop()
         self._by_verdict.clear()
-        self._checked_name = self._naming.name
+        self._checked_name = self._connector.current.module.name
         self._evidence = Evidence(port=self._connector.current.connection.port)
         self._log = FrameLog()
         self._is_port_broken = False
-        journal = self._services.storage.journal(self._connector.current.target)
+        journal = self._connector.current.journal()
         procedure = run_preflight(self._evidence, is_enabling=self._statement.is_enabling, journal=journal)
         self._job.run(procedure, self._end)
 
@@ -215,7 +215,7 @@ class PreflightController(QObject):
 
     def _on_name(self) -> None:
         """The signal also comes when the same module is recognised again."""
-        if self._naming.name != self._checked_name:
+        if self._connector.current.module.name != self._checked_name:
             self.enter()
 
     def reset(self) -> None:
@@ -309,7 +309,7 @@ class PreflightController(QObject):
         statement, entered = self._statement, self.entered
         person = Person(
             who=entered.who,
-            module=self._naming.name or None,
+            module=self._connector.current.module.name or None,
             aircraft=entered.aircraft,
             are_records_reviewed=statement.are_records_reviewed,
             is_same_module=statement.is_same_module,
@@ -327,7 +327,7 @@ class PreflightController(QObject):
         self.trouble = store if isinstance(store, StoreTrouble) else filed.trouble
         self._by_verdict[filed.assessment.verdict] = filed
         if is_stored and self.trouble is None and filed.assessment.result("boot_count") is not CheckResult.FAIL:
-            self._naming.remember_adapter()
+            self._connector.current.module.remember_adapter()
         self._use(filed)
 
     def _use(self, filed: Filed) -> None:

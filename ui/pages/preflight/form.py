@@ -19,7 +19,7 @@ from ui.files.file_dialogs import AskOpen, ask_profile
 from ui.files.file_opener import add_recent
 from ui.pages.preflight.profile_fields import captioned_row
 from ui.services.context import Services
-from ui.services.module_name import ModuleField
+from ui.services.module_field import ModuleField
 from ui.style.icons import Icon
 from ui.widgets.controls import control, named
 from ui.widgets.sliders import WheelGuard
@@ -47,7 +47,7 @@ class PreflightForm(QWidget):
         texts, preferences = services.texts, services.preferences
         self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by")
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        self.module = ModuleField("preflight_module", services.naming, texts, guard)
+        self.module = ModuleField("preflight_module", services.connector, texts, guard)
         self.aircraft = control(QComboBox(), texts, "preflight_aircraft", says="Aircraft")
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
@@ -94,7 +94,7 @@ class PreflightForm(QWidget):
 
     def commit_edits(self) -> None:
         """Commit what is typed in a field that still has the focus, as when a key starts the check."""
-        self._services.naming.choose(self.module.currentText())
+        self._services.connector.current.module.choose(self.module.currentText())
         self._commit()
 
     def use_profile(self, path: Path) -> None:

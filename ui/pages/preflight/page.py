@@ -66,7 +66,7 @@ class PreflightPage(Page):
         self.strip = named(NoticeBar(services.texts), "preflight_notice")
         self.header = self.make_header(services.texts, marked("Pre-flight"))
         self.buttons = PreflightButtons(services.texts, self.header)
-        self._named = services.naming.name
+        self._named = services.connector.current.module.name
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate
         )
@@ -230,7 +230,7 @@ class PreflightPage(Page):
         """Ticks were made for another module, unless this one only got its name."""
         if self._named:
             self.list.clear_ticks()
-        self._named = self._services.naming.name
+        self._named = self._connector.current.module.name
         self._copy_entries()
         self._timer.refresh_seen()
 
@@ -297,7 +297,7 @@ class PreflightPage(Page):
         self.history.closed.connect(self.show_check)
         self.history.print_wanted.connect(self._export_stored)
         work.changed.connect(self._on_work)
-        self._services.naming.changed.connect(self._reset_module)
+        self._connector.renamed.connect(self._reset_module)
         self._connector.changed.connect(self._timer.refresh_seen)
         self._connector.invalidated.connect(self._reset_check)
         Shortcut("preflight_run_key", self, buttons.run, buttons.press_main)

@@ -88,7 +88,7 @@ class BaudPanel(QFrame):
             return
         port = self._connector.current
         permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, port.clock())
-        journal = self._services.storage.journal(port.target)
+        journal = port.journal()
         change = change_baud(rate, journal, permit=permit, armed=self._services.armed)
         self._doubtful_since = None
         self._job.run(change, partial(self._end, rate, permit))

@@ -117,9 +117,9 @@ class SettingsController(QObject):
             heard: list[Written] = []
             begun: list[Command] = []
             port = connector.current
-            keep = partial(self._store_snapshot, port.kept, port.connection.port, self._services.naming.name)
+            keep = partial(self._store_snapshot, port.kept, port.connection.port, port.module.name)
             leave = WriteContext(
-                journal=self._services.storage.journal(connector.current.target),
+                journal=connector.current.journal(),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
                 accepted_risks=accepted,

@@ -61,7 +61,7 @@ class GuidedController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector, self._lock = services, services.connector, services.lock
+        self._services, self._connector = services, services.connector
         self.kind = GuidedKind.TILT
         self.stage = Stage.READY
         self.is_stated_safe = False
@@ -82,8 +82,8 @@ class GuidedController(QObject):
         self._connector.batch.connect(self._on_batch)
         self._connector.invalidated.connect(self._reset)
         self._connector.leaving.connect(self.cancel)
-        self._lock.changed.connect(self._on_lock)
-        services.naming.changed.connect(self.load_last)
+        services.connector.lock_changed.connect(self._on_lock)
+        services.connector.renamed.connect(self.load_last)
 
     # What is known
 
@@ -221,7 +221,7 @@ class GuidedController(QObject):
             self.owes_lock = True  # whoever activated it: somebody is holding it
         self.stage, self.outcome, self.is_stated_safe = Stage.DONE, outcome, False
         if self.owes_lock:
-            self._lock.current.ensure_locked()
+            self._connector.current.lock.ensure_locked()
         if isinstance(outcome, GuidedResult):
             self._store_result(outcome)
         self.changed.emit()
@@ -229,9 +229,9 @@ class GuidedController(QObject):
     # The lock
 
     def _on_lock(self) -> None:
-        if self._lock.current.confirmed is not None:
+        if self._connector.current.lock.confirmed is not None:
             self.owes_lock = False
-        elif self._lock.current.failed is not None and not self.is_running:
+        elif self._connector.current.lock.failed is not None and not self.is_running:
             self.owes_lock = False  # every page shows it until the module reports that it is locked
         self.changed.emit()
 
@@ -262,7 +262,7 @@ class GuidedController(QObject):
 
     def load_last(self) -> None:
         """Load the module's last results from the store."""
-        store, name = self._services.storage.store, self._services.naming.name
+        store, name = self._services.storage.store, self._connector.current.module.name
         if not isinstance(store, Store) or not name:
             self._loading.cancel()
             self._on_last_tests({})
@@ -286,7 +286,7 @@ class GuidedController(QObject):
             return
         adapter = "" if target is None else target.key
         work = partial(
-            _store, store, result, name=self._services.naming.name, adapter=adapter,
+            _store, store, result, name=self._connector.current.module.name, adapter=adapter,
             who=self._services.preferences.who, is_simulated=self._is_simulated,
         )  # fmt: skip
         self._storing.run_in(store.queue, work, lambda _number: self.load_last(), self._show_trouble)

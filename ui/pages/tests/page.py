@@ -37,7 +37,7 @@ from ui.pages.tests.result_view import ResultView
 from ui.pages.tests.texts import VERDICT_MEANINGS, instruction, last_text, live_reading
 from ui.pages.tests.widgets import GuidedPicture, Instruction, LiveValue, StepList
 from ui.services.context import Services
-from ui.services.module_name import ModuleField
+from ui.services.module_field import ModuleField
 from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, icon, set_icon_size
 from ui.style.theme import Meaning, Space
@@ -69,7 +69,7 @@ class TestsPage(Page):
         self.who = control(QLineEdit(), texts, "tests_who", says="Tested by")
         self.who.setMaxLength(MAX_NAME_LENGTH)
         texts.bind(self.who.setPlaceholderText, "your name")
-        self.module = ModuleField("tests_module", services.naming, texts, guard)
+        self.module = ModuleField("tests_module", services.connector, texts, guard)
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")
@@ -127,7 +127,7 @@ class TestsPage(Page):
         with QSignalBlocker(self.list):
             self.list.setCurrentRow([test.kind for test in GUIDED_TESTS].index(self.work.kind))
         self.list.setEnabled(not self.work.is_running)
-        self.known_by.setText(self._services.naming.known_by)
+        self.known_by.setText(self._connector.current.module.known_by)
 
     def _show_stage(self) -> None:
         work, test = self.work, self.work.test
@@ -186,17 +186,18 @@ class TestsPage(Page):
             self.primary.setFocus()
 
     def _notice(self) -> Notice | None:
-        work, lock = self.work, self._services.lock
-        locking = lock.current.notice()
+        work, lock = self.work, self._connector.current.lock
+        locking = lock.notice()
         if locking is not None:
             return locking
-        if work.stage is Stage.DONE and lock.current.is_reported and work.test.is_active:
+        if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
             return Notice(Meaning.GOOD, tr(SENTENCES[Outcome.CONFIRMED]))
         if work.trouble is not None:
             return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not kept.')}")
         if self._connector.current.is_active and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
-        if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:
+        is_named = bool(self._connector.current.module.name)
+        if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not is_named:
             return Notice(Meaning.ATTENTION, tr("The module has no name: the result counts for no check."))
         return None
 
@@ -216,7 +217,7 @@ class TestsPage(Page):
             self.work.start()
 
     def _commit_names(self) -> None:
-        self._services.naming.choose(self.module.currentText())
+        self._connector.current.module.choose(self.module.currentText())
         self._services.preferences.who = clean(self.who.text().strip())
 
     def go_to(self, view: str) -> None:

@@ -8,9 +8,9 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import capitalised, join_names
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
-from ui.core.connector import Connector
 from ui.pages.tests.controller import GuidedController, Stage
 from ui.pages.tests.widgets import LiveMark, LiveReading
+from ui.services.port import Ports
 from ui.style.theme import Meaning
 
 VERDICT_MEANINGS = {
@@ -55,7 +55,7 @@ def last_text(last: StoredTest | None) -> str:
     return f"{verdict} {when}, {last.who or '—'}"
 
 
-def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
+def live_reading(work: GuidedController, connector: Ports) -> LiveReading:
     """The current value against the limits of the test."""
     match work.kind:
         case GuidedKind.TILT:
@@ -68,12 +68,12 @@ def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
             return _losses(work)
 
 
-def _value(connector: Connector, key: str) -> float | None:
+def _value(connector: Ports, key: str) -> float | None:
     value = connector.current.device.fresh(key, connector.clock())
     return None if value is None else float(value)
 
 
-def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
+def _tilt(connector: Ports, threshold: float | None) -> LiveReading:
     value = _value(connector, "tilt_deg")
     shown = _UNKNOWN if value is None else f"{value:.0f}°"
     if threshold is None:
@@ -88,7 +88,7 @@ def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
     return LiveReading(caption, shown, value, 120.0, marks)
 
 
-def _acceleration(connector: Connector, threshold: float | None) -> LiveReading:
+def _acceleration(connector: Ports, threshold: float | None) -> LiveReading:
     value = _value(connector, "acceleration_g")
     shown = _UNKNOWN if value is None else f"{value:.1f} g"
     marks: tuple[LiveMark, ...] = ()
@@ -97,7 +97,7 @@ def _acceleration(connector: Connector, threshold: float | None) -> LiveReading:
     return LiveReading(tr("Acceleration"), shown, value, 2.0, marks)
 
 
-def _light(connector: Connector, threshold: float | None) -> LiveReading:
+def _light(connector: Ports, threshold: float | None) -> LiveReading:
     value = _value(connector, "light_v")
     shown = _UNKNOWN if value is None else f"{value:.1f} V"
     marks: tuple[LiveMark, ...] = ()

@@ -64,7 +64,7 @@ class TriggersController(QObject):
 
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector, self._naming = services, services.connector, services.naming
+        self._services, self._connector = services, services.connector
         self.rows: tuple[TriggerRow, ...] = ()
         """Oldest first."""
         self.reading: TriggersReading | None = None
@@ -88,7 +88,7 @@ class TriggersController(QObject):
         self._connector.changed.connect(self._watch_port)
         self._connector.came_online.connect(self._forget)
         self._connector.invalidated.connect(self._forget)
-        self._naming.changed.connect(self._on_name_changed)
+        self._connector.renamed.connect(self._on_name_changed)
         self._show_archive()
 
     @property
@@ -162,13 +162,15 @@ class TriggersController(QObject):
 
     def _store_reading(self, *, is_same_module: bool = False) -> None:
         """Stores the reading if the module has a name."""
-        reading, store, name = self.reading, self._store, self._naming.name
+        reading, store, name = self.reading, self._store, self._connector.current.module.name
         self._clear_visit()
         if reading is not None and reading.history.is_answered and store is not None and name:
             self.job.dismiss()
-            port = self._connector.current.connection.port
-            work = partial(file_triggers, store, reading, name, adapter=self._naming.adapter, port=port,
-                           is_same_module=is_same_module)  # fmt: skip
+            port = self._connector.current
+            work = partial(
+                file_triggers, store, reading, name, adapter=port.module.adapter, port=port.connection.port,
+                is_same_module=is_same_module,
+            )  # fmt: skip
             self._filing.run_in(store.queue, work, partial(self._end_filing, reading), self._fail_filing)
         if reading is not None and not reading.history.is_confirmed:
             self.job.notify(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
@@ -185,7 +187,7 @@ class TriggersController(QObject):
             self.job.set_notice(partial(self._ask_which_module, reading.boot_count, filed.boot_count))
         else:
             self._is_stored, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
-            self._naming.store_evidence()
+            self._connector.current.module.store_evidence()
         self._show_archive()
         self.changed.emit()
 
@@ -204,7 +206,7 @@ class TriggersController(QObject):
     def _silent_notice(self) -> Notice:
         """The module does not answer the query; a person can say once that a named one is new."""
         text = tr("No answer: the records are unknown.")
-        store, name = self._store, self._naming.name
+        store, name = self._store, self._connector.current.module.name
         plain = Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
         if store is None or not name:
             return plain
@@ -231,14 +233,14 @@ class TriggersController(QObject):
             )
 
     def _ask_which_module(self, boots: int | None, before: int | None) -> Notice:
-        name = self._naming.name
+        name = self._connector.current.module.name
         if before is not None:
             text = tr("Boot {now}, but {module} was at {before}: is it the same module?", now=boots,
                       module=name, before=before)  # fmt: skip
         else:
             text = tr("The records do not follow those of {module}: is it the same module?", module=name)
         choices = (
-            Choice("another_module", tr("New module"), lambda: self._naming.choose(""), is_step=True),
+            Choice("another_module", tr("New module"), lambda: self._connector.current.module.choose(""), is_step=True),
             Choice("same_module", tr("It is {module}", module=name), self._store_anyway, is_step=True),
         )
         return Notice(Meaning.ATTENTION, text, choices)
@@ -287,7 +289,7 @@ class TriggersController(QObject):
         """Makes the rows: the stored records of this name, else the reading."""
         slots = Counter(one.raw for one in self.reading.history.all) if self.reading is not None else Counter()
         kept: tuple[SeenRecord, ...] = ()
-        store, name = self._store, self._naming.name
+        store, name = self._store, self._connector.current.module.name
         is_of_this_name = self._is_stored or self.reading is None
         if store is not None and name and is_of_this_name:
             try:

@@ -46,7 +46,7 @@ from ui.pages.triggers.model import (
     record_text,
 )
 from ui.services.context import Services
-from ui.services.module_name import ModuleField
+from ui.services.module_field import ModuleField
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -68,7 +68,7 @@ class TriggersPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("triggers")
-        self._services, self._connector, self._naming = services, services.connector, services.naming
+        self._services, self._connector = services, services.connector
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self.work = TriggersController(services, self)
@@ -78,7 +78,7 @@ class TriggersPage(Page):
         self.detail = TriggersDetail(services.texts)
         self.strip = named(NoticeBar(services.texts), "triggers_notice")
         guard = WheelGuard(self)
-        self.module = ModuleField("triggers_module", services.naming, services.texts, guard)
+        self.module = ModuleField("triggers_module", services.connector, services.texts, guard)
         self.module.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.news = named(ElidedLabel(), "triggers_news", "small")
@@ -111,7 +111,8 @@ class TriggersPage(Page):
         self.empty.title.setText(empty_title(work))
         self.empty.text.setText(empty_text(work, is_open=self._connector.current.is_open))
         self.count.setText(count_text(work))
-        self.news.setText(" · ".join(filter(None, (news_text(work), self._naming.known_by if has_rows else ""))))
+        known_by = self._connector.current.module.known_by if has_rows else ""
+        self.news.setText(" · ".join(filter(None, (news_text(work), known_by))))
         self.read.setEnabled(work.can_read)
         for widget in (self.copy, self.save_page, self.save_archive, self.show_box, self.search):
             widget.setEnabled(has_rows)
@@ -132,7 +133,7 @@ class TriggersPage(Page):
         """Why the records are not stored."""
         if not self.work.rows or self.work.rows[0].is_stored:
             return None
-        if not self._naming.name:
+        if not self._connector.current.module.name:
             text = tr("Name the module to keep these records.")
             return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.module.setFocus),))
         store = self._services.storage.store
@@ -149,7 +150,7 @@ class TriggersPage(Page):
 
     def _save(self, _is_checked: bool = False, *, is_archive: bool) -> None:
         rows = self.work.rows if is_archive else self.table.filter.shown()
-        name = self._naming.name
+        name = self._connector.current.module.name
         title = tr("Export all…") if is_archive else tr("Export shown…")
         new = frozenset(row.seen.id for row in rows if row.is_new)
         has_past = self.work.reading is not None and not self.work.is_first_visit

@@ -91,7 +91,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
     with desk(qtbot, qapp, tmp_path, page="commands") as one:
         row, connector = one.commands.acts[Act.ACTIVATE], one.assembly.connector
         one.click("lock_button")
-        one.until(lambda: one.assembly.lock.current.confirmed is not None)
+        one.until(lambda: one.assembly.connector.current.lock.confirmed is not None)
         one.until(row.confirm.ask.isEnabled)
         one.ask(row.confirm)
         one.bench.change(mute_codes=frozenset((0x10,)))

@@ -37,7 +37,7 @@ from protocol.frame import Direction, Frame, Reason
 from protocol.link_states import Presence
 from protocol.messages import Heartbeat, Status, decode
 from tests.support.patience import quickest
-from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, ListedPorts, connect, simulated, wait_online, window
 from tests.support.window.settings_bench import desk
 from tests.support.window.steps import choosing, find, press, show_page
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
@@ -161,7 +161,7 @@ def test_a_command_is_shown_and_copied(
 
 
 def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    ports = Ports()
+    ports = ListedPorts()
     with diagnosis(qtbot, qapp, tmp_path, ports=ports) as (assembly, page):
         qtbot.waitUntil(lambda: assembly.ports.has_listed, timeout=WAIT_MS)
         for present in ([ADAPTER], [], [ADAPTER], []):

@@ -9,13 +9,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.safety.journal import NoJournal
 from tests.support.window.fake_ports import FakePorts, FakeWorker
-from ui.core.port_connection import PortConnection
 from ui.core.texts import Texts
 from ui.pages.fleet.page import FleetPage
 from ui.services.context import Services
-from ui.services.lock import LockControl
+from ui.services.port import Port
 from ui.services.storage import Storage
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
@@ -27,7 +25,7 @@ class Desk:
     ports: FakePorts
     page: FleetPage
     services: Services
-    modules: list[tuple[PortConnection, FakeWorker]] = field(default_factory=list)
+    modules: list[tuple[Port, FakeWorker]] = field(default_factory=list)
 
     def plug_in(self, count: int, **values: float) -> None:
         for number in range(len(self.modules), len(self.modules) + count):
@@ -39,7 +37,7 @@ class Desk:
         QApplication.processEvents()
         self.page.refresh()
 
-    def card(self, connection: PortConnection) -> object:
+    def card(self, connection: Port) -> object:
         return self.page._widgets[connection].card
 
     def wait(self, is_so: Callable[[], bool]) -> None:
@@ -51,11 +49,10 @@ class Desk:
 
 @pytest.fixture
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    ports, storage = FakePorts(), Storage(tmp_path)
-    lock = LockControl(ports.connector, lambda _target: NoJournal())
+    storage = Storage(tmp_path)
+    ports = FakePorts(storage)
     appearance = Appearance(qapp, Choice.LIGHT)
-    services = Services(ports.connector, Texts(), appearance, lock, storage)
-    services.naming.bind(ports.connector, storage)
+    services = Services(ports.connector, Texts(), appearance)
     page = FleetPage(services)
     qtbot.addWidget(page)
     page.resize(1000, 700)

@@ -20,9 +20,9 @@ from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES
 from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
-from ui.core.port_connection import PortConnection
 from ui.core.texts import Texts
 from ui.pages.fleet.card_widget import CardWidget
+from ui.services.port import Port
 from ui.shell.attention import Attention
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -41,9 +41,9 @@ def test_no_card_ever_shows_anything_of_another_module_or_of_before(desk: Desk, 
     """Values, losses, returns, LOCKs and choices in any order: every card is its own module's, and of now."""
     source = random.Random(seed)
     desk.plug_in(6)
-    said: dict[PortConnection, dict[str, object]] = {one: dict(VALUES) for one, _ in desk.modules}
+    said: dict[Port, dict[str, object]] = {one: dict(VALUES) for one, _ in desk.modules}
     plugged = {one for one, _ in desk.modules}
-    was_active: set[PortConnection] = set()
+    was_active: set[Port] = set()
     for _ in range(150):
         number = source.randrange(len(desk.modules))
         connection, worker = desk.modules[number]
@@ -275,8 +275,8 @@ def test_a_target_that_is_open_gets_no_second_card(desk: Desk) -> None:
 
 def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(desk: Desk) -> None:
     desk.plug_in(2, active=True)
-    naming, (second, _) = desk.services.naming, desk.modules[1]
-    naming.of(second).choose("M-02")
+    second, _ = desk.modules[1]
+    second.module.choose("M-02")
     ritual = RitualWidget(desk.services)
     desk.qtbot.addWidget(ritual)
     ritual.show()
@@ -296,8 +296,8 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     bar, closed = NoticeBar(Texts()), list[bool]()
     desk.qtbot.addWidget(bar)
     attention = Attention(
-        desk.ports.connector, bar, desk.services.lock, acts={}, pending_edits=desk.services.pending_edits,
-        find_identity=lambda: None, go_to=lambda _page: None, shown_page=lambda: "", parent=desk.page,
+        desk.ports.connector, bar, acts={}, pending_edits=desk.services.pending_edits,
+        go_to=lambda _page: None, shown_page=lambda: "", parent=desk.page,
     )  # fmt: skip
     assert attention.may_close(lambda: closed.append(True))
     desk.modules[1][1].say(active=True)  # not the one that the pages show

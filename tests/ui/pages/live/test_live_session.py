@@ -248,16 +248,16 @@ def test_samples_of_two_ports_are_not_joined(qtbot: QtBot, qapp: QApplication) -
 
 def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("kept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        sessions, sign = assembly.storage.sessions, assembly.window.recording_sign
+        kept, sign = assembly.connector.current.recording, assembly.window.recording_sign
         taken: list[StatusSample] = []
         assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
         connect(qtbot, assembly, "sim://kept")
         qtbot.waitUntil(lambda: sign.label.text().startswith("Recorded since"), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: len(taken) > 20, timeout=WAIT_MS)
         assembly.window.disconnect_port()
-        qtbot.waitUntil(lambda: sessions.sign.since is None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: kept.sign.since is None, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.connector.current.connection.state is PortState.CLOSED, timeout=WAIT_MS)
-        (entry,) = sessions.library.entries()
+        (entry,) = kept.library.entries()
         assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
         with opened(entry.path) as recording:
             found = recording.excerpt(recording.start_s, recording.end_s)
@@ -284,9 +284,9 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
 
 def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        library = assembly.storage.sessions.library
+        library = assembly.storage.recordings.library
         connect(qtbot, assembly, "sim://closed")
-        qtbot.waitUntil(lambda: assembly.storage.sessions.sign.since is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.recording.sign.since is not None, timeout=WAIT_MS)
         assembly.window.close_now()
         qtbot.waitUntil(lambda: not any(one.is_running for one in library.entries()), timeout=WAIT_MS)
         assert [one.was_cut_off for one in library.entries()] == [False]
@@ -294,7 +294,7 @@ def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplicatio
 
 def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        folder = assembly.storage.sessions.library.folder
+        folder = assembly.storage.recordings.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the folder should be", encoding="utf-8")
         connect(qtbot, assembly, "sim://unkept")

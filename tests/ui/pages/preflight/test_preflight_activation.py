@@ -72,7 +72,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(
         texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
         texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]
         assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
-        bench.assembly.lock.press()
+        bench.assembly.connector.lock.press()
         bench.wait_standing(Standing.READY)
         assert page.work.record == ready
         assert page.activation.isVisible()

@@ -174,7 +174,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         bench.bench.module.memory.boot_count = 11
         bench.restart()
         bench.wait_standing(Standing.VOID)
-        naming = bench.assembly.window._services.naming
+        naming = bench.assembly.connector.current.module
         qtbot.waitUntil(lambda: bench.assembly.connector.current.identity.is_for_a_person, timeout=WAIT_MS)
         assert naming.name == ""
 
@@ -313,7 +313,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         seen: list[object] = []
         bench.assembly.connector.batch.connect(seen.append)
         qtbot.waitUntil(lambda: len(seen) > 2, timeout=WAIT_MS)
-        bench.preflight._services.naming.remember_adapter()  # as when a check was filed
+        bench.preflight._services.connector.current.module.remember_adapter()  # as when a check was filed
         disk.set()
     with on_bench(qtbot, qapp, tmp_path, "short") as bench:
         confirm_name(bench)
@@ -325,7 +325,7 @@ def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
     name = "<b>x</b>=1+../\u202e☠"
     with on_bench(qtbot, qapp, tmp_path, "hostile") as bench:
         page = bench.preflight
-        bench.assembly.window._services.naming.choose(name)
+        bench.assembly.connector.current.module.choose(name)
         bench.find(QLineEdit, "preflight_who").setText("=cmd|'/c calc'!A1")
         assert bench.check() is Standing.READY
         suggested: list[Path] = []

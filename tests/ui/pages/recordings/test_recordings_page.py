@@ -356,7 +356,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert live.plot.sight.is_live
         assert not live.panel.moment.isVisible()
         connector.current.disconnect_port()
-        desk.until(lambda: assembly.storage.sessions.sign.since is None)
+        desk.until(lambda: assembly.connector.current.recording.sign.since is None)
 
 
 # Looks

@@ -16,7 +16,6 @@ from app.engine.target import Target
 from app.procedures.read import Everything
 from app.procedures.write import SetReply, WriteFault, Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport
-from app.safety.journal import NoJournal
 from app.settings.form import FormRow, RowState
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
@@ -25,7 +24,6 @@ from ui.core.texts import Texts
 from ui.pages.settings import controller
 from ui.pages.settings.controller import SettingsController
 from ui.services.context import Services
-from ui.services.lock import LockControl
 from ui.services.storage import Storage
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
@@ -87,9 +85,9 @@ class Desk:
 
 @pytest.fixture
 def desk(qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
-    ports, storage, appearance = FakePorts(), Storage(tmp_path), Appearance(qapp, Choice.LIGHT)
-    lock = LockControl(ports.connector, lambda _target: NoJournal())
-    made = Desk(ports, SettingsController(Services(ports.connector, Texts(), appearance, lock, storage)))
+    storage, appearance = Storage(tmp_path), Appearance(qapp, Choice.LIGHT)
+    ports = FakePorts(storage)
+    made = Desk(ports, SettingsController(Services(ports.connector, Texts(), appearance)))
 
     def begin(_changes: Sequence[SettingChange], leave: WriteContext) -> Any:
         made.leaves.append(leave)

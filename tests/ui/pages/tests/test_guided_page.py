@@ -27,7 +27,7 @@ def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
     monkeypatch.setattr("app.guided.link.SHAKEN_S", 2.0)
     bench.assembly.storage.open_store()
     bench.guided._services.preferences.who = "Li"
-    bench.guided._services.naming.choose("M-07")
+    bench.guided._services.connector.current.module.choose("M-07")
     return bench
 
 
@@ -263,7 +263,7 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     assert isinstance(bench.guided.work.outcome, BrokenOff)
     assert bench.bench.state().is_active
     bench.wait(10.0)
-    failed = bench.assembly.lock.current.failed
+    failed = bench.assembly.connector.current.lock.failed
     assert failed is not None
     assert "treat the module as ACTIVE" in failed.sentence
     notice = bench.guided.said.notice
@@ -316,7 +316,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     assert isinstance(bench.guided.work.outcome, BrokenOff)
     assert bench.sent.count(LOCK) > 1
     assert is_locked(bench)
-    assert bench.assembly.lock.current.failed is not None
+    assert bench.assembly.connector.current.lock.failed is not None
 
 
 def test_a_module_that_becomes_active_in_somebodys_hands_is_locked(bench: GestureBench) -> None:
@@ -353,7 +353,7 @@ def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
 
 
 def test_a_result_without_a_name_is_said_to_count_for_nothing(bench: GestureBench) -> None:
-    bench.guided._services.naming.choose("")
+    bench.guided._services.connector.current.module.choose("")
     bench.guided.module.setCurrentText("")
     run(bench, GuidedKind.LINK)
     bench.wait(0.3)

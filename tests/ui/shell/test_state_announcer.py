@@ -6,11 +6,10 @@ import pytest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from app.safety.journal import NoJournal
 from app.safety.last_known import keep_away
 from tests.support.window.fake_ports import FakePorts
-from ui.services.announcer import announce_states, announcer
-from ui.services.lock import LockControl
+from ui.services.announcer import announcer
+from ui.shell.state_announcer import announce_states
 
 USB0, USB1 = "/dev/ttyUSB0", "/dev/ttyUSB1"
 
@@ -39,9 +38,8 @@ def listener(qtbot: QtBot) -> Iterator[Listener]:
     qtbot.addWidget(window)
     window.show()
     ports = FakePorts()
-    lock = LockControl(ports.connector, lambda _target: NoJournal())
     made = Listener(ports)
-    announce_states(ports.connector, lock)
+    announce_states(ports.connector)
     yield made
     announcer().announced.disconnect(made._take)
     ports.stop()

@@ -1,0 +1,67 @@
+"""The field for the name of the module."""
+
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QFocusEvent
+from PySide6.QtWidgets import QComboBox, QLineEdit
+
+from ui.core.texts import Texts
+from ui.services.module_name import MAX_NAME_LENGTH
+from ui.services.port import Ports
+from ui.widgets.controls import named
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
+
+
+class _NameEdit(QLineEdit):
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Another program that comes to the front interrupts whoever types; it ends no editing."""
+        self.blockSignals(event.reason() is Qt.FocusReason.ActiveWindowFocusReason)
+        super().focusOutEvent(event)
+        self.blockSignals(False)
+
+
+class ModuleField(QComboBox):
+    """A name to type or choose, applied by Enter, by choosing, or by leaving the field for another of the window."""
+
+    def __init__(self, name: str, ports: Ports, texts: Texts, guard: WheelGuard) -> None:
+        super().__init__()
+        named(self, name)
+        self._ports = ports
+        self.setEditable(True)
+        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.setMinimumContentsLength(8)
+        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        guard.guard(self)
+        self._edit = edit = _NameEdit()
+        self.setLineEdit(edit)
+        self.setCompleter(None)  # type: ignore[arg-type]  # it would make M-12 of a typed M-1
+        edit.setObjectName(f"{name}_edit")
+        edit.setMaxLength(MAX_NAME_LENGTH)
+        edit.editingFinished.connect(self._apply)
+        self.activated.connect(self._apply)
+        texts.bind(self.setAccessibleName, "Module")
+        texts.bind(edit.setAccessibleName, "Module")
+        texts.bind(edit.setPlaceholderText, "not named")
+        texts.bind(self.setToolTip, "Without a serial number its name identifies it")
+        ports.renamed.connect(self.show_name)
+        ports.invalidated.connect(self._end_editing)  # what was typed was meant for the former module
+        VisibilityTimer(self, self.show_name)
+        self.show_name()
+
+    def show_name(self) -> None:
+        if self._edit.isModified():
+            return  # somebody types
+        module = self._ports.current.module
+        with QSignalBlocker(self):
+            self.clear()
+            self.addItems([known.name for known in module.known])
+            self.setCurrentIndex(self.findText(module.name, Qt.MatchFlag.MatchExactly))
+            self.setEditText(module.name)
+
+    def _apply(self) -> None:
+        self._ports.current.module.choose(self.currentText())
+        self._end_editing()
+
+    def _end_editing(self) -> None:
+        self._edit.setModified(False)
+        self.show_name()

@@ -1,0 +1,323 @@
+"""All that belongs to one connection, and all connections, one of which the pages show. Widgets use this, never the
+worker."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+from weakref import WeakSet
+
+from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtWidgets import QAbstractButton, QWidget
+
+from app.engine.procedure import Procedure, Report, Result
+from app.engine.target import Target
+from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
+from app.safety.journal import Journal
+from app.store.store_journal import KnownAs
+from protocol.link_states import Presence
+from ui.core.port_connection import MakeWorker, PortConnection
+from ui.core.port_watcher import PortWatcher
+from ui.services.lock import PortLock
+from ui.services.module_name import BeforeNew, ModuleName
+from ui.services.storage import Storage
+
+SETTLE_MS = 1000
+"""How long a switch to another module waits for running procedures to end."""
+
+
+class Port(PortConnection):
+    """One connection with its module's name, LOCK, recording and journal."""
+
+    def __init__(
+        self,
+        watcher: PortWatcher,
+        storage: Storage,
+        *,
+        before_new: BeforeNew,
+        make_worker: MakeWorker | None,
+        clock: Callable[[], float],
+        parent: QObject,
+    ) -> None:
+        self.recording = storage.new_recording()
+        make_worker = make_worker or self.recording.recorded_workers(Worker)
+        super().__init__(watcher, storage.stream_memory, make_worker=make_worker, clock=clock, parent=parent)
+        self._storage = storage
+        self.module = ModuleName(self, storage, before_new)
+        self.lock = PortLock(self, self.journal)
+        self.recording.bind(self)
+        self.module.changed.connect(lambda: self.recording.name_module(self.module.name))
+
+    @property
+    def known_as(self) -> KnownAs:
+        return KnownAs(self.module.name, self.kept.run, is_in_doubt=not self.identity.is_settled)
+
+    def journal(self) -> Journal:
+        """With what the module is known by now."""
+        return self._storage.journal(self.target, self.known_as)
+
+
+class Ports(QObject):
+    """Shows one of several `Port`s, the current one, to the pages.
+
+    `choose` makes another one current. The pages see the same as after a new connection: the port being opened, then
+    open, then the module. The other ports stay open, reconnect and lock independently. Pages run their procedures by
+    this class, which ends them before it switches.
+    """
+
+    changed = Signal()
+    """Of the current port; as the eight below. See `PortConnection`, `ModuleName.changed` and `PortLock`."""
+    batch = Signal(object)
+    invalidated = Signal()
+    came_online = Signal(object)
+    stream_left_on = Signal()
+    slept = Signal(float)
+    renamed = Signal()
+    lock_changed = Signal()
+    notified = Signal(str)
+    leaving = Signal()
+    """Another port was chosen and this one is still current: pages finish with its module now."""
+    chosen = Signal()
+    """Another port is now current; emitted after `invalidated`, before the pages are updated."""
+    added = Signal(object)
+    """A `Port`."""
+    removed = Signal(object)
+
+    def __init__(
+        self,
+        watcher: PortWatcher,
+        storage: Storage,
+        *,
+        make_worker: MakeWorker | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`make_worker`: of the first port; None makes one whose batches are recorded."""
+        super().__init__()
+        self.clock, self.storage = clock, storage
+        self.ports = watcher
+        self.before_new: BeforeNew = lambda act: act()
+        """Called before what was known of the module shown is dropped, because a person says that it is another."""
+        self._connections: list[Port] = []
+        self._leaving: set[Port] = set()
+        self._jobs: set[Job[Any]] = set()
+        """Of the pages, on the current port."""
+        self._next: Port | None = None
+        self._settling = QTimer(self, singleShot=True, interval=SETTLE_MS)
+        self._settling.timeout.connect(self._switch)
+        self.invalidated.connect(self._drop_jobs)
+        self._current = self.add(make_worker)
+        self._relay(self._current)
+        self.lock = LockControl(self)
+
+    # Several ports
+
+    @property
+    def current(self) -> Port:
+        return self._current
+
+    @property
+    def connections(self) -> tuple[Port, ...]:
+        """All ports, in the order in which they were added."""
+        return tuple(self._connections)
+
+    @property
+    def is_any_active(self) -> bool:
+        """A module on any open port may fire by its thresholds, as far as is known."""
+        return any(port.is_open and port.is_active for port in self._connections)
+
+    def add(self, make_worker: MakeWorker | None = None) -> Port:
+        """Another port, not yet connected; the current one stays current."""
+        port = Port(
+            self.ports, self.storage, before_new=self._ask_before_new, make_worker=make_worker,
+            clock=self.clock, parent=self,
+        )  # fmt: skip
+        port.set_shown(is_shown=not self._connections)
+        self._connections.append(port)
+        self.added.emit(port)
+        return port
+
+    def remove(self, port: Port) -> None:
+        """Close a port that is not current, and drop it once it is closed."""
+        if port is self._current or port is self._next or port not in self._connections:
+            return
+        self._connections.remove(port)
+        self._leaving.add(port)
+        port.batch.connect(partial(self._on_removed_batch, port))
+        port.disconnect_port()
+        self.removed.emit(port)
+
+    def choose(self, port: Port) -> None:
+        """Show this port's module in the pages, once their procedures on the current one have ended."""
+        if port is self._current or port not in self._connections:
+            return
+        self._next = port
+        self.leaving.emit()
+        for job in self._jobs:
+            job.cancel()
+        if self._jobs:
+            self._settling.start()
+        else:
+            self._switch()
+
+    # What the pages do
+
+    def connect_to(self, target: Target) -> None:
+        """Open `target` in place of the current port; a port that is open already is chosen."""
+        others = (port for port in self._connections if port is not self._current and port.is_requested)
+        same = next((port for port in others if port.target is not None and port.target.key == target.key), None)
+        if same is not None:
+            self.choose(same)
+        else:
+            self._current.connect_to(target)
+
+    def find_rate(self) -> None:
+        """As a slot: of the port that is then the current one."""
+        self._current.find_rate()
+
+    def want_stream(self, *, is_wanted: bool) -> None:
+        """Whether the shown page needs the serial output."""
+        self._current.stream.is_wanted = is_wanted
+
+    def set_drawing_interval(self, every_s: float = PUBLISH_EVERY_S) -> None:
+        """How often the shown page draws the current port."""
+        self._current.set_shown(is_shown=True, every_s=every_s)
+
+    @property
+    def is_busy(self) -> bool:
+        """A procedure that a person started is running."""
+        return bool(self._jobs)
+
+    def run(
+        self,
+        procedure: Procedure[Result],
+        then: Callable[[Job[Result]], None],
+        *,
+        is_urgent: bool = False,
+        on_progress: Callable[[Report], None] | None = None,
+    ) -> Job[Result]:
+        def end(ended: Job[Result]) -> None:
+            if is_urgent or ended in self._jobs:  # else it is of a module that is no longer shown
+                self._jobs.discard(ended)
+                then(ended)
+            if self._next is not None and not self._jobs:
+                self._switch()
+
+        job = self._current.run(procedure, end, is_urgent=is_urgent, on_progress=on_progress)
+        if not is_urgent:
+            self._jobs.add(job)
+        return job
+
+    def stop(self, deadline_s: float) -> bool:
+        """Close all ports and end their workers, within `deadline_s`; whether they ended."""
+        self._settling.stop()
+        ends_at = time.monotonic() + deadline_s
+        every = [*self._connections, *self._leaving]
+        for port in every if len(every) > 1 else ():
+            port.disconnect_port()  # all at once; `stop` waits for one after the other
+        have_ended = [port.stop(max(0.0, ends_at - time.monotonic())) for port in every]
+        return all(have_ended)
+
+    # What happens
+
+    def _ask_before_new(self, act: Callable[[], object]) -> None:
+        self.before_new(act)
+
+    def _relay(self, port: Port) -> None:
+        for mine, its in self._pairs(port):
+            its.connect(mine)
+
+    def _pairs(self, port: Port) -> tuple[tuple[Any, Any], ...]:
+        return (
+            (self.changed, port.changed),
+            (self.batch, port.batch),
+            (self.invalidated, port.invalidated),
+            (self.came_online, port.came_online),
+            (self.stream_left_on, port.stream_left_on),
+            (self.slept, port.slept),
+            (self.renamed, port.module.changed),
+            (self.lock_changed, port.lock.changed),
+            (self.notified, port.lock.notified),
+        )
+
+    def _switch(self) -> None:
+        self._settling.stop()
+        before, (now, self._next) = self._current, (self._next, None)
+        if now is None or now not in self._connections:
+            return
+        for mine, its in self._pairs(before):
+            its.disconnect(mine)
+        now.stream.is_wanted, before.stream.is_wanted = before.stream.is_wanted, False
+        before.set_shown(is_shown=False)
+        now.set_shown(is_shown=True)
+        self._current = now
+        self._show_opening(now)
+        self._relay(now)
+        self.batch.emit(replace(now.last, samples=(), events=(), finished=()))
+        self.changed.emit()
+        self.lock_changed.emit()  # while it seemed to be opening LOCK was not possible
+        if now.is_open and now.device.presence is Presence.ONLINE and now.target is not None:
+            self.came_online.emit(now.target)
+
+    def _show_opening(self, port: Port) -> None:
+        """Clear the pages: no value of the previous module, and nothing prepared for it, may remain."""
+        with port.shown_as_opening():
+            self.invalidated.emit()
+            self.chosen.emit()
+            self.renamed.emit()
+            self.lock_changed.emit()
+            self.batch.emit(port.last)
+            self.changed.emit()
+
+    def _drop_jobs(self) -> None:
+        """What still runs on the former module ends soon; what it found reaches no page."""
+        jobs, self._jobs = self._jobs, set()
+        for job in jobs:
+            job.cancel()
+
+    def _on_removed_batch(self, port: Port, batch: Batch) -> None:
+        if batch.connection.state is PortState.CLOSED and port in self._leaving:
+            self._leaving.remove(port)
+            QTimer.singleShot(0, self, partial(_end, port))
+
+
+def _end(port: Port) -> None:
+    port.stop(0.0)
+    port.deleteLater()
+
+
+class LockControl:
+    """What presses LOCK: on the port whose module the pages show, or on all."""
+
+    def __init__(self, ports: Ports) -> None:
+        self._ports = ports
+        self.buttons: WeakSet[QWidget] = WeakSet()
+        """Those that press it: a click on one counts also while a menu is open."""
+
+    def bind(self, button: QAbstractButton) -> None:
+        """Let a button press it; it is enabled while LOCK is possible."""
+
+        def show() -> None:
+            button.setEnabled(self._ports.current.lock.is_possible)
+
+        button.clicked.connect(self.press)
+        self.buttons.add(button)
+        self._ports.lock_changed.connect(show)
+        show()
+
+    def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
+        self._ports.current.lock.press(then=then)
+
+    def press_all(self, *, then: Callable[[], object] | None = None) -> None:
+        """LOCK on every open port, each by itself: none waits for another. `then` is called when all of them report
+        that they are locked."""
+        ports = [port for port in self._ports.connections if port.lock.is_possible]
+        waiting = set(ports)
+
+        def note(port: Port) -> None:
+            waiting.discard(port)
+            if not waiting and then is not None:
+                then()
+
+        for port in ports:
+            port.lock.press(then=partial(note, port))

@@ -1,0 +1,77 @@
+"""Tells screen readers, once, wherever the focus is: triggered, active, locked, link lost, LOCK failed."""
+
+from typing import Final
+
+from PySide6.QtCore import QObject
+
+from app.diagnosis.link_state import Phase, link_text
+from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
+from app.text.i18n import tr
+from app.text.sentences import join_sentences
+from ui.services.announcer import announcer
+from ui.services.port import Port, Ports
+
+_STANDS: Final = frozenset({Phase.ONLINE, Phase.LATE})
+_LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})
+
+
+def announce_states(ports: Ports) -> None:
+    """Of the modules on all ports, those that are added later too."""
+
+    def add(port: Port) -> None:
+        StateAnnouncer(port, ports)
+
+    for port in ports.connections:
+        add(port)
+    ports.added.connect(add)
+
+
+class StateAnnouncer(QObject):
+    """Each state once, when it becomes so. A doubt alone (an age, a question without an answer) is not told."""
+
+    def __init__(self, port: Port, ports: Ports) -> None:
+        super().__init__(port)
+        self._port, self._ports = port, ports
+        self._is_linked = self._is_triggered = self._has_failed = False
+        self._activation = Activation.UNKNOWN
+        port.changed.connect(self._poll)
+        port.lock.changed.connect(self._poll)
+
+    def _poll(self) -> None:
+        self._announce_link()
+        self._announce_trigger()
+        self._announce_activation()
+        failed, had_failed = self._port.lock.failed, self._has_failed
+        self._has_failed = failed is not None
+        if failed is not None and not had_failed:
+            self._announce(failed.sentence, is_urgent=True)
+
+    def _announce_link(self) -> None:
+        port = self._port
+        state = port.state
+        was, self._is_linked = self._is_linked, state.phase in _STANDS
+        if was and state.phase in _LOST:
+            self._activation, self._is_triggered = Activation.UNKNOWN, False  # told again when it answers again
+            parts = [link_text(state, port.clock()).what]
+            if port.is_active:
+                parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
+            self._announce(join_sentences(parts), is_urgent=True)
+
+    def _announce_trigger(self) -> None:
+        is_triggered = self._port.device.fresh("triggered", self._port.clock())
+        if is_triggered is None:
+            return  # what was told stands until it is known
+        was, self._is_triggered = self._is_triggered, is_triggered is True
+        if self._is_triggered and not was:
+            self._announce(tr("TRIGGERED"), is_urgent=True)
+
+    def _announce_activation(self) -> None:
+        state = self._port.activation.state
+        if state in (Activation.ACTIVE, Activation.LOCKED) and state is not self._activation:
+            self._activation = state
+            self._announce(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
+
+    def _announce(self, text: str, *, is_urgent: bool = False) -> None:
+        if len(self._ports.connections) > 1 and self._port.target is not None:
+            text = f"{self._port.target.device}: {text}"
+        announcer().announce(text, is_urgent=is_urgent)
