@@ -24,9 +24,12 @@ def named(one: Named, name: str, role: str = "") -> Named:
 
 
 def set_role(widget: QWidget, role: str) -> None:
-    """Changes the role of `widget` in the style sheet."""
+    """Changes the role of `widget` in the style sheet, and the colour of a button's picture with it."""
     if (widget.property("role") or "") != role:
         widget.setProperty("role", role)
+        picture = widget.property("picture")
+        if isinstance(widget, QAbstractButton) and picture is not None:
+            widget.setIcon(icon(picture, is_on_primary=role == "primary"))
         widget.style().unpolish(widget)
         widget.style().polish(widget)
 
@@ -80,6 +83,7 @@ def control(
         if is_checkable:
             one.setCheckable(True)
         if picture is not None:
+            one.setProperty("picture", picture)
             one.setIcon(icon(picture, is_on_primary=role == "primary"))
             set_icon_size(one, ICON_PX, gap_px=TEXT_GAP_PX if text or isinstance(one, QPushButton) else 0)
             if text and isinstance(one, QToolButton):

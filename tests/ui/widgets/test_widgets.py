@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 from PySide6.QtGui import QColor, QImage
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.text import i18n
@@ -18,6 +18,7 @@ from ui.style import appearance, theme
 from ui.style.icons import Icon, battery
 from ui.style.painted_widget import Freshness
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Meaning, Size
+from ui.widgets.controls import control, set_role
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.readout import Readout, StateChip
 
@@ -242,6 +243,22 @@ def test_all_follow_theme_and_language(qapp: QApplication, qtbot: QtBot, monkeyp
     chinese = i18n._Language("zh_CN", {"unknown": "未知"})
     monkeypatch.setattr(i18n, "_current", chinese)
     assert picture(gauge) != english
+
+
+def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:
+    button = control(QPushButton(), Texts(), "lock", "LOCK", picture=Icon.LOCK)
+    qtbot.addWidget(button)
+
+    def lightest() -> int:
+        drawn = button.icon().pixmap(16).toImage()
+        pixels = [drawn.pixelColor(x, y) for x in range(16) for y in range(16)]
+        return max(pixel.lightness() for pixel in pixels if pixel.alpha() > 200)
+
+    assert lightest() < 100
+    set_role(button, "primary")
+    assert lightest() > 200
+    set_role(button, "")
+    assert lightest() < 100
 
 
 def test_the_first_paint_does_not_wait_for_numpy() -> None:

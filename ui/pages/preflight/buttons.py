@@ -6,7 +6,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.preflight.controller import PreflightController, Standing
 from ui.services.page import PageHeader
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, rename, set_role
 from ui.widgets.layouts import FlowRow
@@ -64,7 +64,5 @@ class PreflightButtons(QWidget):
         if main is self._main:
             return
         self._main = main
-        self.run.setIcon(icon(Icon.CHECKLIST, is_on_primary=main is self.run))
-        self.print.setIcon(icon(Icon.SAVE, is_on_primary=main is self.print))
         for button in (self.run, self.enable, self.print):
             set_role(button, "primary" if button is main else "")
