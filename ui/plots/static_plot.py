@@ -8,14 +8,13 @@ from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QFontMetricsF
 from PySide6.QtWidgets import QSizePolicy
 
+from ui.plots.axis import cached_axis
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Size, Space, Theme, current, font, scaled
 from ui.widgets.layouts import in_column
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _GAP_PX: Final = 4
-_MARGIN_PX: Final = 60
-"""Labels may be as far beyond the ends of an axis."""
 TickLabel = tuple[float, str]
 
 
@@ -64,12 +63,9 @@ class StaticPlot(PaintedWidget):
         view.disableAutoRange()
         view.sigResized.connect(self.fit_to_view)
         canvas.addItem(view, 0, 1)
-        self.axes = {side: pg.AxisItem(side, linkView=view) for side in ("left", "bottom")}
-        for side, place in (("left", (0, 0)), ("bottom", (1, 1))):
-            self.axes[side].setStyle(
-                tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False
-            )
-            canvas.addItem(self.axes[side], *place)
+        self.axes = {side: cached_axis(side, view) for side in ("left", "bottom")}
+        canvas.addItem(self.axes["left"], 0, 0)
+        canvas.addItem(self.axes["bottom"], 1, 1)
         self.column.insertWidget(self.head_rows, canvas, 1)
 
     def redraw(self) -> None:

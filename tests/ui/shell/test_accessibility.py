@@ -214,7 +214,7 @@ def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
         said["g"].add(gauge.accessibleName())
         said["r"].add(readout.accessibleName())
         said["c"].add(chip.accessibleName())
-    gauge.show_stale(45, "12 s ago")
+    gauge.show_tilt(45, stale_age="12 s ago")
     readout.show_stale("45", "12 s ago")
     chip.show_state("state 45", Icon.LOCK, stale_age="12 s ago")
     for widget in (gauge, readout, chip):

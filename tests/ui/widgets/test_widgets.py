@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 
 import pytest
 from PySide6.QtGui import QColor, QImage
@@ -101,9 +102,9 @@ def test_fresh_stale_and_unknown_differ_in_shape(one_theme: theme.Theme, qapp: Q
             (lambda: one.show_value("12")) if name == "readout" else (lambda: gauge.show_tilt(12))
         )
         show_stale: Callable[[], None] = (
-            (lambda: one.show_stale("12", "")) if name == "readout" else (lambda: gauge.show_stale(12, ""))
+            (lambda: one.show_stale("12", "")) if name == "readout" else (lambda: gauge.show_tilt(12, stale_age="1 s"))
         )
-        for show in (show_value, show_stale, one.show_unknown if name == "readout" else gauge.show_unknown):
+        for show in (show_value, show_stale, one.show_unknown if name == "readout" else partial(gauge.show_tilt, None)):
             show()
             ground = QColor(one_theme.window).lightness()
             image = picture(widget).convertToFormat(QImage.Format.Format_Grayscale8)
@@ -195,9 +196,9 @@ def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
     gauge.show_tilt(12)
     gauge.set_threshold(60, reset_deg=50)
     assert gauge.accessibleName() == "Tilt: 12°, 60° fires"
-    gauge.show_stale(12, "12 s ago")
+    gauge.show_tilt(12, stale_age="12 s ago")
     assert gauge.accessibleName() == "Tilt: 12°, 12 s ago, 60° fires"
-    gauge.show_unknown()
+    gauge.show_tilt(None)
     assert gauge.freshness is Freshness.UNKNOWN
     assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
 
@@ -237,12 +238,12 @@ def test_all_follow_theme_and_language(qapp: QApplication, qtbot: QtBot, monkeyp
     appearance.apply(qapp, DARK)
     assert picture(chip) != light
     appearance.apply(qapp, SUNLIGHT)
-    gauge = TiltGauge()
-    qtbot.addWidget(gauge)
-    english = picture(gauge)
+    readout = Readout("Tilt")
+    qtbot.addWidget(readout)
+    english = picture(readout)
     chinese = i18n._Language("zh_CN", {"unknown": "未知"})
     monkeypatch.setattr(i18n, "_current", chinese)
-    assert picture(gauge) != english
+    assert picture(readout) != english
 
 
 def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:

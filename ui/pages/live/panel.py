@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QFrame, QWidget
 
 from app.engine.device import DeviceView, Known
 from app.limits.out_of_limits import LimitsInUse, OutOfLimit, Outside, value_outside
-from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.link_states import Presence
@@ -24,7 +23,7 @@ from ui.style.painted_widget import Freshness, pen
 from ui.style.theme import Meaning, Size, Space, current
 from ui.widgets.controls import named
 from ui.widgets.layouts import FlowRow, in_column
-from ui.widgets.readout import Readout, StateChip
+from ui.widgets.readout import Readout, StateChip, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _COUNT_EVERY_S: Final = 0.5
@@ -108,7 +107,7 @@ class LivePanel(QFrame):
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         named(self, "live_panel", "card")
-        self.gauge = named(TiltGauge(is_compact=True), "live_gauge")
+        self.gauge = named(TiltGauge(), "live_gauge")
         self.tilt = named(Readout("", unit="°", template="00"), "live_tilt")
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
         self.light = named(LightReadout(), "live_light")
@@ -215,20 +214,17 @@ class LivePanel(QFrame):
     def _show_tilt(self, known: Known | None, now_s: float, limits: PanelLimits) -> None:
         self._show_tilt_limit(limits)
         if known is None:
-            self.gauge.show_unknown()
+            self.gauge.show_tilt(None)
             self.tilt.show_unknown()
             return
         tilt_deg, fires_deg = float(known.value), limits.fires_deg
-        if known.is_stale:
-            self.gauge.show_stale(tilt_deg, _age(known, now_s))
-        else:
-            self.gauge.show_tilt(tilt_deg)
+        self.gauge.show_tilt(tilt_deg, stale_age=age_of(known, now_s))
         is_over = fires_deg is not None and tilt_deg >= fires_deg
         note = tr(_OVER, value=f"{fires_deg:g}") if is_over else ""
         _show(self.tilt, known, now_s, 0, Meaning.DANGER if is_over else None, note)
 
     def _show_stream(self, device: DeviceView, now_s: float, reports_per_s: float, tilt: Known | None) -> None:
-        age = _age(tilt, now_s) if tilt is not None and tilt.is_stale else ""
+        age = "" if tilt is None else age_of(tilt, now_s)
         kind = device.is_streaming, device.presence, age
         if kind == self._stream_kind and now_s - self._counted_at < _COUNT_EVERY_S:
             return
@@ -336,10 +332,6 @@ def _show(
         return
     text = f"{float(known.value):.{decimals}f}"
     if known.is_stale:
-        readout.show_stale(text, _age(known, now_s))
+        readout.show_stale(text, age_of(known, now_s))
     else:
         readout.show_value(text, meaning=meaning, note=note)
-
-
-def _age(known: Known, now_s: float) -> str:
-    return tr("{time} ago", time=duration(now_s - known.at))
