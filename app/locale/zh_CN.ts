@@ -122,6 +122,10 @@
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
+        <source>A higher window also shows: {plots}</source>
+        <translation>窗口再高一些还会显示：{plots}</translation>
+    </message>
+    <message>
         <source>A jolt may fire it.</source>
         <translation>颠簸即可能触发。</translation>
     </message>
@@ -2364,10 +2368,6 @@
     <message>
         <source>No result: {why}.</source>
         <translation>无结果：{why}。</translation>
-    </message>
-    <message>
-        <source>No room for: {plots}</source>
-        <translation>窗口太低，未显示：{plots}</translation>
     </message>
     <message>
         <source>No serial port found. Plug the adapter in, or try another cable.</source>

@@ -53,7 +53,7 @@ class _Threshold(NamedTuple):
 class TiltGauge(PaintedWidget):
     """Unknown and without a threshold at first. Degrees outside 0 to 180 are drawn at the end of the scale."""
 
-    usual: ClassVar = QSize(96, 88)
+    usual: ClassVar = QSize(84, 76)
 
     def __init__(self) -> None:
         super().__init__()

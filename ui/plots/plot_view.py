@@ -226,7 +226,7 @@ class PlotView(_GraphicsView):
             lane.name_past(overlay)
         hidden = ", ".join(tr(lane.lane.title) for lane in self.all_lanes[len(self.lanes) :])
         if hidden:
-            note = Tag(tr("No room for: {plots}", plots=hidden), theme.muted)
+            note = Tag(tr("A higher window also shows: {plots}", plots=hidden), theme.muted)
             place = QPointF(boxes.left(), self.viewport().height() - overlay.size(note).height() - 2)
             overlay.put(note, place, is_above=True)
         if self.sight.cursor_s is not None:

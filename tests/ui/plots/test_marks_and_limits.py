@@ -178,7 +178,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
         assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
         hidden = ", ".join(title for title in weights if title not in seen[height])
-        notes = [tag.text for tag, _ in view.overlay.shown if tag.text.startswith("No room for")]
-        assert notes == ([f"No room for: {hidden}"] if hidden else [])
+        notes = [tag.text for tag, _ in view.overlay.shown if tag.text.startswith("A higher window")]
+        assert notes == ([f"A higher window also shows: {hidden}"] if hidden else [])
     assert seen[600] == list(weights)
     assert seen[240] == ["Tilt", "Acceleration"]
