@@ -22,7 +22,7 @@ from app.flight_logs.raw_log import (
     tilt_of_quaternion,
     tilt_of_roll_and_pitch,
 )
-from app.recordings.table import HEAD
+from app.recordings.excerpt import HEAD
 from app.text.messages import clean
 from app.text.user_error import UserError
 from protocol.translatable import marked

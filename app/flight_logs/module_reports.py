@@ -27,11 +27,10 @@ def read_session(path: Path) -> FlightLog:
                 np.array(excerpt.acceleration_g, np.float64),
                 tuple(marker.time_s for marker in excerpt.markers if marker.kind in STATE_LOST),
             )
-            is_damaged = recording.damage is not None
+            problems = [] if recording.damage is None else [recording.damage]
     except UserError as error:
         cause = error.__cause__
         raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
-    problems = [message(marked("A damaged part is left out."))] if is_damaged else []
     if entry.was_cut_off:
         problems.append(message(marked("cut off")))
     return flight_of_reports(str(path), LogFormat.RECORDING, reports, problems)

@@ -110,10 +110,6 @@
         <translation>线路不良会使数值缺失或错误。</translation>
     </message>
     <message>
-        <source>A damaged part is left out.</source>
-        <translation>忽略损坏部分。</translation>
-    </message>
-    <message>
         <source>A drifting sensor is loose or failing.</source>
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
@@ -2504,6 +2500,10 @@
     <message>
         <source>Not recorded</source>
         <translation>未记录</translation>
+    </message>
+    <message>
+        <source>Not recorded, the disk was too slow; reports and frames: {count}.</source>
+        <translation>磁盘过慢，未能录制的报告和帧：{count}。</translation>
     </message>
     <message>
         <source>Not recording to {folder}: {why}.</source>

@@ -1,12 +1,21 @@
-"""Excerpt of measured data between two times."""
+"""Excerpt of measured data between two times, and its CSV table."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recordings.markers import Marker
+from app.recordings.markers import Marker, MarkerKind
 from app.samples.ring_buffers import Seconds, Values
+
+HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
+ROWS_AT_ONCE: Final = 5000
+"""Rows per part, about 10 ms: how often a cancellation is checked."""
+_END: Final = "\r\n"
+_FLAGS: Final = ("false", "true")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,3 +47,93 @@ class Excerpt:
     def row_count(self) -> int:
         """Number of samples and markers."""
         return len(self.time_s) + len(self.cell_time_s) + len(self.light_time_s) + len(self.markers)
+
+
+def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
+    """Yields the table in UTF-8, in parts.
+
+    Status reports, cell voltage, light and events have rows of their own, in order of time; other cells are empty.
+    `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row.
+    """
+    yield f"{HEAD}{_END}".encode()
+    stamp = TimeCells(wall_offset_s, first_s=excerpt.first_s)
+    lines: list[str] = []
+    for line in _lines(excerpt, stamp):
+        lines.append(line)
+        if len(lines) == ROWS_AT_ONCE:
+            yield "".join(lines).encode()
+            lines.clear()
+    yield "".join(lines).encode()
+
+
+def part_count(excerpt: Excerpt) -> int:
+    """Number of parts of `csv_parts`."""
+    return excerpt.row_count // ROWS_AT_ONCE + 2
+
+
+def _lines(excerpt: Excerpt, stamp: "TimeCells") -> Iterator[str]:
+    others = sorted(_other_cells(excerpt))
+    places = np.searchsorted(excerpt.time_s, [at for at, _ in others], "right").tolist()
+    row = 0
+    for (at, cells), place in zip(others, places, strict=True):
+        yield from _status_lines(excerpt, stamp, row, place)
+        row = place
+        yield f"{stamp.at(at)},,,,,{cells}{_END}"
+    yield from _status_lines(excerpt, stamp, row, len(excerpt.time_s))
+
+
+def _status_lines(excerpt: Excerpt, stamp: "TimeCells", start: int, stop: int) -> Iterator[str]:
+    for first in range(start, stop, ROWS_AT_ONCE):
+        part = slice(first, min(stop, first + ROWS_AT_ONCE))
+        columns = zip(
+            excerpt.time_s[part].tolist(),
+            excerpt.tilt_deg[part].tolist(),
+            excerpt.acceleration_g[part].tolist(),
+            excerpt.is_triggered[part].tolist(),
+            excerpt.is_active[part].tolist(),
+            strict=True,
+        )
+        for at, tilt, acceleration, is_triggered, is_active in columns:
+            yield f"{stamp.at(at)},{tilt:g},{acceleration:.1f},{_FLAGS[is_triggered]},{_FLAGS[is_active]},,,{_END}"
+
+
+def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
+    """Time and last three cells of the rows without status report."""
+    for at, volts in zip(excerpt.cell_time_s.tolist(), excerpt.cell_voltage_v.tolist(), strict=True):
+        yield at, f"{volts:.2f},,"
+    for at, volts in zip(excerpt.light_time_s.tolist(), excerpt.light_v.tolist(), strict=True):
+        yield at, f",{volts:.1f},"
+    for marker in excerpt.markers:
+        yield marker.time_s, f",,{_quoted(event_text(marker))}"
+
+
+def event_text(marker: Marker) -> str:
+    """ "connected: /dev/ttyUSB0"; in English, as in all files."""
+    names_port = marker.kind in (MarkerKind.CONNECTED, MarkerKind.RECONNECTED, MarkerKind.PORT_LOST)
+    if not names_port or not marker.port:
+        return marker.kind.value
+    simulated = " (simulated)" if marker.port.startswith("sim:") else ""
+    return f"{marker.kind.value}: {marker.port}{simulated}"
+
+
+def _quoted(text: str) -> str:
+    if any(one in text for one in ',"\r\n'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
+
+
+class TimeCells:
+    """Formats the first two cells of a row to the millisecond: UTC as spreadsheets take it, and seconds since the first
+    row. Fast for ascending times."""
+
+    def __init__(self, wall_offset_s: float, *, first_s: float = 0.0) -> None:
+        self._offset_s = wall_offset_s
+        self._first_s = first_s
+        self._second: int | None = None
+        self._head = ""
+
+    def at(self, time_s: float) -> str:
+        second, millisecond = divmod(round((time_s + self._offset_s) * 1000), 1000)
+        if second != self._second:
+            self._second, self._head = second, f"{datetime.fromtimestamp(second, UTC):%Y-%m-%d %H:%M:%S}"
+        return f"{self._head}.{millisecond:03d},{time_s - self._first_s:.3f}"

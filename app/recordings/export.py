@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 
+from app.recordings.excerpt import csv_parts, part_count
 from app.recordings.library import RecordingEntry, part_path
 from app.recordings.recording import Recording
-from app.recordings.table import csv_parts, part_count
 from app.system.files import whole_file
 from app.text.i18n import tr
 from app.text.sentences import not_written

@@ -1,7 +1,7 @@
 """Records the current session in a background thread.
 
-`on_batch` only puts a batch into a bounded queue, so a slow, full or missing disk never delays the link. What does not
-fit is counted and noted in the recording.
+`on_batch` only adds a batch to a bounded list, so a slow, full or missing disk never delays the link. What does not fit
+is counted and noted in the recording.
 """
 
 import errno
@@ -12,7 +12,9 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from app import version
 from app.engine.device import Sleep
@@ -26,14 +28,12 @@ from app.recordings.library import (
     stopped_message,
 )
 from app.recordings.markers import Marker, MarkerTracker
-from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, RecorderQueue, Settle
 from app.recordings.session_format import Opening
 from app.recordings.writer import SessionWriter
 from app.stations.station import find_station, fingerprint_of
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
 
-__all__ = ["Heading", "Recorder"]
 _log = logging.getLogger(__name__)
 
 FLUSH_EVERY_S = 0.5
@@ -43,10 +43,26 @@ DISK_CHECK_EVERY_S = 10.0
 RESERVE_BYTES = 256 * 1024**2
 """Disk space that is left free."""
 MAX_WAITING = 200_000
-"""Status reports and events in the queue; more than a minute at full line rate."""
+"""Status reports and events that wait for the thread; more than a minute at full line rate."""
 MAX_PART_S = 24 * 3600.0
 CLOCK_JUMP_S = 2.0
 """Change of the wall clock after which a new session begins, with the right time."""
+
+
+class Heading(NamedTuple):
+    """What is known when a session begins."""
+
+    port: str
+    baud_rate: int
+    module: str = ""
+
+
+class _Session(NamedTuple):
+    """`number` counts the sessions, to tell a failure of this one from one of an earlier session."""
+
+    heading: Heading
+    at: float
+    number: int
 
 
 class Recorder:
@@ -66,17 +82,24 @@ class Recorder:
     ) -> None:
         self.library = library
         self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
-        self._queue = RecorderQueue(max_waiting)
-        self._lock = threading.Lock()
-        # Under the lock:
-        self._dropped = 0
+        self._max_waiting = max_waiting
+        self._came = threading.Condition()
+        # Under the condition:
+        self._acts: list[Callable[[], None]] = []
+        """What the thread does next."""
+        self._is_urgent = False
+        """One of them does not wait for the next flush."""
+        self._waiting = self._dropped = self._lost = 0
+        """Status reports and events that wait; that were dropped in this session; of those, not noted in it yet."""
+        self._latest: Batch | None = None
+        """The state after what was dropped."""
         self._is_wanted = False
         self._is_stopped = False
         self._begun = 0
         self._error: Exception | None = None
         # Of the thread:
         self._thread: threading.Thread | None = None
-        self._heading: Begin | None = None
+        self._session: _Session | None = None
         self._parts: list[SessionWriter] = []
         """Of the session, oldest first; the last one is open."""
         self._tracker = MarkerTracker()
@@ -90,55 +113,78 @@ class Recorder:
 
     def begin(self, heading: Heading) -> None:
         """Starts recording; ends the current recording."""
-        with self._lock:
+        with self._came:
             if self._is_stopped:
                 return
             self._is_wanted, self._error, self._dropped = True, None, 0
             self._begun += 1
-            self._queue.put(Begin(heading, self._clock(), self._begun))
+            self._put(partial(self._begin, _Session(heading, self._clock(), self._begun)))
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
                 self._thread.start()
 
     def on_batch(self, batch: Batch) -> None:
         """Records this batch, if a recording was begun."""
-        with self._lock:
-            if self._is_wanted:
-                self._dropped += self._queue.offer(batch)
+        count = len(batch.samples) + len(batch.events)
+        with self._came:
+            if not self._is_wanted:
+                return
+            if self._waiting + count + 1 > self._max_waiting:
+                self._latest = replace(batch, samples=(), events=(), finished=())
+                self._dropped += count
+                self._lost += count
+                return
+            self._make_up()
+            self._acts.append(partial(self._record, batch))
+            self._waiting += count + 1
 
     def name_module(self, module: str) -> None:
         """Sets the module's name of this session."""
-        with self._lock:
+        with self._came:
             if self._is_wanted:
-                self._queue.put(Name(module))
+                self._put(partial(self._name, module))
 
     def end(self) -> None:
         """Closes the recording. Idempotent."""
-        with self._lock:
+        with self._came:
             if self._is_wanted:
                 self._is_wanted = False
-                self._queue.put(End())
+                self._put(self._end)
 
     def settle(self, deadline_s: float) -> bool:
         """Waits until everything before is on disk or given up; False on timeout."""
-        order = Settle(threading.Event())
-        with self._lock:
+        done = threading.Event()
+        with self._came:
             if self._thread is None or self._is_stopped:
                 return True
-            self._queue.put(order)
-        return order.done.wait(deadline_s)
+            self._put(self._flush)
+            self._put(done.set)
+        return done.wait(deadline_s)
 
     def stop(self, deadline_s: float = 0.4) -> bool:
         """Closes the recording and ends the thread; False on timeout. Idempotent."""
-        with self._lock:
+        with self._came:
             thread = self._thread
             if not self._is_stopped:
                 self._is_wanted, self._is_stopped = False, True
-                self._queue.put(End(is_stop=True))
+                self._put(self._end)
         if thread is None:
             return True
         thread.join(deadline_s)
         return not thread.is_alive()
+
+    def _put(self, act: Callable[[], None]) -> None:
+        """Under the condition: to be done at once. Always fits."""
+        self._make_up()
+        self._acts.append(act)
+        self._is_urgent = True
+        self._came.notify_all()
+
+    def _make_up(self) -> None:
+        """Under the condition: notes what was dropped, and the state after it."""
+        if self._latest is not None:
+            self._acts += (partial(self._note_missing, self._lost), partial(self._record, self._latest))
+            self._latest, self._lost = None, 0
 
     @property
     def is_recording(self) -> bool:
@@ -166,52 +212,45 @@ class Recorder:
     def _work(self) -> None:
         is_stopping = False
         while not is_stopping:
-            orders = self._queue.pop_all(None if self._heading is None else FLUSH_EVERY_S)
-            for order in orders:
-                is_stopping |= isinstance(order, End) and order.is_stop
-                if isinstance(order, Begin):
-                    self._guarded(self._close)
-                self._guarded(self._process, order)
+            with self._came:
+                self._came.wait_for(lambda: self._is_urgent, None if self._session is None else FLUSH_EVERY_S)
+                acts, self._acts = self._acts, []
+                self._waiting, self._is_urgent = 0, False
+                is_stopping = self._is_stopped
+            for act in acts:
+                self._guarded(act)
             self._guarded(self._maintain)
-            for order in orders:
-                if isinstance(order, Settle):
-                    order.done.set()
 
-    def _guarded(self, act: Callable[..., None], *args: Order) -> None:
+    def _guarded(self, act: Callable[[], None]) -> None:
         """An error ends the recording, and nothing else."""
         try:
-            act(*args)
+            act()
         except Exception as error:  # noqa: BLE001  the program goes on without a recording
             if not isinstance(error, OSError):
                 _log.exception("The recorder met an error it did not expect")
             _log.warning("The session is no longer recorded: %s", error)
-            heading, self._heading = self._heading, None
-            with self._lock:
-                if heading is not None and heading.number == self._begun:
+            session, self._session = self._session, None
+            with self._came:
+                if session is not None and session.number == self._begun:
                     self._is_wanted, self._error = False, error
             self._release()
 
-    def _process(self, order: Order) -> None:
-        match order:
-            case Batch():
-                self._record(order)
-            case Begin():
-                self._heading, self._sleep = order, None
-                self._tracker, self._pending = MarkerTracker(), []
-            case Name(module):
-                self._name(module)
-            case Lost(count):
-                if self._writer is not None:
-                    self._writer.note(self._clock(), "missing", count=count)
-            case End():
-                self._close()
-                self._heading = None
-            case Settle():
-                self._flush()
+    def _begin(self, session: _Session) -> None:
+        self._guarded(self._close)
+        self._session, self._sleep = session, None
+        self._tracker, self._pending = MarkerTracker(), []
+
+    def _note_missing(self, count: int) -> None:
+        if self._writer is not None:
+            self._writer.note(self._clock(), "missing", count=count)
+
+    def _end(self) -> None:
+        self._close()
+        self._session = None
 
     def _record(self, batch: Batch) -> None:
-        heading = self._heading
-        if heading is None:
+        session = self._session
+        if session is None:
             return
         sleep = batch.device.last_sleep
         if sleep is not None and sleep != self._sleep and self._writer is not None:
@@ -224,7 +263,7 @@ class Recorder:
             if not firsts:
                 self._pending = markers
                 return
-            self._open(heading.heading, min(heading.at, *firsts, *(one.time_s for one in markers)))
+            self._open(session.heading, min(session.at, *firsts, *(one.time_s for one in markers)))
         if self._writer is not None:
             self._writer.put(batch, markers, self._tracker.limits)
 
@@ -253,8 +292,8 @@ class Recorder:
         self._refresh_entry()
 
     def _name(self, module: str) -> None:
-        if self._heading is not None:
-            self._heading = self._heading._replace(heading=self._heading.heading._replace(module=module))
+        if self._session is not None:
+            self._session = self._session._replace(heading=self._session.heading._replace(module=module))
         if self._writer is not None:
             self._writer.name_module(module)
             self._refresh_entry()
@@ -262,7 +301,7 @@ class Recorder:
     def _maintain(self) -> None:
         """Flushes, syncs, checks the disk, and begins a new part where one is due."""
         writer, now = self._writer, self._clock()
-        if writer is None or self._heading is None:
+        if writer is None or self._session is None:
             return
         self._flush()
         if now - self._synced_at >= SYNC_EVERY_S:
@@ -280,8 +319,8 @@ class Recorder:
     def _end_session(self, at: float) -> None:
         """The next one begins with the next byte, not before `at`."""
         self._close()
-        if self._heading is not None:
-            self._heading = self._heading._replace(at=at)
+        if self._session is not None:
+            self._session = self._session._replace(at=at)
 
     def _next_part(self, now: float) -> None:
         """The session goes on in another file; both are one recording."""

@@ -1,6 +1,5 @@
 """Opens a recording for reading: all parts of a session as one."""
 
-import math
 from collections.abc import Iterable, Iterator
 from datetime import datetime
 from types import TracebackType
@@ -10,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.captures.entries import CaptureEntry
-from app.recordings.columns import RecordedSeries, beginnings
 from app.recordings.excerpt import Excerpt
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimits
@@ -26,15 +24,17 @@ from app.recordings.session_format import (
     line_part,
 )
 from app.recordings.session_reader import FileMessage, MissingSpan, SessionFile, read_blocks
+from app.samples.ring_buffers import RecordedSeries, bucket_firsts
 from app.samples.step_function import StepFunction
 from app.system.gil_yield import GilYield
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
 _MAX_LIMITS = 1_000_000
 _MAX_EXPECTED = 1 << 25
 """Rows that are believed to come before they do."""
+_LARGEST = 1e9
 _KINDS = (np.float64, np.float32, np.float32, np.uint8)
 """Of times, tilt, acceleration and flags."""
 
@@ -110,20 +110,20 @@ class Recording:
             markers=tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s),
         )
 
-    def traffic(self) -> Iterator[CaptureEntry]:
-        """Yields the bytes on the line in order, read again; times count from `opening.start_s`. Raises OSError."""
-        yield from traffic_of(self.entry)
-
     @property
     def damage(self) -> UserMessage | None:
-        """What is missing as damaged or altered; None for an undamaged recording."""
-        if not self.damaged:
-            return None
-        first, last = (
-            f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
-            for at_s in (self.damaged[0][0], self.damaged[-1][1])
-        )
-        return message(marked("Damaged or altered; left out: {first} – {last}."), first=first, last=last)
+        """What is missing: damaged or altered, or never written; None for a whole recording."""
+        missing = []
+        if self.damaged:
+            first, last = (
+                f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
+                for at_s in (self.damaged[0][0], self.damaged[-1][1])
+            )
+            missing.append(message(marked("Damaged or altered; left out: {first} – {last}."), first=first, last=last))
+        if self.missing_count:
+            text = marked("Not recorded, the disk was too slow; reports and frames: {count}.")
+            missing.append(message(text, count=f"{self.missing_count:,}"))
+        return joined(missing, " ") if missing else None
 
     def close(self) -> None:
         """Releases the columns. Series and excerpts taken before still hold them."""
@@ -166,9 +166,9 @@ class Recording:
 
     def _join(self) -> None:
         self._times, self._tilt, self._acceleration, self._flags = self._columns.whole()
-        status = beginnings(self._times)  # values that were a byte are finite
-        self.tilt = RecordedSeries(self._times, self._tilt, status.firsts)
-        self.acceleration = RecordedSeries(self._times, self._acceleration, status.firsts)
+        firsts = bucket_firsts(self._times)
+        self.tilt = RecordedSeries(self._times, self._tilt, firsts)
+        self.acceleration = RecordedSeries(self._times, self._acceleration, firsts)
         self.cell, self.light = (_series(self._polled[key]) for key in ("cell_voltage_v", "light_v"))
 
     def _keep_limits(self) -> None:
@@ -253,16 +253,10 @@ def _mono(file: SessionFile, wall_ns: int) -> float:
 def _series(polled: list[tuple[float, float]]) -> RecordedSeries:
     times, values = np.array(polled, np.float64).reshape(-1, 2).T
     times = np.maximum.accumulate(times)
-    column = values.astype(np.float32)
-    return RecordedSeries(times, column, beginnings(times, column).firsts)
+    return RecordedSeries(times, values.astype(np.float32), bucket_firsts(times))
 
 
 def _number(value: object) -> float | None:
-    """A finite number, else None."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return None
-    try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) else None
+    """A number that a reading or a limit can be, else None."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
+    return float(value) if is_number else None  # type: ignore[arg-type]

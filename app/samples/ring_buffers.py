@@ -329,3 +329,36 @@ def buckets_of(times: Seconds, values: Values, firsts: NDArray[np.intp]) -> Enve
         np.minimum.reduceat(values, firsts),
         np.maximum.reduceat(values, firsts),
     )
+
+
+_ROWS_AT_ONCE = 1 << 19
+"""Bounds the memory of `bucket_firsts` to a few megabytes."""
+
+
+def bucket_firsts(times: Seconds) -> NDArray[np.intp]:
+    """First rows of the buckets of `SUMMARY_S`; `times` ascend and are finite."""
+    firsts, last = [np.empty(0, np.intp)], -math.inf
+    for row in range(0, len(times), _ROWS_AT_ONCE):
+        numbers = np.floor(times[row : row + _ROWS_AT_ONCE] / SUMMARY_S)
+        firsts.append(np.flatnonzero(np.diff(numbers, prepend=last)) + row)
+        last = numbers[-1]
+    return np.concatenate(firsts)
+
+
+class RecordedSeries(Readable):
+    """A measured value that is known whole. `firsts`: `bucket_firsts` of the times."""
+
+    def __init__(self, times: Seconds, values: Values, firsts: NDArray[np.intp]) -> None:
+        self._time_column, self._value_column = times, values
+        self._summary = buckets_of(times, values, firsts)
+
+    @property
+    def _times(self) -> Seconds:
+        return self._time_column
+
+    @property
+    def _values(self) -> Values:
+        return self._value_column
+
+    def _summary_columns(self) -> Envelope:
+        return self._summary

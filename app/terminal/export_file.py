@@ -28,7 +28,7 @@ def export_path(text: str) -> Path:
 
 def refuse_unwritable(path: Path, *, appends: bool, replaces: bool) -> None:
     """Checks the file before anything is recorded. Raises `Refused`."""
-    from app.recordings.table import HEAD
+    from app.recordings.excerpt import HEAD
 
     if path == STANDARD_OUTPUT:
         return
@@ -78,7 +78,7 @@ def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> boo
 
 def _write_csv(recording: "Recording", *, has_head: bool) -> int:
     """Write the table to standard output; returns the number of rows."""
-    from app.recordings.table import csv_parts
+    from app.recordings.excerpt import csv_parts
 
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     for number, part in enumerate(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)):

@@ -12,9 +12,8 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from app import version
-from app.recordings.excerpt import Excerpt
+from app.recordings.excerpt import Excerpt, csv_parts, part_count
 from app.recordings.export import ExportCancelled, not_saved_text, write_parts
-from app.recordings.table import csv_parts, part_count
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from app.recordings.library import entry_of
 from app.recordings.markers import MarkerKind
-from app.recordings.recording import Recording
+from app.recordings.recording import Recording, traffic_of
 from app.recordings.reports import ReportFinder
 from app.recordings.session_format import LinePart, line_messages, line_part
 from app.text.user_error import UserError
@@ -50,7 +50,7 @@ def changed(whole: Whole, folder: Path, raw: bytes) -> Iterator[Recording | None
     known = dict(zip(whole.times, whole.tilts, strict=True))
     window = recording.tilt.window(0.0, 1e9)
     assert all(known[at] == tilt for at, tilt in zip(window.time_s.tolist(), window.value.tolist(), strict=True))
-    sent = b"".join(entry.raw for entry in recording.traffic())
+    sent = b"".join(entry.raw for entry in traffic_of(recording.entry))
     assert len(sent) == 8 * len(window.time_s)
     with recording:
         yield recording

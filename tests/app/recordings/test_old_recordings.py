@@ -11,6 +11,7 @@ from app.captures.entries import Way
 from app.recordings.library import RecordingLibrary, recordings_folder
 from app.recordings.markers import MarkerKind
 from app.recordings.old_recordings import convert, convert_in, entries_in, old_recordings
+from app.recordings.recording import traffic_of
 from app.text.user_error import UserError
 from protocol.frame import Frame
 from tests.support.cli_line import Printed
@@ -48,7 +49,7 @@ def test_every_sample_and_every_byte_is_converted(library: Path, name: str) -> N
         assert len(columns["status.time_s.f8"]) > 30
         assert excerpt.is_active[: len(flags)].tolist() == (flags & 1 != 0).tolist()
         assert excerpt.is_triggered[: len(flags)].tolist() == (flags & 2 != 0).tolist()
-        found_traffic = list(recording.traffic())
+        found_traffic = list(traffic_of(recording.entry))
         assert [(entry.way, entry.raw) for entry in found_traffic] == [(entry.way, entry.raw) for entry in traffic]
         assert [entry.at_s for entry in found_traffic] == pytest.approx([entry.at_s for entry in traffic], abs=2e-6)
         assert [mark.kind for mark in recording.markers] == [
@@ -69,7 +70,7 @@ def test_a_capture_is_converted(library: Path) -> None:
     with opened(library / "session.mcap") as recording:
         assert f"# port: {recording.opening.port}" in lines
         assert f"# started: {recording.opening.started_at.isoformat()}" in lines
-        traffic = list(recording.traffic())
+        traffic = list(traffic_of(recording.entry))
         assert [(entry.way, entry.raw) for entry in traffic] == [(entry.way, entry.raw) for entry in expected]
         assert [entry.at_s for entry in traffic] == pytest.approx([entry.at_s for entry in expected], abs=2e-6)
         pieces = (row.piece for row in explained(expected) if row.way is Way.IN)
@@ -90,7 +91,7 @@ def test_an_mcap_export_is_converted_with_all_that_it_holds(library: Path) -> No
             first, second = (getattr(one.excerpt(one.start_s, one.end_s), name) for one in (export, folder))
             assert first == pytest.approx(second - since_s if name == "time_s" else second, abs=2e-6), name
         assert [mark.kind for mark in export.markers] == [mark.kind for mark in folder.markers]
-        assert [one.raw for one in export.traffic()] == [one.raw for one in folder.traffic()]
+        assert [one.raw for one in traffic_of(export.entry)] == [one.raw for one in traffic_of(folder.entry)]
         assert [limits.fires_deg for _, limits in export.limits] == [limits.fires_deg for _, limits in folder.limits]
         assert not export.entry.was_cut_off
     (library / "broken.mcap").write_bytes(path.read_bytes()[:3000])

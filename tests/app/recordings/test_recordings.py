@@ -16,11 +16,11 @@ from app.captures.entries import Way
 from app.engine.device import How, Known
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState, Worker
-from app.recordings.columns import RecordedSeries, beginnings
 from app.recordings.markers import MarkerKind
 from app.recordings.recorder import Heading
+from app.recordings.recording import traffic_of
 from app.recordings.session_format import CHANNELS, Opening, opening_of, with_checksum
-from app.samples.ring_buffers import Series
+from app.samples.ring_buffers import RecordedSeries, Series, bucket_firsts
 from app.simulator import bench as simulated
 from app.stations.station import fingerprint_of, own_station
 from app.text.user_error import UserError
@@ -63,7 +63,7 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
         assert excerpt.cell_time_s.tolist() == [1000.0, 1001.0, 1002.0]
         assert excerpt.cell_voltage_v.tolist() == pytest.approx([3.0, 3.01, 3.02])
         assert excerpt.light_v.tolist() == pytest.approx([1.0, 1.1, 1.2])
-        traffic = list(recording.traffic())
+        traffic = list(traffic_of(recording.entry))
     bytes_of = directions([(one.way, one.raw) for one in traffic])
     assert bytes_of[Way.OUT] == asked(1000.0).raw
     frames = [one.frame.raw for each in batches[1:] for one in each.events]  # type: ignore[union-attr]
@@ -211,27 +211,12 @@ def test_a_recording_is_drawn_exactly_as_on_the_live_page(
     values = np.array([value for _, value in steps], np.float32)
     live = Series()
     live.append(times, values)
-    found = RecordedSeries(times, values, beginnings(times, values).firsts)
+    found = RecordedSeries(times, values, bucket_firsts(times))
     assert (len(found), found.last, found.exact_since_s) == (len(live), live.last, live.exact_since_s)
     expected = live.decimated(start_s, start_s + length_s, buckets)
     drawn = found.decimated(start_s, start_s + length_s, buckets)
     assert [column.tolist() for column in drawn] == [column.tolist() for column in expected]
     assert found.around(start_s, within_s=2.0) == live.around(start_s, within_s=2.0)
-
-
-@pytest.mark.parametrize(
-    ("times", "values", "rows"),
-    [
-        ([1.0, 2.0, 1.5, 3.0], [0, 0, 0, 0], 2),
-        ([1.0, np.nan, 2.0], [0, 0, 0], 1),
-        ([np.inf, 2.0], [0, 0], 0),
-        ([1.0, 2.0, 3.0], [0, 0, np.nan], 2),
-        ([1.0, 2.0, 0.0, 0.0], [0, 0, 0, 0], 2),
-        ([], [], 0),
-    ],
-)
-def test_an_invalid_row_ends_a_table(times: list[float], values: list[float], rows: int) -> None:
-    assert beginnings(np.array(times, float), np.array(values, np.float32)).rows == rows
 
 
 def test_a_million_reports_are_opened_whole(tmp_path: Path) -> None:
@@ -330,7 +315,7 @@ def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
             events = [event for one in heard.all for event in one.events]
             # The stream was running when the port was opened: it may begin with half a frame, which is rejected.
             came = [one.frame if isinstance(one, Received) else one.noise for one in events if isinstance(one, INWARDS)]
-            found = directions([(one.way, one.raw) for one in recording.traffic()])
+            found = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])
             assert found[Way.IN] == b"".join(one.raw for one in came)
             assert found[Way.OUT] == b"".join(one.raw for one in events if isinstance(one, Sent))
             assert recording.entry.is_simulated
@@ -343,7 +328,7 @@ def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
     found: dict[str, object] = {}
     exec(code.replace("20261121T014905Z-3f9a1c.mcap", path.as_posix()), found)
     with opened(path) as recording:
-        traffic = list(recording.traffic())
+        traffic = list(traffic_of(recording.entry))
         assert found["received"] == [
             (pytest.approx(recording.opening.started_at.timestamp() + one.at_s, abs=1e-6), one.raw)
             for one in traffic if one.way is Way.IN

@@ -173,6 +173,8 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
         with opened(bench.path) as recording:
             assert len(recording.tilt) == 101
             assert recording.missing_count == 1800
+            assert recording.damage is not None
+            assert recording.damage.in_english().endswith("the disk was too slow; reports and frames: 1,800.")
             assert not recording.entry.was_cut_off
 
 

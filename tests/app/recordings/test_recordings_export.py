@@ -14,10 +14,10 @@ import pytest
 from mcap.reader import make_reader
 
 from app.engine.transport import PortError, PortTrouble
+from app.recordings.excerpt import HEAD
 from app.recordings.export import ExportCancelled, export_csv, export_session
 from app.recordings.recording import Recording
 from app.recordings.session_format import CHANNELS
-from app.recordings.table import HEAD
 from protocol.catalogue import BY_NAME
 from protocol.events import Sent
 from tests.support.records.recordings_made import (

@@ -13,6 +13,7 @@ from app.recordings import library as library_module
 from app.recordings import writer as writer_module
 from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import DISK_CHECK_EVERY_S, MAX_PART_S, SYNC_EVERY_S, Recorder
+from app.recordings.recording import traffic_of
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import (
     HEADING,
@@ -44,7 +45,7 @@ def test_a_long_session_continues_in_further_parts(tmp_path: Path) -> None:
         with opened(entry.path) as recording:
             times = recording.tilt.window(0, 1e9).time_s.tolist()
             assert times == [sample.at for one in batches for sample in one.samples]
-            assert sum(len(piece.raw) for piece in recording.traffic()) == 8 * len(times)
+            assert sum(len(piece.raw) for piece in traffic_of(recording.entry)) == 8 * len(times)
             assert recording.cell.window(0, 1e9).time_s.tolist() == np.arange(1000.0, 1060.0).tolist()
             assert {limit.limits.fires_deg for limit in recording.limits} == {60.0}
             assert len(recording.markers) == 1
@@ -202,6 +203,6 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
         bench.feed(*(batch(one.at, one) for one in samples))
         bench.finish()
         with opened(bench.path) as recording:
-            traffic = list(recording.traffic())
+            traffic = list(traffic_of(recording.entry))
         assert b"".join(one.raw for one in traffic) == b"".join(received(one).frame.raw for one in samples)
         assert len(traffic) == 15

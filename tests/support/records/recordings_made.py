@@ -15,7 +15,7 @@ from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Heading, Recorder
-from app.recordings.recording import Recording, open_recording
+from app.recordings.recording import Recording, open_recording, traffic_of
 from app.recordings.session_format import Opening
 from app.recordings.writer import write_session
 from protocol.catalogue import STATUS
@@ -208,5 +208,5 @@ class Whole(NamedTuple):
 def whole_of(path: Path) -> Whole:
     with opened(path) as recording:
         window = recording.tilt.window(0.0, 1e9)
-        raw = directions([(one.way, one.raw) for one in recording.traffic()])[Way.IN]
+        raw = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])[Way.IN]
         return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)

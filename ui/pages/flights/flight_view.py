@@ -16,8 +16,8 @@ from app.flight_analysis.flight_set import FlightOutcome
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import FlightLog, Floats
 from app.flight_logs.read_log import read_flight_log
-from app.recordings.columns import RecordedSeries, beginnings
 from app.recordings.export import not_saved_text, write_parts
+from app.samples.ring_buffers import RecordedSeries, bucket_firsts
 from app.samples.step_function import StepFunction
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.i18n import tr
@@ -247,7 +247,7 @@ def _moment(outcome: FlightOutcome) -> float | None:
 def _series(time_s: Floats, values: Floats) -> RecordedSeries:
     is_known = np.isfinite(values)
     times, known = time_s[is_known], values[is_known].astype(np.float32)
-    return RecordedSeries(times, known, beginnings(times, known).firsts)
+    return RecordedSeries(times, known, bucket_firsts(times))
 
 
 def _standing(start_s: float, value: float) -> StepFunction:

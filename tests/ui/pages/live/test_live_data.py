@@ -16,9 +16,9 @@ from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.limits.out_of_limits import LimitsInUse
+from app.recordings.excerpt import HEAD, TimeCells, csv_parts, part_count
 from app.recordings.export import ExportCancelled, write_parts
 from app.recordings.markers import Marker, MarkerKind
-from app.recordings.table import HEAD, TimeCells, csv_parts, part_count
 from protocol.events import Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence

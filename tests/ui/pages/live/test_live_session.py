@@ -18,6 +18,7 @@ from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.stream import StreamSwitch
+from app.recordings.recording import traffic_of
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, report
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
@@ -263,7 +264,7 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
             found = recording.excerpt(recording.start_s, recording.end_s)
             assert found.time_s.tolist() == pytest.approx([one.at for one in taken], abs=1e-6)
             assert found.tilt_deg.tolist() == [one.tilt_deg for one in taken]
-            assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in recording.traffic()}
+            assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in traffic_of(recording.entry)}
 
 
 def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
