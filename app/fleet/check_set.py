@@ -10,8 +10,7 @@ from pathlib import Path
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
-from app.records.record_files import carried_in_pdf
-from app.records.report_files import Printer, check_target, suggested_name, write_report
+from app.records.report_files import Printer, carried_in_pdf, check_target, suggested_name, write_report
 from app.records.report_html import VERDICT_STYLES
 from app.system.files import write_whole
 from app.text.i18n import tr

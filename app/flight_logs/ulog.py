@@ -1,16 +1,183 @@
-"""Reads PX4's ULog: attitude, acceleration of every sensor, altitude, arming, landing, modes."""
+"""Reads PX4's ULog, versions 0 and 1: attitude, acceleration of every sensor, altitude, arming, landing, modes.
 
+https://docs.px4.io/main/en/dev_log/ulog_file_format.html
+
+Finds the samples of the wanted topics. Read without pyulog, which a file of 113 bytes keeps busy without end: see
+docs/flight-logs.md.
+"""
+
+import re
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, LogFormat, ModeChange
+from app.flight_logs.flight_log import Floats, LogFormat, ModeChange, unreadable
 from app.flight_logs.raw_log import MAX_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
-from app.flight_logs.records import read_bytes
-from app.flight_logs.ulog_file import UlogFile, UlogTopic
+from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable, read_bytes
 from app.text.messages import message
 from protocol.translatable import marked
+
+MAGIC: Final = b"ULog\x01\x12\x35"
+_HEADER_BYTES: Final = 16
+_SYNC: Final = b"\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"
+_KINDS: Final = frozenset(b"BFIMPQARDLCSO")
+_DEFINITIONS: Final = frozenset(b"BFIMPQ")
+_SAMPLE: Final = ord("D")
+_TYPES: Final[Mapping[str, str]] = {
+    "int8_t": "<i1", "uint8_t": "<u1", "bool": "<u1", "char": "<u1",
+    "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
+    "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8",
+}  # fmt: skip
+_FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
+_APPENDED: Final = 0x01
+"""Incompatible flag of appended data, the only one that is supported."""
+MAX_TOPICS: Final = 1000
+_DEEPEST: Final = 8
+_LARGEST: Final = 0xFFFF
+_ID_BYTES: Final = 2
+_RECORD_HEAD: Final = 3
+
+
+@dataclass(slots=True)
+class UlogTopic(RecordTable):
+    """One instance of a topic. Elements of arrays are fields such as `q[0]`."""
+
+    instance: int = 0
+    size: int = 0
+    """Bytes of a sample."""
+    least_size: int = 0
+    """Without the padding at the end, which is not written."""
+
+
+class _Layout(NamedTuple):
+    """See `UlogTopic`."""
+
+    fields: Mapping[str, RecordField]
+    size: int
+    least_size: int
+
+
+class UlogFile:
+    """`topics` has the topics of `wanted` in the file. Raises `UserError`."""
+
+    def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
+        if not data.startswith(MAGIC) or len(data) < _HEADER_BYTES:
+            raise unreadable(marked("unknown kind of file"))
+        self._data = data
+        self._wanted = wanted
+        self._formats: dict[str, str] = {}
+        self._subscribed: dict[int, UlogTopic] = {}
+        self._layouts: dict[str, _Layout | None] = {}
+        self._appended: tuple[int, ...] = ()
+        self._damages = 0
+        self.topics: list[UlogTopic] = []
+        self.skipped_bytes = 0
+        """Bytes that are not records: damage."""
+        self.dropout_s = 0.0
+        """Time that the flight controller reports as not logged."""
+        self._walk_all()
+
+    def _walk_all(self) -> None:
+        place = self._walk(_HEADER_BYTES, len(self._data), is_head=True)
+        bounds = [one for one in self._appended if place <= one < len(self._data)]
+        for start, stop in zip([place, *bounds], [*bounds, len(self._data)], strict=True):
+            self._walk(start, stop)
+
+    def _walk(self, place: int, stop: int, *, is_head: bool = False) -> int:
+        """Reads the records; the head ends with the first that is not a definition."""
+        data, subscribed = self._data, self._subscribed
+        head = struct.Struct("<HBH").unpack_from
+        for _ in range(MAX_WALKED):
+            if place + _RECORD_HEAD + _ID_BYTES > stop or self._damages > MAX_DAMAGES:
+                break
+            size, kind, number = head(data, place)
+            end = place + _RECORD_HEAD + size
+            is_record = kind in _KINDS and end <= stop
+            if is_head and not (is_record and kind in _DEFINITIONS):
+                break
+            topic = subscribed.get(number) if kind == _SAMPLE and is_record else None
+            if not is_record or (topic is not None and not topic.least_size <= size - _ID_BYTES <= topic.size):
+                place = self._resync(place, stop)
+                continue
+            if topic is not None:
+                topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
+            elif kind != _SAMPLE:
+                self._read(kind, data[place + _RECORD_HEAD : end])
+            place = end
+        return place
+
+    def _resync(self, place: int, stop: int) -> int:
+        """Offset of the next sync record."""
+        found = self._data.find(_SYNC, place + 1, stop)
+        found = stop if found < 0 else found
+        self.skipped_bytes += found - place
+        self._damages += 1
+        return found
+
+    def _read(self, kind: int, body: bytes) -> None:
+        match chr(kind):
+            case "B" if len(body) >= 40:
+                unknown = body[8] & ~_APPENDED or any(body[9:16])
+                if unknown:
+                    raise unreadable(marked("written by a newer version"))
+                self._appended = tuple(sorted(one for one in struct.unpack_from("<3Q", body, 16) if one))
+            case "F":
+                name, _, fields = body.decode("latin-1").partition(":")
+                self._formats[name] = fields
+            case "A" if len(body) > 3:
+                self._subscribe(body[0], int.from_bytes(body[1:3], "little"), body[3:].decode("latin-1"))
+            case "O" if len(body) >= 2:
+                self.dropout_s += int.from_bytes(body[:2], "little") / 1000
+            case _:
+                pass
+
+    def _subscribe(self, instance: int, number: int, name: str) -> None:
+        self._subscribed.pop(number, None)
+        if name not in self._wanted or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
+            return
+        topic = UlogTopic(name, self._data, layout.fields, instance=instance, size=layout.size,
+                          least_size=layout.least_size)  # fmt: skip
+        self._subscribed[number] = topic
+        self.topics.append(topic)
+
+    def _layout(self, name: str, depth: int = 0) -> _Layout | None:
+        """Layout of a topic, cached; None where its format is invalid."""
+        if name not in self._layouts:
+            is_known = name in self._formats and depth <= _DEEPEST
+            self._layouts[name] = self._make_layout(name, depth) if is_known else None
+        return self._layouts[name]
+
+    def _make_layout(self, name: str, depth: int) -> _Layout | None:
+        fields: dict[str, RecordField] = {}
+        offset = least = 0
+        for text in self._formats[name].split(";"):
+            if not text:
+                continue
+            found = _FIELD.fullmatch(text)
+            if found is None:
+                return None
+            kind, count, label = found[1], int(found[2] or 1), found[3]
+            if kind in _TYPES:
+                size = np.dtype(_TYPES[kind]).itemsize
+                for one in range(count if kind != "char" and count <= 32 else 0):
+                    key = label if found[2] is None else f"{label}[{one}]"
+                    fields[key] = RecordField(offset + one * size, _TYPES[kind])
+            else:
+                nested = self._layout(kind, depth + 1)
+                if nested is None:
+                    return None
+                size = nested.size
+            offset += size * count
+            if offset > _LARGEST:
+                return None
+            if not label.startswith("_padding"):
+                least = offset
+        return _Layout(fields, offset, least)
+
 
 TOPICS: Final = frozenset(
     {

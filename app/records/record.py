@@ -198,6 +198,12 @@ def caveats(record: Mapping[str, object]) -> list[UserMessage]:
     return found
 
 
+def list_in(record: Mapping[str, object], key: str) -> list[object]:
+    """The list of this name; empty where the record has none."""
+    value = record.get(key)
+    return value if isinstance(value, list) else []
+
+
 # The seal
 
 

@@ -13,8 +13,7 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
-from app.records.consistency import list_in
-from app.records.record import NOT_STORED, Record, activated_by, caveats, recorded_verdict
+from app.records.record import NOT_STORED, Record, activated_by, caveats, list_in, recorded_verdict
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, message_from_json

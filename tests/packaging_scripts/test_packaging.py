@@ -241,7 +241,7 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
 
 def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> None:
     """By the magic that the file for shared-mime-info names; held against files that the program writes."""
-    from app.flight_logs.ulog_file import MAGIC as ULOG_MAGIC
+    from app.flight_logs.ulog import MAGIC as ULOG_MAGIC
     from app.records.record import FORMAT
     from app.settings.profile_file import profile_text
     from app.settings.profiles import Profile

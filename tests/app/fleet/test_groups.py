@@ -13,7 +13,7 @@ from app.preflight.verdict import Verdict
 from app.procedures.read import read_everything
 from app.procedures.write_all import WriteContext, write_all
 from app.records.filing import Filed, Person, file_check
-from app.records.record_files import record_in
+from app.records.report_files import record_in
 from app.settings.profiles import Match, Profile
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from app.text.messages import message

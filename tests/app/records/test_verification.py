@@ -15,10 +15,20 @@ import pytest
 
 from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
-from app.records.consistency import REQUIRED, contradictions, verdict_from
 from app.records.record import Record, as_text, canonical, make_record, seal
 from app.records.report_html import body
-from app.records.verification import CONTENT, SIGNATURE, Chain, RecordState, Verification, verify, verify_bytes
+from app.records.verification import (
+    CONTENT,
+    REQUIRED,
+    SIGNATURE,
+    Chain,
+    RecordState,
+    Verification,
+    contradictions,
+    verdict_from,
+    verify,
+    verify_bytes,
+)
 from app.stations.known import KNOWN_FILE, KnownStation, Stations
 from app.stations.station import KEY_FILE, encoded, fingerprint_of, own_station
 from app.store.store import open_store
