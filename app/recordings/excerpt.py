@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from heapq import merge
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
@@ -72,39 +74,29 @@ def part_count(excerpt: Excerpt) -> int:
 
 
 def _lines(excerpt: Excerpt, stamp: "TimeCells") -> Iterator[str]:
-    others = sorted(_other_cells(excerpt))
-    places = np.searchsorted(excerpt.time_s, [at for at, _ in others], "right").tolist()
-    row = 0
-    for (at, cells), place in zip(others, places, strict=True):
-        yield from _status_lines(excerpt, stamp, row, place)
-        row = place
-        yield f"{stamp.at(at)},,,,,{cells}{_END}"
-    yield from _status_lines(excerpt, stamp, row, len(excerpt.time_s))
+    for at, cells in merge(_status_cells(excerpt), sorted(_other_cells(excerpt)), key=itemgetter(0)):
+        yield f"{stamp.at(at)},{cells}{_END}"
 
 
-def _status_lines(excerpt: Excerpt, stamp: "TimeCells", start: int, stop: int) -> Iterator[str]:
-    for first in range(start, stop, ROWS_AT_ONCE):
-        part = slice(first, min(stop, first + ROWS_AT_ONCE))
-        columns = zip(
-            excerpt.time_s[part].tolist(),
-            excerpt.tilt_deg[part].tolist(),
-            excerpt.acceleration_g[part].tolist(),
-            excerpt.is_triggered[part].tolist(),
-            excerpt.is_active[part].tolist(),
-            strict=True,
-        )
-        for at, tilt, acceleration, is_triggered, is_active in columns:
-            yield f"{stamp.at(at)},{tilt:g},{acceleration:.1f},{_FLAGS[is_triggered]},{_FLAGS[is_active]},,,{_END}"
+def _status_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
+    """Time and further cells of the rows with status report."""
+    for first in range(0, len(excerpt.time_s), ROWS_AT_ONCE):
+        part = slice(first, first + ROWS_AT_ONCE)
+        columns = (excerpt.time_s, excerpt.tilt_deg, excerpt.acceleration_g, excerpt.is_triggered, excerpt.is_active)
+        for at, tilt, acceleration, is_triggered, is_active in zip(
+            *(one[part].tolist() for one in columns), strict=True
+        ):
+            yield at, f"{tilt:g},{acceleration:.1f},{_FLAGS[is_triggered]},{_FLAGS[is_active]},,,"
 
 
 def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
-    """Time and last three cells of the rows without status report."""
+    """Time and further cells of the rows without."""
     for at, volts in zip(excerpt.cell_time_s.tolist(), excerpt.cell_voltage_v.tolist(), strict=True):
-        yield at, f"{volts:.2f},,"
+        yield at, f",,,,{volts:.2f},,"
     for at, volts in zip(excerpt.light_time_s.tolist(), excerpt.light_v.tolist(), strict=True):
-        yield at, f",{volts:.1f},"
+        yield at, f",,,,,{volts:.1f},"
     for marker in excerpt.markers:
-        yield marker.time_s, f",,{_quoted(event_text(marker))}"
+        yield marker.time_s, f",,,,,,{_quoted(event_text(marker))}"
 
 
 def event_text(marker: Marker) -> str:

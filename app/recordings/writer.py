@@ -13,7 +13,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from app.captures.entries import CaptureEntry, Way, entries_of
 from app.captures.explain import meaning
-from app.engine.device import DeviceView, StatusSample
+from app.engine.device import DeviceView
 from app.engine.worker import Batch, PortState
 from app.recordings.markers import NO_LIMITS, Marker, ModuleLimits
 from app.recordings.reports import ACTIVE, TRIGGERED, ReportFinder
@@ -38,7 +38,7 @@ from app.system.files import draft_of, lock, private_opener
 from protocol.events import Event, Sent
 from protocol.frame import Direction, Frame
 
-STATUS_EVERY_S: Final = 0.1
+STATUS_EVERY_NS: Final = NANOSECONDS // 10
 """Of the decoded reports for other viewers; a change of a flag is written in any case."""
 POLLED: Final = ("cell_voltage_v", "light_v")
 
@@ -67,8 +67,9 @@ class SessionWriter:
         self._line: list[Event] = []
         self._entries: list[CaptureEntry] = []
         self._events: list[tuple[float, dict[str, object]]] = []
-        self._statuses: list[StatusSample] = []
-        self._shown: StatusSample | None = None
+        self._finder = ReportFinder()
+        self._shown = 0, -1
+        """Time and flags of the last report for other viewers."""
         # Values polled before the beginning are in the previous part.
         self._polled_s = dict.fromkeys(POLLED, math.nextafter(opening.start_s, -math.inf))
         self._line_ns = 0
@@ -94,10 +95,6 @@ class SessionWriter:
 
     def put(self, batch: Batch, markers: Iterable[Marker], limits: ModuleLimits) -> None:
         """Takes in what the next `flush` writes."""
-        self.reports += len(batch.samples)
-        for sample in batch.samples:
-            self._show(sample)
-            self.was_triggered |= sample.triggered
         self._line += batch.events
         for event in batch.events:
             if isinstance(event, Sent) and not event.request.is_repeatable:
@@ -116,13 +113,12 @@ class SessionWriter:
 
     def put_recorded(self, entries: Iterable[CaptureEntry], notes: Iterable[Note], *, every_s: float = 0.5) -> float:
         """Takes in and flushes what was recorded before, without a module; returns the time of the last of it."""
-        finder, left, end_s = ReportFinder(), deque(notes), self.opening.start_s
+        left, end_s = deque(notes), self.opening.start_s
         flushed_s = end_s
         for entry in entries:
             while left and left[0].at_s <= entry.at_s:
                 self._put_note(left.popleft())
             if entry.at_s > flushed_s + every_s:
-                self._put_reports(finder)
                 self.flush(end_s)
                 flushed_s = entry.at_s
             self._entries.append(entry)
@@ -130,35 +126,10 @@ class SessionWriter:
         for note in left:
             self._put_note(note)
             end_s = max(end_s, note.at_s)
-        self._put_reports(finder)
         return end_s
 
     def _put_note(self, note: Note) -> None:
         self.note(note.at_s, note.event, **note.values)
-
-    def _put_reports(self, finder: ReportFinder) -> None:
-        """Counts and shows the reports in the entries that are to be written."""
-        received = [(at, entry.raw) for at, entry in self._ordered() if entry.way is Way.IN]
-        found = finder.feed(line_part(line_messages(received)))
-        self.reports += len(found.flags)
-        self.was_triggered |= bool((found.flags & TRIGGERED).any())
-        columns = (found.times_ns - self._offset_ns, found.tilt_deg, found.acceleration_g, found.flags)
-        for at_ns, tilt, acceleration, flags in zip(*(column.tolist() for column in columns), strict=True):
-            self._show(
-                StatusSample(
-                    at_ns / NANOSECONDS,
-                    int(tilt),
-                    round(acceleration, 1),
-                    bool(flags & TRIGGERED),
-                    bool(flags & ACTIVE),
-                )
-            )
-
-    def _show(self, sample: StatusSample) -> None:
-        shown = self._shown
-        if shown is None or sample.at - shown.at >= STATUS_EVERY_S or sample[3:] != shown[3:]:
-            self._statuses.append(sample)
-            self._shown = sample
 
     def note(self, at: float, event: str, **values: object) -> None:
         self._events.append((at, {"event": event, **values}))
@@ -174,14 +145,17 @@ class SessionWriter:
         # Joins what was received together, also by several batches.
         self._entries += entries_of(self._line, 0.0)
         self._line = []
-        is_idle = not (self._entries or self._events or self._statuses)
+        is_idle = not (self._entries or self._events)
         if is_idle and not is_last and now_s < self.end_s + 1.0:
             return
         ordered = self._ordered()
+        statuses: list[tuple[int, bytes]] = []
         for way, topic in TOPIC_OF_WAY.items():
-            entries = [(at, entry.raw) for at, entry in ordered if entry.way is way]
-            for message in line_messages(entries):
+            messages = list(line_messages((at, entry.raw) for at, entry in ordered if entry.way is way))
+            for message in messages:
                 self._add(topic, *message)
+            if way is Way.IN:
+                statuses = self._statuses(messages)
         if ordered:
             self._line_ns = ordered[-1][0]
             self.end_s = max(self.end_s, (self._line_ns - self._offset_ns) / NANOSECONDS)
@@ -192,9 +166,9 @@ class SessionWriter:
         self.end_s = max(self.end_s, now_s)
         progress = json_bytes({"reports": self.reports, "triggered": self.was_triggered})
         self._add(PROGRESS, self._wall_ns(self.end_s), progress, self._chunks)
-        for sample in self._statuses:  # our reader stops in front of them
-            self._add(STATUS, self._wall_ns(sample.at), json_bytes(_fields(sample)))
-        self._events, self._statuses = [], []
+        for status in statuses:  # our reader stops in front of them
+            self._add(STATUS, *status)
+        self._events = []
         self._chunks += 1
         self._flush()
         if is_last:
@@ -202,6 +176,21 @@ class SessionWriter:
             self._mcap.add_metadata(END, with_checksum(end))
             self._mcap.finish()  # type: ignore[no-untyped-call]
             self._sync()
+
+    def _statuses(self, received: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+        """Counts the reports as our reader finds them; those for other viewers."""
+        found = self._finder.feed(line_part(received))
+        self.reports += len(found.flags)
+        self.was_triggered |= bool((found.flags & TRIGGERED).any())
+        statuses = []
+        columns = (found.times_ns, found.tilt_deg, found.acceleration_g, found.flags)
+        for at_ns, tilt, acceleration, flags in zip(*(column.tolist() for column in columns), strict=True):
+            if at_ns >= self._shown[0] + STATUS_EVERY_NS or flags != self._shown[1]:
+                self._shown = at_ns, flags
+                fields = {"tilt_deg": int(tilt), "acceleration_g": round(acceleration, 1),
+                          "triggered": bool(flags & TRIGGERED), "active": bool(flags & ACTIVE)}  # fmt: skip
+                statuses.append((at_ns, json_bytes(fields)))
+        return statuses
 
     def sync(self) -> None:
         """Waits until the data is safe from a power failure."""
@@ -257,15 +246,6 @@ class SessionWriter:
             if known is not None and not known.is_stale and known.at > self._polled_s[key]:
                 self._polled_s[key] = known.at
                 self.note(known.at, "reading", **{key: float(known.value)})
-
-
-def _fields(sample: StatusSample) -> dict[str, object]:
-    return {
-        "tilt_deg": sample.tilt_deg,
-        "acceleration_g": sample.acceleration_g,
-        "triggered": sample.triggered,
-        "active": sample.active,
-    }
 
 
 def write_session(

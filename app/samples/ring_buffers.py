@@ -11,7 +11,6 @@ At the default sizes about 16 MB are reserved for the exact part and 9 MB for th
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -229,12 +228,6 @@ class Readable(ABC):
         if bucket >= len(start) or start[bucket] - time_s > within_s:
             return None
         return Extent(max(float(start[bucket]), time_s), float(low[bucket]), float(high[bucket]))
-
-    def rows(self, start_s: float, end_s: float) -> Iterator[SeriesSample]:
-        """A copy of the exact samples of a span, for a file: nothing older than `exact_since_s`."""
-        times, values = self.window(start_s, end_s)
-        # tolist() copies, so that samples appended while the file is written change nothing.
-        yield from map(SeriesSample, times.tolist(), values.tolist())
 
 
 class Series(Readable):

@@ -30,7 +30,6 @@ def test_the_first_sample_and_no_sample() -> None:
     assert series.around(3, within_s=5) is None
     series.append(5.0, 7.0)
     assert series.last == SeriesSample(5, 7)
-    assert list(series.rows(0, 10)) == [SeriesSample(5, 7)]
 
 
 @pytest.mark.parametrize(
@@ -147,7 +146,7 @@ def test_what_left_the_exact_part_is_still_in_the_picture() -> None:
         covered = [((envelope.start_s <= t) & (envelope.end_s + 0.001 >= t)).any() for t in times]
         assert all(covered)
         assert -10 <= envelope.low.min() < envelope.high.max() <= 10
-    assert min(time_s for time_s, _ in series.rows(0, 2000)) == series.exact_since_s
+    assert series.window(0, 2000).time_s[0] == series.exact_since_s
 
 
 def test_ten_hours_at_line_rate_take_no_more_memory_than_one() -> None:
@@ -172,19 +171,10 @@ def test_slow_samples_outlive_the_summary() -> None:
     assert (envelope.low.min(), envelope.high.max()) == (0, 499)
 
 
-def test_rows_are_those_of_the_moment_that_was_asked() -> None:
-    series = Series(10)
-    series.append(np.arange(10.0), np.arange(10.0))
-    rows = series.rows(0, 100)
-    first = next(rows)
-    series.append(np.arange(10.0, 25.0), np.arange(15.0))
-    assert [first, *rows] == [SeriesSample(float(n), float(n)) for n in range(10)]
-
-
 def test_a_batch_longer_than_the_ring_leaves_its_end() -> None:
     series = Series(10)
     series.append(np.arange(100.0), np.arange(100.0))
-    assert [row.time_s for row in series.rows(0, 1000)] == list(range(90, 100))
+    assert series.window(0, 1000).time_s.tolist() == list(range(90, 100))
     assert series.decimated(0, 100, 10).low.min() == 0
 
 

@@ -95,7 +95,7 @@ def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
     data = LiveData()
     one, other = device(1.0, cell_voltage_v=3.9, light_v=0.3), device(2.0, cell_voltage_v=3.92, light_v=0.3)
     take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=doubted(other)))
-    assert [round(sample.value, 2) for sample in data.cell.rows(0, 9)] == [3.9, 3.92]
+    assert [round(value, 2) for value in data.cell.window(0, 9).value.tolist()] == [3.9, 3.92]
     assert len(data.light) == 2
 
 
