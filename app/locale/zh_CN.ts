@@ -2503,7 +2503,7 @@
     </message>
     <message>
         <source>Not recorded, the disk was too slow; reports and frames: {count}.</source>
-        <translation>磁盘过慢，未能录制的报告和帧：{count}。</translation>
+        <translation>磁盘过慢，未能记录的报告和帧：{count}。</translation>
     </message>
     <message>
         <source>Not recording to {folder}: {why}.</source>
