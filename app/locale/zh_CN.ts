@@ -266,10 +266,6 @@
         <translation>开机后时间</translation>
     </message>
     <message>
-        <source>After power-up the triggers' state is unknown; only enabling them sets it.</source>
-        <translation>上电后触发的启用状态未知；只有启用后才能确定。</translation>
-    </message>
-    <message>
         <source>Against the vendor's advice: {advice}</source>
         <translation>与厂家建议不符：{advice}</translation>
     </message>
@@ -2002,10 +1998,6 @@
         <translation>菜单</translation>
     </message>
     <message>
-        <source>Menus</source>
-        <translation>菜单</translation>
-    </message>
-    <message>
         <source>Message</source>
         <translation>消息</translation>
     </message>
@@ -2283,10 +2275,6 @@
     </message>
     <message>
         <source>No module connected</source>
-        <translation>未连接模块</translation>
-    </message>
-    <message>
-        <source>No module is connected</source>
         <translation>未连接模块</translation>
     </message>
     <message>
@@ -3442,10 +3430,6 @@
         <translation>有多个适配器无法区分：请选择伞降模块所接的串口。</translation>
     </message>
     <message>
-        <source>Shaded: fires, but must not. Hatched: must fire, but is missed.</source>
-        <translation>着色：不得触发却触发。斜纹：必须触发却漏掉。</translation>
-    </message>
-    <message>
         <source>Shake plug and cable gently</source>
         <translation>轻轻摇动插头和线缆</translation>
     </message>
@@ -3668,10 +3652,6 @@
     <message>
         <source>Take the rotors off.</source>
         <translation>拆下桨叶。</translation>
-    </message>
-    <message>
-        <source>Takes its position as level; for small mounting errors only.</source>
-        <translation>将当前姿态作为水平基准；仅用于小的安装误差。</translation>
     </message>
     <message>
         <source>Takes this position as level; for small mounting errors only.</source>

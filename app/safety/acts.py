@@ -36,7 +36,7 @@ TITLES: Mapping[Act, str] = MappingProxyType({
 EFFECTS: Mapping[Act, str] = MappingProxyType({
     Act.LOCK: marked("Treat it as ready to fire until it reports LOCKED."),
     Act.ACTIVATE: marked("An active module fires when it tips over or falls."),
-    Act.ZERO: marked("Takes its position as level; for small mounting errors only."),
+    Act.ZERO: marked("Takes this position as level; for small mounting errors only."),
     Act.SHUTDOWN: marked("Off until its switch (2 s) or external power."),
     Act.FORBID_DEPLOY: marked("Over serial only: it still fires by itself."),
     Act.DEPLOY: marked("Fires the parachute."),

@@ -26,7 +26,7 @@ TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
 CONTEXT: Final = "dps-s"
 _POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3, "scroll_area": 3, "RowsTable": 2}
-_KEYWORDS_OF_TEXT: Final = {"control": ("says", "tip")}
+_KEYWORDS_OF_TEXT: Final = {"control": ("says", "tip", "about")}
 _WITHOUT_VALUES: Final = ("marked", "control", "scroll_area", "RowsTable")
 
 

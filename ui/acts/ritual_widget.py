@@ -97,13 +97,16 @@ class RitualWidget(QFrame):
         self.countdown.setFixedWidth(_COUNTDOWN_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
         self.choose = control(StepButton(), texts, "ritual_choose", "Deploy…", role="danger",
-                              slot=partial(self._choose, is_rehearsal=False))  # fmt: skip
+                              slot=partial(self._choose, is_rehearsal=False),
+                              about="Arm, then hold for two seconds. Letting go, Esc or leaving the page sends "
+                              "nothing.")  # fmt: skip
         self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",
                                 tip="Nothing is sent.",
                                 slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
-        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger")
-        self.hold = control(HoldButton(), texts, "ritual_hold",
-                            tip="Mouse or space bar")  # fmt: skip
+        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger",
+                           about="Arms for ten seconds. Nothing is sent yet.")  # fmt: skip
+        self.hold = control(HoldButton(), texts, "ritual_hold", tip="Mouse or space bar",
+                            about="Two seconds, by mouse or space bar. Letting go before sends nothing.")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
                               tip="Nothing is sent.", key="Esc")  # fmt: skip
         self.said = named(NoticeBar(texts), "ritual_said")

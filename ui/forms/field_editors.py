@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QIcon, QKeyEvent, QValidator
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QToolButton, QWidget
 
-from app.settings.setting_texts import DEFAULTS
+from app.settings.setting_texts import DEFAULTS, what_is
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
@@ -177,6 +177,15 @@ class ChoiceEditor(FieldEditor):
 def _name_after(button: QToolButton, command: Command, what: str) -> None:
     """Adds the setting to the name, since screen readers do not tell the row."""
     button.setAccessibleName(tr("{setting}: {what}", setting=tr(command.title), what=what))
+
+
+def explain_setting(texts: Texts, widget: QWidget, command: Command) -> None:
+    """Binds the "What's this?" text of a setting: term, code, explanation, range, default and advice."""
+    texts.bind(partial(_set_whats_this, widget, command), command.explanation)
+
+
+def _set_whats_this(widget: QWidget, command: Command, _explanation: str) -> None:
+    widget.setWhatsThis(what_is(command))
 
 
 def make_editor(command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:

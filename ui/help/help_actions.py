@@ -6,6 +6,7 @@ from PySide6.QtCore import QObject
 
 from app.text.i18n import tr
 from protocol.translatable import marked
+from ui.help.whats_this import WhatsThis
 from ui.services.context import PageEntry, Services
 from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
@@ -13,16 +14,15 @@ from ui.shell.main_window import MainWindow
 if TYPE_CHECKING:
     from ui.help.guide_viewer import GuideViewer
     from ui.help.small_windows import ShortcutsView
-    from ui.help.whats_this import WhatsThis
 
 
 class HelpActions(QObject):
-    """Imports each part of the help when it is first used."""
+    """Imports the windows of the help when they are first used."""
 
     def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
         super().__init__(window)
         self._window, self._services, self._entries = window, services, entries
-        self._explaining: WhatsThis | None = None
+        self._explaining = WhatsThis(window)
         self._guide: GuideViewer | None = None
         self._keys: ShortcutsView | None = None
         window.menus.add(
@@ -30,13 +30,11 @@ class HelpActions(QObject):
             MenuEntry("guide", marked("User guide"), self.show_guide, "F1"),
             MenuEntry("keys", marked("Keyboard shortcuts"), self.show_keys, "Ctrl+F1"),
             None,
-            MenuEntry("what", marked("What is this? Point at it"), self.ask_what, "Shift+F1"),
+            MenuEntry("what", marked("What is this? Point at it"), self._explaining.ask, "Shift+F1"),
             MenuEntry("what_focused", marked("What has the keyboard?"), self.show_focus_help, "Ctrl+Shift+F1"),
             None,
             MenuEntry("about", marked("About"), self.show_about),
         )
-        window.pages_made.connect(self.explain)
-        window.retranslated.connect(self.explain)
         window.port_opened.connect(self.show_next_step)
 
     def show_next_step(self, is_first: bool) -> None:
@@ -44,30 +42,9 @@ class HelpActions(QObject):
         if is_first:
             self._window.show_message(tr("Next: Settings, then Pre-flight."))
 
-    # What's this
-
-    @property
-    def is_explaining(self) -> bool:
-        return self._explaining is not None and self._explaining.is_under_way
-
-    def explain(self) -> None:
-        """Sets the "What's this?" texts of all controls, in the language in use, from the event loop."""
-        self._explainer().begin()
-
-    def ask_what(self) -> None:
-        """Enters "What's this?" mode."""
-        self._explainer().ask()
-
     def show_focus_help(self) -> None:
-        if not self._explainer().show_focus_help():
+        if not self._explaining.show_focus_help():
             self._window.show_message(tr("Nothing has the focus: press Tab."))
-
-    def _explainer(self) -> "WhatsThis":
-        from ui.help.whats_this import WhatsThis
-
-        if self._explaining is None:
-            self._explaining = WhatsThis(self._window)
-        return self._explaining
 
     # Documents
 

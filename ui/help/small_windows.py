@@ -24,7 +24,7 @@ _NATIVE: Final = QKeySequence.SequenceFormat.NativeText
 _ALWAYS: Final = (
     ("Esc", marked("Close or cancel; never sends anything")),
     ("Tab", marked("Next control")),
-    ("Alt", marked("Menus")),
+    ("Alt", marked("Menu")),
 )
 
 

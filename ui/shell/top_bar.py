@@ -232,10 +232,12 @@ class TopBar(QFrame):
         self.refresh()
 
     def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
-        button = control(QPushButton(), texts, "lock_button", "LOCK", tip="Standby, at once", key="Ctrl+L")
+        button = control(
+            QPushButton(), texts, "lock_button", "LOCK", tip="Standby, at once", key="Ctrl+L",
+            about="Standby at once: always allowed, never asked twice, sent before everything else.",
+        )  # fmt: skip
         set_icon_size(button, ICON_PX, gap_px=TEXT_GAP_PX)
         lock.bind(button)
-        _explain(texts, button, BY_NAME["activation"])
         self._style_lock(button, is_main=False)
         return button
 

@@ -59,6 +59,7 @@ def control(
     *,
     says: str = "",
     tip: str = "",
+    about: str = "",
     key: str = "",
     picture: Icon | None = None,
     role: str = "",
@@ -67,11 +68,12 @@ def control(
 ) -> Control:
     """Sets up `one` and returns it.
 
-    `text`, `says` and `tip` are English; without `texts` they are in the language in use, for a control that lives no
-    longer than its text. `says` is the accessible name. The accessible name of a button with a text is that text, which
-    is what users of voice control say; `says` then describes it. `tip` is needed only where it adds something. `key` is
-    the shortcut that the tooltip names, `role` one of the style sheet's. `slot` is called when a button is clicked, or
-    when the press of a `StepButton` counted.
+    `text`, `says`, `tip` and `about` are English; without `texts` they are in the language in use, for a control that
+    lives no longer than its text. `says` is the accessible name. The accessible name of a button with a text is that
+    text, which is what users of voice control say; `says` then describes it. `tip` is needed only where it adds
+    something; `about` is the text of "What's this?" where the tooltip does not say it all. `key` is the shortcut that
+    the tooltip names, `role` one of the style sheet's. `slot` is called when a button is clicked, or when the press of
+    a `StepButton` counted.
     """
     bind = _apply if texts is None else texts.bind
     named(one, name, role)
@@ -94,6 +96,8 @@ def control(
         bind(one.setText, text)
     if says:
         bind(one.setAccessibleName, says)
+    if about:
+        bind(one.setWhatsThis, about)
     if not tip and (key or not text) and isinstance(one, QAbstractButton):
         tip = text or says
     if key:

@@ -303,7 +303,6 @@ def walking(
         assembly.appearance.choose(theme)
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
             assembly.window.resize(size)
-        qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
         walk = Walk(qtbot, assembly, bench, folder, name)
         walk.settle()
         try:

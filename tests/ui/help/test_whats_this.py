@@ -38,7 +38,7 @@ from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
 from ui.help.small_windows import keys_of, show_about
-from ui.help.whats_this import TEXTS, WIDGETS_AT_ONCE, WhatsThis, explain, fits, text_for
+from ui.help.whats_this import explain, text_of
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
 from ui.widgets.readout import Readout, StateChip
@@ -60,12 +60,6 @@ def whole_window(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Ass
         yield assembly
 
 
-def explained(qtbot: QtBot, assembly: Assembly) -> None:
-    """Every widget that there is now has its text."""
-    assembly.help.explain()
-    qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
-
-
 def controls(root: QWidget) -> list[QWidget]:
     """What a person can use or read off; parts of a control that Qt made for itself are left out."""
     return [
@@ -82,114 +76,63 @@ def is_whole(label: QLabel) -> bool:
     return label.height() >= label.heightForWidth(label.width())
 
 
-def says(widget: QWidget) -> str:
-    """Its own text, or that of what it is part of: Qt asks upwards as well."""
-    around: QWidget | None = widget
-    while around is not None:
-        if around.whatsThis():
-            return around.whatsThis()
-        around = around.parentWidget()
-    return ""
-
-
 def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.menus["simulator"].setChecked(True)
-        explained(qtbot, assembly)
         found = controls(assembly.window)
         assert len(found) > 150
-        silent = [f"{type(one).__name__} {one.objectName()}" for one in found if not says(one)]
+        for widget in found:
+            explain(widget)
+        silent = [f"{type(one).__name__} {one.objectName()}" for one in found if not text_of(one)]
         assert not silent, "\n".join(silent)
-        buttons = [one for one in found if isinstance(one, QAbstractButton) and one.isEnabled() and one.toolTip()]
-        assert not [one.objectName() for one in buttons if not one.whatsThis()]
-        main = assembly.window  # and the table names only what there is
-        names = {one.objectName() for one in (main, *main.findChildren(QWidget))}
-        made_later = ("manual_*",)  # with a profile that asks for them
-        dead = [
-            pattern for pattern in TEXTS if pattern not in made_later and not any(fits(pattern, name) for name in names)
-        ]
-        assert not dead
 
 
 def test_texts_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with whole_window(qtbot, qapp, tmp_path) as assembly:
-        lock = assembly.window.top_bar.lock
         row = assembly.window.findChild(SettingsPage).rows["attitude_threshold_deg"]  # type: ignore[union-attr]
-        english = (lock.whatsThis(), row.whatsThis())
+        shown = (assembly.window.top_bar.lock, row, row.editor)
+        english = [text_of(one) for one in shown]
+        assert len(set(english)) == 2
+        assert english[1] == english[2] == what_is(row.command)
         assembly.language_switch.use(CHINESE)
-        qtbot.waitUntil(lambda: lock.whatsThis() == text_for("lock_button"), timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
-        assert lock.whatsThis() == text_for("lock_button") != english[0]
-        assert row.whatsThis() != english[1]
+        assert not set(english) & {text_of(one) for one in shown}
 
 
-def test_texts_from_tooltips_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_what_has_no_text_of_its_own_says_its_tooltip_in_the_language_in_use(qtbot: QtBot) -> None:
     button = QPushButton("x")
-    button.setToolTip("one")
-    explain(button)
-    assert button.whatsThis() == "one"
-    button.setToolTip("eins")
-    explain(button)
-    assert button.whatsThis() == "eins"
-    button.setWhatsThis("of its own")
-    button.setProperty("says_tooltip", False)
-    explain(button)
-    assert button.whatsThis() == "of its own"
-
-
-def test_each_turn_explains_only_a_few_widgets(
-    qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The window stays quick while a thousand widgets get their texts."""
-    root = QWidget()
-    qtbot.addWidget(root)
-    doomed = QWidget(root)
-    for _ in range(30):
-        group = QWidget(root)
-        for _ in range(20):
-            QPushButton(group).setToolTip("told")
-    told: list[int] = []
-    work = WhatsThis(root)
-    turn = work._continue
-
-    def counted() -> None:
-        before = len(seen)
-        turn()
-        told.append(len(seen) - before)
-
-    seen: list[QWidget] = []
-
-    def seen_explain(widget: QWidget) -> None:
-        seen.append(widget)
-        explain(widget)
-
-    monkeypatch.setattr("ui.help.whats_this.explain", seen_explain)
-    work._timer.timeout.disconnect()
-    work._timer.timeout.connect(counted)
-    work.begin()
-    doomed.deleteLater()
-    qtbot.waitUntil(lambda: not work.is_under_way, timeout=WAIT_MS)
-    assert sum(told) in (1 + 30 * 21, 2 + 30 * 21)
-    assert max(told) <= WIDGETS_AT_ONCE
-    assert all(one.whatsThis() == "told" for one in root.findChildren(QPushButton))
+    qtbot.addWidget(button)
+    for tip in ("one", "eins"):
+        button.setToolTip(tip)
+        explain(button)
+        assert button.whatsThis() == tip
+    part, plain = QPushButton(button), QWidget(button)
+    part.setToolTip("two")
+    for one in (part, plain):
+        explain(one)
+    assert (part.whatsThis(), text_of(plain)) == ("two", "eins")  # Qt asks upwards as well
+    group, member = QWidget(), QPushButton()
+    qtbot.addWidget(group)
+    member.setParent(group)
+    group.setWhatsThis("of all of it")
+    member.setToolTip("three")
+    explain(member)
+    assert (member.whatsThis(), text_of(member)) == ("", "of all of it")
 
 
 @OFFSCREEN
 def test_a_clicked_control_is_explained_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         main = assembly.window
-        lock = main.top_bar.lock
-        qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
-        lock.setWhatsThis("of another language")
+        menu = main.top_bar.menu
         main.menus["what"].trigger()
         assert QWhatsThis.inWhatsThisMode()
-        qtbot.mouseClick(lock, Qt.MouseButton.LeftButton)
-        assert lock.whatsThis() == text_for("lock_button")
+        qtbot.mouseClick(menu, Qt.MouseButton.LeftButton)
+        assert menu.whatsThis() == menu.toolTip()
         QWhatsThis.leaveWhatsThisMode()
         QWhatsThis.hideText()
-        lock.setWhatsThis("of another language")
-        QApplication.sendEvent(lock, QHelpEvent(QEvent.Type.QueryWhatsThis, QPoint(), QPoint()))
-        assert lock.whatsThis() == "of another language"  # nothing is looked at any more
+        menu.setWhatsThis("")
+        QApplication.sendEvent(menu, QHelpEvent(QEvent.Type.QueryWhatsThis, QPoint(), QPoint()))
+        assert menu.whatsThis() == ""  # nothing is looked at any more
 
 
 @pytest.mark.parametrize("command", SETTINGS, ids=lambda command: command.name)

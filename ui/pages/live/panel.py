@@ -21,7 +21,7 @@ from ui.core.texts import Texts
 from ui.plots.gauge import TiltGauge
 from ui.style.painted_widget import Freshness, pen
 from ui.style.theme import Meaning, Size, Space, current
-from ui.widgets.controls import named
+from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.readout import Readout, StateChip, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -106,7 +106,7 @@ class LivePanel(QFrame):
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
-        named(self, "live_panel", "card")
+        control(self, texts, "live_panel", role="card", about="Dimmed with an age: stale. Hatched: never reported.")
         self.gauge = named(TiltGauge(), "live_gauge")
         self.tilt = named(Readout("", unit="°", template="00"), "live_tilt")
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")

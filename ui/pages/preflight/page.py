@@ -63,6 +63,9 @@ class PreflightPage(Page):
         self.list = CheckList(services)
         self.history = CheckHistory(services, guard)
         self.editor = ProfileEditor(services, guard)
+        services.texts.bind(
+            self.banner.setWhatsThis, "Void after a restart, a lost link, a change, or fifteen minutes."
+        )
         self.strip = named(NoticeBar(services.texts), "preflight_notice")
         self.header = self.make_header(services.texts, marked("Pre-flight"))
         self.buttons = PreflightButtons(services.texts, self.header)

@@ -18,7 +18,7 @@ from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import not_begun, open_conditions
 from ui.core.background_task import BackgroundTask
-from ui.forms.field_editors import ChoiceEditor, make_editor
+from ui.forms.field_editors import ChoiceEditor, explain_setting, make_editor
 from ui.forms.value_label import ValueLabel
 from ui.pages.settings.row import CELL_GAP, aligned_cells
 from ui.services.context import Services
@@ -57,6 +57,7 @@ class BaudPanel(QFrame):
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
         self.confirm.asked.connect(self._job.dismiss)
         self.confirm.confirmed.connect(self._change)
+        explain_setting(texts, self, BAUD_RATE)
         self._lay_out()
         self._connector.invalidated.connect(self._reset)
         self._job.changed.connect(self.refresh)

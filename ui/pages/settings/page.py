@@ -212,6 +212,7 @@ class SettingsPage(Page):
     def _make_buttons(self) -> None:
         texts, work, form = self._services.texts, self.work, self.work.form
         self.write = control(QPushButton(), texts, "settings_write", tip="Write and verify", key="Ctrl+Return",
+                             about="Sends each edited row once and reads it back; never to an ACTIVE module.",
                              picture=Icon.DROP, role="primary", slot=work.write)  # fmt: skip
         self.read = control(QPushButton(), texts, "settings_read", "Read all", key="F5",
                             picture=Icon.AGAIN, slot=self.work.read_all)  # fmt: skip

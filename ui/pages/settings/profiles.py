@@ -20,6 +20,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.files.file_opener import add_recent
+from ui.forms.field_editors import explain_setting
 from ui.forms.value_label import ValueLabel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -148,6 +149,7 @@ class _CompareRow:
     def __init__(self, command: Command, texts: Texts) -> None:
         self.command = command
         self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title)
+        explain_setting(texts, self.tick, command)
         self.wanted = named(QLabel(), f"profile_wanted_{command.name}", "strong")
         self.stands = named(ValueLabel(command), f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")

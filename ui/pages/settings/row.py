@@ -13,12 +13,12 @@ from app.engine.device import How
 from app.procedures.power_cycle import Retention
 from app.safety.consequences import Weight
 from app.settings.form import FormRow, RowState
-from app.settings.setting_texts import advice_text, value_text, what_is
+from app.settings.setting_texts import advice_text, value_text
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, with_units
 from protocol.catalogue import Command
 from ui.core.texts import Texts
-from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
+from ui.forms.field_editors import FieldEditor, FlagEditor, explain_setting, make_editor
 from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon, Look
@@ -81,7 +81,8 @@ class SettingsRow(QFrame):
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = named(FittedLabel(), f"{command.name}_reason", "small")
         self.name.setBuddy(self.editor)
-        texts.bind(self._set_whats_this, command.explanation)
+        explain_setting(texts, self, command)
+        texts.bind(self.state.setWhatsThis, "“Verified” means written, asked for again, and equal.")
         key = command.key
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
         self.editor.left.connect(self.left)
@@ -114,9 +115,6 @@ class SettingsRow(QFrame):
         if layout is not None:
             button.setFixedWidth(BESIDE_PX)
             layout.addWidget(button)
-
-    def _set_whats_this(self, _explanation: str) -> None:
-        self.setWhatsThis(what_is(self.command))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         super().mousePressEvent(event)

@@ -75,7 +75,7 @@ class TestsPage(Page):
         self.title = named(ElidedLabel(), "tests_chosen", "title")
         self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
         self.safety = text_label("tests_safety")
-        self.made_safe = named(QCheckBox(), "tests_made_safe")
+        self.made_safe = control(QCheckBox(), texts, "tests_made_safe", about="The test makes the module fire.")
         self.activate = ActRow(services, Act.ACTIVATE, place="tests")
         self.live = LiveValue()
         self.result = ResultView(texts)
