@@ -15,7 +15,7 @@ from ui.connect.connect_panel import ConnectPanel
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import LastPort
 from ui.core.texts import LanguageSwitch
-from ui.files.file_opener import FileOpener, FilePage
+from ui.files.file_dialogs import FileOpener, FilePage
 from ui.preferences.dialog import Choices, PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage

@@ -5,7 +5,9 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import (
     QBoxLayout,
+    QGridLayout,
     QHBoxLayout,
+    QLabel,
     QLayout,
     QLayoutItem,
     QScrollArea,
@@ -75,6 +77,21 @@ def _fill(
                 layout.addWidget(widget, 0, side)
             case (QWidget() as widget, int() as share):
                 layout.addWidget(widget, share)
+
+
+def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> QGridLayout:
+    """Fields of equal width in a row, each below its caption (English, marked)."""
+    grid = QGridLayout()
+    grid.setContentsMargins(0, 0, 0, 0)
+    grid.setHorizontalSpacing(Space.S)
+    grid.setVerticalSpacing(2)
+    for column, (caption, field) in enumerate(fields):
+        label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
+        label.setBuddy(field)
+        grid.addWidget(label, 0, column)
+        grid.addWidget(field, 1, column)
+        grid.setColumnStretch(column, 1)
+    return grid
 
 
 def scroll_area(

@@ -14,8 +14,7 @@ from tests.support.window.capture_window import write_capture
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.core.preferences import Preferences
-from ui.files.file_dialogs import ThenPath
-from ui.files.file_opener import FileOpener, FilePage, add_recent
+from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent
 from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX
 

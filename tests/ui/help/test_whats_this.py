@@ -37,8 +37,8 @@ from tests.support.window.fakes_ui import WAIT_MS, ListedPorts, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
+from ui.help.help_actions import explain, text_of
 from ui.help.small_windows import keys_of, show_about
-from ui.help.whats_this import explain, text_of
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
 from ui.widgets.readout import Readout, StateChip

@@ -36,7 +36,7 @@ from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import close_window
 from tests.support.window.spoken import texts_of
 from ui.core.preferences import Preferences
-from ui.help.whats_this import explain
+from ui.help.help_actions import explain
 from ui.main import PAGES, Assembly, WindowOptions, assemble
 from ui.services.job_notice import JobNotice
 from ui.services.port import Ports

@@ -15,13 +15,12 @@ from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import AskOpen, ask_profile
-from ui.files.file_opener import add_recent
-from ui.pages.preflight.profile_fields import captioned_row
+from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
 from ui.services.context import Services
 from ui.services.module_field import ModuleField
 from ui.style.icons import Icon
 from ui.widgets.controls import control, named
+from ui.widgets.layouts import captioned_row
 from ui.widgets.sliders import WheelGuard
 
 MAX_NAME_LENGTH: Final = 80

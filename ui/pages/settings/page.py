@@ -32,9 +32,8 @@ from protocol.fields import Flag, Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.forms.value_label import WIDTH_PX as VALUE_PX
-from ui.pages.settings.baud_panel import BaudPanel
-from ui.pages.settings.calibration_panel import CalibrationPanel
 from ui.pages.settings.controller import SettingsController
+from ui.pages.settings.panels import BaudPanel, CalibrationPanel
 from ui.pages.settings.profiles import SUFFIX, ProfileCompare, ProfileFiles
 from ui.pages.settings.row import (
     CELL_GAP,

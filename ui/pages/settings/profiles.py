@@ -18,8 +18,7 @@ from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.files.file_opener import add_recent
+from ui.files.file_dialogs import AskOpen, AskPath, add_recent, ask_path, ask_profile
 from ui.forms.field_editors import explain_setting
 from ui.forms.value_label import ValueLabel
 from ui.services.context import Services

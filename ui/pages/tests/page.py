@@ -33,9 +33,17 @@ from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_guard import RitualGuard
 from ui.pages.tests.controller import FAILED, GuidedController, Stage
-from ui.pages.tests.result_view import ResultView
-from ui.pages.tests.texts import VERDICT_MEANINGS, instruction, last_text, live_reading
-from ui.pages.tests.widgets import GuidedPicture, Instruction, LiveValue, StepList
+from ui.pages.tests.widgets import (
+    VERDICT_MEANINGS,
+    GuidedPicture,
+    Instruction,
+    LiveValue,
+    ResultView,
+    StepList,
+    instruction,
+    last_text,
+    live_reading,
+)
 from ui.services.context import Services
 from ui.services.module_field import ModuleField
 from ui.services.page import Page
