@@ -80,18 +80,16 @@ def no_leaked_thread() -> Iterator[None]:
         pytest.fail(f"threads still running after the test: {names}", pytrace=False)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _what_is_loaded_is_no_garbage() -> Iterator[None]:
-    """Collecting after each test passes over what was there before the module; that takes 0.1 s otherwise."""
-    gc.collect()
-    gc.freeze()
-    yield
-    gc.unfreeze()
+_windows_tests = count(1)
 
 
 @pytest.fixture(autouse=True)
 def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Qt's objects may only be freed in the thread where they live: not in that of a later test's worker."""
+    """Qt's objects may only be freed in the thread where they live: not in that of a later test's worker.
+
+    What outlives a test is passed over from then on, since going through all that is loaded takes 0.1 s: it is gone
+    through after every fiftieth.
+    """
     gc.disable()
     yield
     if "qapp" in request.fixturenames:
@@ -99,7 +97,10 @@ def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
 
         # Otherwise a closed window lives until an event loop runs, and each new style sheet is applied to it, too.
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        if next(_windows_tests) % 50 == 0:
+            gc.unfreeze()
         gc.collect()
+        gc.freeze()
     gc.enable()
 
 

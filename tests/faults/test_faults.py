@@ -31,9 +31,9 @@ def test_there_are_enough_faults_and_each_has_its_own_name() -> None:
     assert len(BY_NAME_OF_FAULT) == len(FAULTS)
 
 
-@pytest.mark.parametrize("row", ROWS, ids=[row.title for row in ROWS])
-def test_all_faults_in_all_phases(row: Row) -> None:
-    cells = run_row(row)
+@pytest.mark.parametrize(("number", "row"), list(enumerate(ROWS)), ids=[row.title for row in ROWS])
+def test_all_faults_in_all_phases(number: int, row: Row) -> None:
+    cells = run_row(row, number)
     written = write_row(row, cells).read_text(encoding="utf-8")
     broken = {key: cell.faults for key, cell in cells.items() if cell.faults}
     assert broken == {}

@@ -1,6 +1,5 @@
 """A line that holds everything back, streamed reports included: what is old is never taken for what is so now."""
 
-import os
 from collections.abc import Callable
 from typing import Any
 
@@ -26,8 +25,8 @@ from protocol.lag import Lag
 from protocol.messages import Status
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, watched
+from tests.support.thorough import IS_THOROUGH
 
-IS_THOROUGH = os.environ.get("HYPOTHESIS_PROFILE") == "thorough"
 LAGS_MS = (300.0, 700.0, 900.0, 1200.0, 2000.0) if IS_THOROUGH else (300.0, 900.0, 2000.0)
 HZ = (None, 2.0, 50.0) if IS_THOROUGH else (None, 50.0)
 AGES_S = (0.05, 0.4, 0.9, 1.3, 1.9) if IS_THOROUGH else (0.4, 1.3)

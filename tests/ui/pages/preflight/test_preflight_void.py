@@ -47,7 +47,8 @@ def test_what_voids_a_go(
         act(bench)
         bench.wait_standing(Standing.VOID)
         one = page.banner.announcement
-        assert (one.word, one.head) == ("VOID", why)
+        assert one.word == "VOID"
+        assert one.head in (why, f"{why} for a moment")  # where it is seen before the module counts as silent
         assert "GO" not in page.banner.accessibleName()
         assert not page.buttons.print.isEnabled()
         assert page.work.record is None

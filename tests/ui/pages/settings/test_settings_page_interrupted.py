@@ -166,8 +166,9 @@ def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(
         one.bench.restart()
         one.bench.plug()
         one.until(lambda: connector.current.identity.trust is Trust.REFUTED and bar.button(answer) is not None)
-        qtbot.wait(300)
-        assert (state(one, TIME), state(one, TILT), work.count_unsent()) == (RowState.EDITED, RowState.READ, 1)
+        one.until(lambda: state(one, TILT) is RowState.READ)
+        one.until(lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None)
+        assert (state(one, TIME), work.count_unsent()) == (RowState.EDITED, 1)
         choose(one, answer, bar)
         if answer == "identity_new":
             assert "Settings not written: 1" in notice_text(bar)
