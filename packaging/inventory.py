@@ -26,6 +26,7 @@ _LICENCES: Final = {
     "pyqtgraph": "MIT",
     "pyserial": "BSD-3-Clause",
     "pyside6-essentials": "LGPL-3.0-only",
+    "segno": "BSD-3-Clause",
     "shiboken6": "LGPL-3.0-only",
     "shtab": "MPL-2.0",
     "tomlkit": "MIT",

@@ -40,6 +40,7 @@ from ui.services.page import Page
 from ui.services.port import Ports
 from ui.services.storage import Storage
 from ui.shell.disarming import UncaughtErrors
+from ui.shell.label_actions import LabelActions
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process, has_seen_status, write_evidence
 from ui.shell.state_announcer import announce_states
@@ -154,6 +155,7 @@ def assemble(
     window.attention.find_left = left_active.notice
     left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
+    LabelActions(window, services)
     load = _load_pages if entries is PAGES else None
     return Assembly(
         window, help_actions, ArchiveActions(window, services), connector, ports, appearance, language_switch, storage,

@@ -94,12 +94,20 @@
         <translation>2. 伞仓打开</translation>
     </message>
     <message>
+        <source>24 mm tape…</source>
+        <translation>24 mm 标签带…</translation>
+    </message>
+    <message>
         <source>55° or more.</source>
         <translation>55° 或以上。</translation>
     </message>
     <message>
         <source>60 s</source>
         <translation>60 秒</translation>
+    </message>
+    <message>
+        <source>62 mm tape…</source>
+        <translation>62 mm 标签带…</translation>
     </message>
     <message>
         <source>95th percentile</source>
@@ -126,6 +134,10 @@
         <translation>颠簸即可能触发。</translation>
     </message>
     <message>
+        <source>A label takes a name, of this length at most: {count}.</source>
+        <translation>标签须有名称，长度不超过 {count}。</translation>
+    </message>
+    <message>
         <source>A person said that it is new.</source>
         <translation>已由人员确认为新模块。</translation>
     </message>
@@ -144,6 +156,10 @@
     <message>
         <source>A wrong zero fires too early or too late.</source>
         <translation>零位错误会使触发过早或过晚。</translation>
+    </message>
+    <message>
+        <source>A4 sheet of all modules…</source>
+        <translation>全部模块的 A4 标签页…</translation>
     </message>
     <message>
         <source>ACTIVE</source>
@@ -2878,6 +2894,10 @@
         <translation>上一条记录</translation>
     </message>
     <message>
+        <source>Print label</source>
+        <translation>打印标签</translation>
+    </message>
+    <message>
         <source>Print the status until Ctrl-C</source>
         <translation>显示实时状态，按 Ctrl-C 结束</translation>
     </message>
@@ -5176,6 +5196,10 @@
     <message>
         <source>its station did not sign it</source>
         <translation>并非由所属站点签名</translation>
+    </message>
+    <message>
+        <source>label</source>
+        <translation>标签</translation>
     </message>
     <message>
         <source>late</source>

@@ -126,7 +126,11 @@ def write_report(path: Path, record: Record, printer: Printer | None) -> tuple[P
 def suggested_name(record: Record) -> str:
     """A valid file name without suffix for any module name: "M-07 2026-11-21 1403 GO"."""
     parts = (str(record.get("module") or ""), str(record.get("at"))[:16].replace("T", " ").replace(":", ""))
+    return file_name(*parts, recorded_verdict(record).value)
+
+
+def file_name(*parts: str) -> str:
+    """A valid file name without suffix from any texts."""
     words = [_NOT_IN_NAMES.sub("_", unicodedata.normalize("NFKC", part[:MAX_NAME_LENGTH])).strip("_") for part in parts]
-    words.append(recorded_verdict(record).value)
     name = " ".join(word for word in words if word)[:MAX_NAME_LENGTH]
     return f"DPS-S {name}" if _RESERVED.match(name) else name

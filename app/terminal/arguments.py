@@ -3,6 +3,7 @@
 import argparse
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
@@ -136,10 +137,19 @@ def any_name(text: str) -> str:
 
 
 def module_name(text: str) -> str:
-    """An empty one is refused, as it would name none."""
+    """An empty one is refused, as it would name none. "-" is a line of standard input, as a scanner types it."""
+    if text == "-":
+        text = _typed_line()
     if not text.strip() or len(text) > MAX_NAME_LENGTH:
         raise expected(f"NAME (≤ {MAX_NAME_LENGTH})")
     return text
+
+
+def _typed_line() -> str:
+    try:
+        return sys.stdin.readline(MAX_NAME_LENGTH + 2).strip()
+    except (AttributeError, OSError, ValueError):  # it is closed, or no text
+        return ""
 
 
 def port_name(text: str) -> str:

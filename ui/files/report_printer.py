@@ -1,9 +1,10 @@
-"""Prints a report page as A4 PDF with the record attached. Needs no screen.
+"""Prints texts as PDF: a report on A4 with the record attached, labels on tape or sheets. Needs no screen.
 
 Chinese is embedded where the computer has a font for it; the size of the text is the largest at which all of it fits.
 """
 
 import sys
+from collections.abc import Sequence
 
 from PySide6.QtCore import QBuffer, QByteArray, QEventLoop, QIODevice, QMarginsF, QSizeF
 from PySide6.QtGui import (
@@ -18,16 +19,23 @@ from PySide6.QtGui import (
     QTextOption,
 )
 
-MARGIN_MM = 12.0
-LARGEST_PT, SMALLEST_PT, STEP_PT = 9.0, 4.0, 0.25
+from app.records.labels import A4, Paper
+
+SMALLEST_PT, STEP_PT = 4.0, 0.25
 RESOLUTION_DPI = 600
 ATTACHED_AS = "record.json"
+_EXACT = QPageSize.SizeMatchPolicy.ExactMatch
 _LIGATURES = QFont.Tag("liga")
 _CHINESE = ("WenQuanYi Micro Hei", "Noto Sans CJK SC", "Microsoft YaHei", "PingFang SC", "SimSun")
 
 
 def print_report(body: str, attachment: bytes) -> bytes:
-    """The PDF of the HTML `body`, with `attachment`. Raises `RuntimeError`."""
+    """The PDF of the HTML `body` on one page of A4, with `attachment`. Raises `RuntimeError`."""
+    return print_pages([body], A4, attachment)
+
+
+def print_pages(bodies: Sequence[str], paper: Paper, attachment: bytes | None = None) -> bytes:
+    """The PDF of HTML texts, each in one place of the paper, with the record `attachment`. Raises `RuntimeError`."""
     _application()
     _timers = QEventLoop()  # gives a background thread the event dispatcher that the timers of the text layout need
     data = QByteArray()
@@ -35,30 +43,41 @@ def print_report(body: str, attachment: bytes) -> bytes:
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     writer = QPdfWriter(buffer)
     writer.setResolution(RESOLUTION_DPI)
-    writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
-    margins = QMarginsF(MARGIN_MM, MARGIN_MM, MARGIN_MM, MARGIN_MM)
-    writer.setPageMargins(margins, QPageLayout.Unit.Millimeter)
-    writer.setTitle("DPS-S pre-flight check")
+    millimetre = QPageSize.Unit.Millimeter
+    writer.setPageSize(QPageSize(QSizeF(paper.width_mm, paper.height_mm), millimetre, "", _EXACT))
+    writer.setPageMargins(QMarginsF(), QPageLayout.Unit.Millimeter)
+    writer.setTitle("DPS-S" if attachment is None else "DPS-S pre-flight check")
     writer.setCreator("DPS-S Configurator")
-    writer.addFileAttachment(ATTACHED_AS, QByteArray(attachment), "application/json")
-    page = QSizeF(writer.width(), writer.height())
-    document = _fitting(body, page, writer)  # before the painter: an error must not leave it active
+    if attachment is not None:
+        writer.addFileAttachment(ATTACHED_AS, QByteArray(attachment), "application/json")
+    place = QSizeF(writer.width() / paper.columns, writer.height() / paper.rows)
+    margin = paper.margin_mm / 25.4 * RESOLUTION_DPI
+    room = QSizeF(place.width() - 2 * margin, place.height() - 2 * margin)
+    # Before the painter: an error must not leave it active.
+    documents = [_fitting(body, room, writer, paper.largest_pt) for body in bodies]
     painter = QPainter()
     if not painter.begin(writer):
         raise RuntimeError("the PDF cannot be started")
-    document.drawContents(painter)
+    for number, document in enumerate(documents):
+        row, column = divmod(number % (paper.columns * paper.rows), paper.columns)
+        if number and not row and not column:
+            writer.newPage()
+        painter.save()
+        painter.translate(column * place.width() + margin, row * place.height() + margin)
+        document.drawContents(painter)
+        painter.restore()
     if not painter.end():
         raise RuntimeError("the PDF cannot be finished")
     buffer.close()
     return bytes(data.data())
 
 
-def _fitting(body: str, page: QSizeF, writer: QPdfWriter) -> QTextDocument:
-    """The document at the largest font size that fits on one page."""
-    size_pt = LARGEST_PT
+def _fitting(body: str, room: QSizeF, writer: QPdfWriter, largest_pt: float) -> QTextDocument:
+    """The document at the largest font size that fits into its place."""
+    size_pt = largest_pt
     while True:
-        document = _document(body, page, writer, size_pt)
-        if document.size().height() <= page.height():
+        document = _document(body, room, writer, size_pt)
+        if document.size().height() <= room.height():
             return document
         del document  # in its own thread: the traceback of the error may outlive it
         if size_pt <= SMALLEST_PT:
@@ -66,7 +85,7 @@ def _fitting(body: str, page: QSizeF, writer: QPdfWriter) -> QTextDocument:
         size_pt -= STEP_PT
 
 
-def _document(body: str, page: QSizeF, writer: QPdfWriter, size_pt: float) -> QTextDocument:
+def _document(body: str, room: QSizeF, writer: QPdfWriter, size_pt: float) -> QTextDocument:
     document = QTextDocument()
     document.documentLayout().setPaintDevice(writer)
     document.setDefaultFont(_font(size_pt))
@@ -75,7 +94,7 @@ def _document(body: str, page: QSizeF, writer: QPdfWriter, size_pt: float) -> QT
     option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
     document.setDefaultTextOption(option)
     document.setHtml(body)
-    document.setTextWidth(page.width())
+    document.setTextWidth(room.width())
     return document
 
 

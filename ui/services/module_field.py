@@ -2,11 +2,12 @@
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QFocusEvent
-from PySide6.QtWidgets import QComboBox, QLineEdit
+from PySide6.QtWidgets import QComboBox, QLineEdit, QToolButton
 
 from ui.core.texts import Texts
 from ui.services.module_name import MAX_NAME_LENGTH
 from ui.services.port import Ports
+from ui.style.icons import Icon, icon
 from ui.widgets.controls import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -37,6 +38,11 @@ class ModuleField(QComboBox):
         self.setCompleter(None)  # type: ignore[arg-type]  # it would make M-12 of a typed M-1
         edit.setObjectName(f"{name}_edit")
         edit.setMaxLength(MAX_NAME_LENGTH)
+        self.label = named(edit.addAction(icon(Icon.LABEL), QLineEdit.ActionPosition.TrailingPosition), f"{name}_label")
+        self.label.triggered.connect(ports.label_wanted)
+        texts.bind(self.label.setText, "Print label")
+        for button in edit.findChildren(QToolButton):
+            texts.bind(named(button, f"{name}_label_button").setAccessibleName, "Print label")
         edit.editingFinished.connect(self._apply)
         self.activated.connect(self._apply)
         texts.bind(self.setAccessibleName, "Module")
@@ -57,6 +63,7 @@ class ModuleField(QComboBox):
             self.addItems([known.name for known in module.known])
             self.setCurrentIndex(self.findText(module.name, Qt.MatchFlag.MatchExactly))
             self.setEditText(module.name)
+            self.label.setVisible(bool(module.name))
 
     def _apply(self) -> None:
         self._ports.current.module.choose(self.currentText())

@@ -74,6 +74,8 @@ class Ports(QObject):
     stream_left_on = Signal()
     slept = Signal(float)
     renamed = Signal()
+    label_wanted = Signal()
+    """A person wants to print the label of the shown module."""
     lock_changed = Signal()
     notified = Signal(str)
     leaving = Signal()

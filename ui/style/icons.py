@@ -71,6 +71,7 @@ class Icon(Enum):
     COPY = "copy"
     ERASE = "erase"
     BOOKMARK = "bookmark"
+    LABEL = "label"
     RECORD = "record"
     RECORDINGS = "recordings"
     FOLDER = "folder"

@@ -3,6 +3,7 @@
 import argparse
 import gettext
 import inspect
+import io
 import os
 import re
 import signal
@@ -208,3 +209,21 @@ def test_what_is_not_known_stays_english() -> None:
     assert argparse.ngettext("expected %s argument", "expected %s arguments", 2) == tr(  # type: ignore[attr-defined]
         "expected %s arguments"
     )
+
+
+@pytest.mark.parametrize(
+    ("typed", "name"), [("M-07\n", "M-07"), ("伞仓 07\r\nrest", "伞仓 07"), ("M-08", "M-08"), ("\n", None), ("", None),
+                        ("M" * 201 + "\n", None)],
+)  # fmt: skip
+def test_a_scanner_types_the_name_of_the_module(
+    typed: str, name: str | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(typed, newline=None))
+    parser = BY_NAME["preflight"].parser()
+    words = ["--module", "-", "--enable-triggers"]
+    if name is not None:
+        assert parser.parse_words(words).module == name
+        return
+    with pytest.raises(SystemExit):
+        parser.parse_words(words)
+    assert "expected NAME" in capsys.readouterr().err

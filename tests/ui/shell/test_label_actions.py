@@ -1,0 +1,94 @@
+"""Names that a scanner types, and the labels that are printed for it."""
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.store.store import Store
+from tests.support.window.fakes_ui import window
+from ui.files.file_dialogs import ThenPath
+from ui.main import Assembly
+from ui.pages.preflight.page import PreflightPage
+from ui.pages.tests import page as tests_page
+from ui.pages.triggers.page import TriggersPage
+from ui.services.context import PageEntry
+from ui.services.module_field import ModuleField
+from ui.shell.label_actions import LabelActions
+from ui.style.icons import Icon
+
+PAGES = (
+    PageEntry("preflight", "Pre-flight", Icon.CHECKLIST, PreflightPage),
+    PageEntry("tests", "Tests", Icon.TESTS, tests_page.TestsPage),
+    PageEntry("triggers", "Triggers", Icon.HISTORY, TriggersPage),
+)
+
+
+def with_modules(assembly: Assembly, qtbot: QtBot, *names: str) -> Store:
+    """The window's store, once it is open, with these modules."""
+    qtbot.waitUntil(lambda: isinstance(assembly.storage.store, Store))
+    store = assembly.storage.store
+    assert isinstance(store, Store)
+    for name in names:
+        store.register_module(name)
+    return store
+
+
+@pytest.mark.parametrize("known", [(), ("M-070",), ("M-070", "m-07"), ("M-07", "M-070")])
+def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, known: tuple[str, ...]
+) -> None:
+    with window(qapp, tmp_path, entries=PAGES) as assembly:
+        main, naming = assembly.window, assembly.connector.current.module
+        with_modules(assembly, qtbot, *known)
+        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
+        for page in PAGES:
+            main.go_to(page.key)
+            shown = main.stack.currentWidget()
+            assert shown is not None
+            field = shown.findChildren(ModuleField)[0]
+            field.show_name()
+            edit = field.lineEdit()
+            assert edit is not None
+            edit.setFocus()
+            edit.selectAll()
+            QTest.keyClicks(edit, "M-07")
+            QTest.keyClick(edit, Qt.Key.Key_Return)
+            assert (naming.name, edit.text()) == ("M-07", "M-07"), page.key
+            naming.choose("")
+
+
+def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    asked: list[Path] = []
+
+    def ask(_parent: object, _title: str, suggested: Path, _filter: str, then: ThenPath) -> None:
+        asked.append(tmp_path / suggested.name)
+        then(asked[-1])
+
+    with window(qapp, tmp_path, entries=PAGES[1:2]) as assembly:
+        main = assembly.window
+        menus, naming = main.menus, assembly.connector.current.module
+        actions = main.findChildren(LabelActions)[0]
+        actions.ask_path = ask
+        menus.refresh()
+        assert not menus["label_62"].isEnabled()
+        store = with_modules(assembly, qtbot, "M-08")
+        naming.choose("M-07/../<b>")
+        menus.refresh()
+        menus["label_24"].trigger()
+        qtbot.waitUntil(lambda: not actions._printing.is_running)
+        menus["label_A4"].trigger()
+        qtbot.waitUntil(lambda: not actions._printing.is_running)
+        assert [path.name for path in asked] == ["M-07_b label.pdf", "DPS-S label.pdf"]
+        assert all(path.read_bytes().startswith(b"%PDF-") for path in asked)
+        store.register_module("W" * 61)
+        asked[-1].unlink()
+        menus["label_A4"].trigger()
+        qtbot.waitUntil(lambda: not actions._printing.is_running)
+        assert "A label takes a name, of this length at most: 60" in main.status_bar.passing.text()
+        assert not asked[-1].exists()

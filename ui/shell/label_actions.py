@@ -1,0 +1,94 @@
+"""Print label, in the File menu and in each field that names the module: for tape, or a sheet for all modules.
+
+What prints is imported when it is first used.
+"""
+
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QCursor
+
+from app.records.labels import PAPERS, Label, Paper, write_labels
+from app.settings.fingerprint import Fingerprint, fingerprint, fingerprint_of
+from app.store.store import Store
+from app.text.i18n import tr
+from app.text.sentences import not_written
+from app.text.user_error import UserError
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.files.file_dialogs import AskPath, ask_path
+from ui.services.context import Services
+from ui.shell.actions import MenuEntry
+from ui.shell.main_window import MainWindow
+
+_SHEET: Final = "A4"
+_TITLES: Final = {"62": marked("62 mm tape…"), "24": marked("24 mm tape…"), _SHEET: marked("A4 sheet of all modules…")}
+
+
+class LabelActions(QObject):
+    """For one window."""
+
+    def __init__(self, window: MainWindow, services: Services) -> None:
+        super().__init__(window)
+        self._window, self._services = window, services
+        self.ask_path: AskPath = ask_path
+        self._printing: BackgroundTask[None] = BackgroundTask("dps-s label", self, finished_at_close=True)
+        self._folder = Path.home()
+        menu = window.menus.add_menu("label", marked("Print label"))
+        for key, title in _TITLES.items():
+            when = (
+                (lambda: bool(services.connector.current.module.known))
+                if key == _SHEET
+                else (lambda: bool(services.connector.current.module.name))
+            )
+            window.menus.add("label", MenuEntry(f"label_{key}", title, partial(self.print_on, key), when=when))
+        menu.aboutToShow.connect(window.menus.refresh)
+        services.connector.label_wanted.connect(lambda: menu.popup(QCursor.pos()))
+
+    def print_on(self, key: str, _is_checked: bool = False) -> None:
+        """Asks for a file, then writes the label of the shown module, or those of all."""
+        from app.records.report_files import file_name
+
+        connector = self._services.connector
+        port = connector.current
+        shown = Label(port.module.name, _now(), _code(fingerprint_of(port.device, connector.clock())))
+        find = self._labels_of_all if key == _SHEET else lambda: [shown]
+        name = file_name("DPS-S" if key == _SHEET else shown.name, tr("label"))
+        suggested, write = self._folder / f"{name}.pdf", partial(self._write, find, PAPERS[key])
+        self.ask_path(self._window, tr("Print label"), suggested, "PDF (*.pdf)", write)
+
+    def _labels_of_all(self) -> list[Label]:
+        """With the settings that were last read of each."""
+        store, at = self._services.storage.store, _now()
+        if not isinstance(store, Store):
+            return []
+        names = sorted(module.name for module in store.modules())
+        return [Label(name, at, _code(fingerprint(store.evidence(name).settings))) for name in names]
+
+    def _write(self, find: Callable[[], Sequence[Label]], paper: Paper, path: Path) -> None:
+        from ui.files.report_printer import print_pages
+
+        self._folder = path.parent
+        self._printing.run(
+            lambda _running: write_labels(path, find(), paper, print_pages),
+            lambda _none: self._window.show_message(tr("Saved to {path}.", path=path)),
+            partial(self._fail, path),
+        )
+
+    def _fail(self, path: Path, error: Exception) -> None:
+        if not isinstance(error, UserError | OSError | RuntimeError):
+            raise error
+        self._window.show_message(error.sentence if isinstance(error, UserError) else not_written(path, error))
+
+
+def _now() -> datetime:
+    return datetime.now(UTC).astimezone()
+
+
+def _code(found: Fingerprint) -> str:
+    """Of a module of which a setting is not known there is none."""
+    return (found.code or "") if found.is_complete else ""
