@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from app.captures.entries import CaptureEntry
 from app.recordings.excerpt import Excerpt
 from app.recordings.library import RecordingEntry, unreadable
-from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimits
-from app.recordings.reports import ACTIVE, TRIGGERED, ReportColumns, ReportFinder
+from app.recordings.markers import KIND_OF_WORD, NO_LIMITS, Marker, MarkerKind, ModuleLimits
+from app.recordings.measured import Measured
+from app.recordings.reports import ReportColumns, ReportFinder
 from app.recordings.session_format import (
     EVENTS,
     NANOSECONDS,
@@ -25,7 +26,6 @@ from app.recordings.session_format import (
 )
 from app.recordings.session_reader import FileMessage, MissingSpan, SessionFile, read_blocks
 from app.samples.ring_buffers import RecordedSeries, bucket_firsts
-from app.samples.step_function import StepFunction
 from app.system.gil_yield import GilYield
 from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
@@ -46,14 +46,17 @@ class LimitsAt(NamedTuple):
     limits: ModuleLimits
 
 
-class Recording:
+class Recording(Measured):
     """Made by `open_recording`. Immutable; a running session is read as far as it is written.
 
     Times are monotonic seconds of the recording computer; add `wall_offset_s` for seconds since 1970.
     """
 
+    markers: tuple[Marker, ...]
+
     def __init__(self, entry: RecordingEntry) -> None:
         """Raises OSError, `UserError`."""
+        super().__init__(_MAX_LIMITS)
         self.entry = entry
         self.damaged: list[tuple[float, float]] = []
         """Times between which data is missing."""
@@ -87,28 +90,14 @@ class Recording:
         firsts = [series.exact_since_s for series in tables] + [marker.time_s for marker in self.markers[:1]]
         self.start_s = min((self.opening.start_s, *firsts))
         self.end_s = max((*ends, *(series.last.time_s for series in tables if series.last is not None)))
-        self._keep_limits()
+        for time_s, known in self.limits:
+            self.put(time_s, known)
+        if self.limits:  # unknown after the end
+            self.put(max(self.end_s, self.limits[-1].time_s), NO_LIMITS)
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        """The data of a span, both ends included, as views of the columns."""
-        tilt, cell, light = (series.window(start_s, end_s) for series in (self.tilt, self.cell, self.light))
-        first = int(np.searchsorted(self._times, start_s, "left"))
-        rows = slice(first, first + len(tilt.time_s))
-        flags = self._flags[rows]
-        return Excerpt(
-            start_s=start_s,
-            end_s=end_s,
-            time_s=tilt.time_s,
-            tilt_deg=tilt.value,
-            acceleration_g=self._acceleration[rows],
-            is_triggered=(flags & TRIGGERED) != 0,
-            is_active=(flags & ACTIVE) != 0,
-            cell_time_s=cell.time_s,
-            cell_voltage_v=cell.value,
-            light_time_s=light.time_s,
-            light_v=light.value,
-            markers=tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s),
-        )
+        first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")
+        return self._excerpt(start_s, end_s, self._flags[first:stop])
 
     @property
     def damage(self) -> UserMessage | None:
@@ -170,18 +159,6 @@ class Recording:
         self.tilt = RecordedSeries(self._times, self._tilt, firsts)
         self.acceleration = RecordedSeries(self._times, self._acceleration, firsts)
         self.cell, self.light = (_series(self._polled[key]) for key in ("cell_voltage_v", "light_v"))
-
-    def _keep_limits(self) -> None:
-        self.fires, self.rearms, self.falls, self.fall_times, self.lights = (
-            StepFunction(_MAX_LIMITS) for _ in range(5)
-        )
-        functions = (self.fires, self.rearms, self.falls, self.fall_times, self.lights)
-        keys = ("fires_deg", "rearms_deg", "free_fall_g", "free_fall_s", "light_v")
-        # Unknown after the end.
-        ends = [LimitsAt(max(self.end_s, self.limits[-1].time_s), ModuleLimits())] if self.limits else []
-        for time_s, limits in (*self.limits, *ends):
-            for key, steps in zip(keys, functions, strict=True):
-                steps.put(time_s, getattr(limits, key))
 
     def _seconds(self, file: SessionFile, gap: MissingSpan) -> tuple[float, float]:
         return _mono(file, gap.first_ns), _mono(file, gap.last_ns)

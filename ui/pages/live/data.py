@@ -1,8 +1,8 @@
 """Data of the Live page: series, limits over time, markers. Times are monotonic seconds."""
 
 from collections import deque
-from collections.abc import Collection
-from typing import Final, Protocol
+from copy import deepcopy
+from typing import Final
 
 import numpy as np
 
@@ -12,8 +12,9 @@ from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import Excerpt
 from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimits, charging_at, last_limits
-from app.samples.ring_buffers import Readable, Series
-from app.samples.step_function import StepFunction
+from app.recordings.measured import LimitSteps, Measured
+from app.recordings.reports import ACTIVE, TRIGGERED
+from app.samples.ring_buffers import Series
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.plots.lanes import Lane, Limit, Mark, Scale
@@ -26,8 +27,6 @@ _MAX_MARKERS: Final = 1000
 _RATE_OVER_S: Final = 2.0
 # Voltage and light count as fresh for 5 s.
 SLOW_GAP_S: Final = 5.0
-_TRIGGERED: Final = 2
-_ACTIVE: Final = 1
 
 
 # The most important first; where two are in one place, only the first is shown.
@@ -54,49 +53,14 @@ def mark_of(marker: Marker) -> Mark:
     return Mark(marker.time_s, word, icon, meaning, _RANKS[marker.kind])
 
 
-class LimitSteps:
-    """The limits of a module over time."""
-
-    def __init__(self) -> None:
-        self.fires, self.rearms, self.falls, self.lights = (StepFunction() for _ in range(4))
-
-    def put(self, at: float, limits: ModuleLimits) -> None:
-        """Sets the limits from `at` on."""
-        self.fires.put(at, limits.fires_deg)
-        self.rearms.put(at, limits.rearms_deg)
-        self.falls.put(at, limits.free_fall_g)
-        self.lights.put(at, limits.light_v)
-
-    def clear(self) -> None:
-        for steps in (self.fires, self.rearms, self.falls, self.lights):
-            steps.clear()
-
-
-class Measured(Protocol):
-    """Source of the plots: the current session, or a recording."""
-
-    @property
-    def tilt(self) -> Readable: ...
-    @property
-    def acceleration(self) -> Readable: ...
-    @property
-    def light(self) -> Readable: ...
-    @property
-    def cell(self) -> Readable: ...
-    @property
-    def fires(self) -> StepFunction: ...
-    @property
-    def rearms(self) -> StepFunction: ...
-    @property
-    def falls(self) -> StepFunction: ...
-    @property
-    def lights(self) -> StepFunction: ...
-    @property
-    def markers(self) -> Collection[Marker]: ...
-
-
-class LiveData(LimitSteps):
+class LiveData(Measured):
     """The data of the current session. Samples are added as arrays: a hundred cost about as much as one."""
+
+    tilt: Series
+    acceleration: Series
+    cell: Series
+    light: Series
+    markers: deque[Marker]
 
     def __init__(self) -> None:
         super().__init__()
@@ -106,7 +70,7 @@ class LiveData(LimitSteps):
         self.light = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
         self.stale = LimitSteps()
         """The last known limits, while they are stale."""
-        self.markers: deque[Marker] = deque(maxlen=_MAX_MARKERS)
+        self.markers = deque(maxlen=_MAX_MARKERS)
         # One entry for each sample of tilt and acceleration; its summary is not used.
         self._flags = Series(summary_buckets=2)
         self._first_s: float | None = None
@@ -148,33 +112,17 @@ class LiveData(LimitSteps):
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         """A copy of all data in a span, both ends included."""
-        time_s, tilt_deg = self.tilt.window(start_s, end_s)
-        flags = self._flags.window(start_s, end_s).value.astype(np.int8)
-        cell, light = self.cell.window(start_s, end_s), self.light.window(start_s, end_s)
+        flags = self._flags.window(start_s, end_s).value.astype(np.uint8)
         oldest_s = self.tilt.exact_since_s
         is_whole = self._first_s is None or start_s >= oldest_s or self._first_s >= oldest_s
-        return Excerpt(
-            start_s=start_s,
-            end_s=end_s,
-            time_s=time_s.copy(),
-            tilt_deg=tilt_deg.copy(),
-            acceleration_g=self.acceleration.window(start_s, end_s).value.copy(),
-            is_triggered=(flags & _TRIGGERED) != 0,
-            is_active=(flags & _ACTIVE) != 0,
-            cell_time_s=cell.time_s.copy(),
-            cell_voltage_v=cell.value.copy(),
-            light_time_s=light.time_s.copy(),
-            light_v=light.value.copy(),
-            markers=tuple(one for one in self.markers if start_s <= one.time_s <= end_s),
-            is_whole=is_whole,
-        )
+        return deepcopy(self._excerpt(start_s, end_s, flags, is_whole=is_whole))
 
     def _add_samples(self, samples: tuple[Status, ...]) -> None:
         columns = np.array(samples, np.float64).T
         times = columns[0]
         self.tilt.append(times, columns[1])
         self.acceleration.append(times, columns[2])
-        self._flags.append(times, columns[3] * _TRIGGERED + columns[4] * _ACTIVE)
+        self._flags.append(times, columns[3] * TRIGGERED + columns[4] * ACTIVE)
         if self._first_s is None:
             self._first_s = float(times[0])
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import partial
 from math import inf
 from time import perf_counter
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QKeyEvent
@@ -31,9 +31,8 @@ from app.firing.what_if_drafts import (
     WhatIfDrafts,
 )
 from app.firing.what_if_texts import WhatIfKind, WhatIfRow, WhatIfVerdict
-from app.recordings.excerpt import Excerpt
+from app.recordings.measured import Measured
 from app.recordings.recording import Recording
-from app.samples.ring_buffers import Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from protocol.catalogue import Command
@@ -66,14 +65,6 @@ _STYLES: Final = {
 _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
 PACE: Final = 10
 """Live data that grew are judged again after this many times the time that the last judgement took."""
-
-
-class Measured(Protocol):
-    """A live or a recorded session."""
-
-    @property
-    def tilt(self) -> Readable: ...
-    def excerpt(self, start_s: float, end_s: float) -> Excerpt: ...
 
 
 class _Asked(NamedTuple):
