@@ -5822,6 +5822,10 @@
         <translation>2 秒内的上报：仅 {count} 条</translation>
     </message>
     <message>
+        <source>reports not recorded</source>
+        <translation>有报告未记录</translation>
+    </message>
+    <message>
         <source>required</source>
         <translation>必需</translation>
     </message>

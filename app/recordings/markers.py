@@ -29,6 +29,8 @@ class MarkerKind(Enum):
     CHARGER_REMOVED = "charger removed"
     DAMAGED = "damaged data left out"
     """Data between here and the next report is missing from the recording."""
+    MISSING = "missing"
+    """Reports that came before were not recorded, because the disk was too slow."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from app.recordings.library import (
     running_entry,
     stopped_message,
 )
-from app.recordings.markers import Marker, MarkerTracker
+from app.recordings.markers import Marker, MarkerKind, MarkerTracker
 from app.recordings.session_format import Opening
 from app.recordings.writer import SessionWriter
 from app.stations.station import find_station, fingerprint_of
@@ -242,7 +242,7 @@ class Recorder:
 
     def _note_missing(self, count: int) -> None:
         if self._writer is not None:
-            self._writer.note(self._clock(), "missing", count=count)
+            self._writer.note(self._clock(), MarkerKind.MISSING.value, count=count)
 
     def _end(self) -> None:
         self._close()

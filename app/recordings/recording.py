@@ -146,9 +146,9 @@ class Recording(Measured):
                 case "limits":
                     values = (_number(fields.get(key)) for key in ModuleLimits._fields)
                     limits.append(LimitsAt(at_s, ModuleLimits(*values)))
-                case "missing":
-                    self.missing_count += int(_number(fields.get("count")) or 0)
                 case word:
+                    if word == MarkerKind.MISSING.value:
+                        self.missing_count += int(_number(fields.get("count")) or 0)
                     kind = KIND_OF_WORD.get(str(word))
                     if kind is not None and is_time(at_s):
                         markers.append(Marker(at_s, kind, str(fields.get("port", ""))))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app.recordings import writer
+from app.recordings.markers import MarkerKind
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import (
     HEADING,
@@ -173,6 +174,7 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
         with opened(bench.path) as recording:
             assert len(recording.tilt) == 101
             assert recording.missing_count == 1800
+            assert [marker.kind for marker in recording.markers].count(MarkerKind.MISSING) == 1
             assert recording.damage is not None
             assert recording.damage.in_english().endswith("the disk was too slow; reports and frames: 1,800.")
             assert not recording.entry.was_cut_off

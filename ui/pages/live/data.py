@@ -38,6 +38,7 @@ _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
     MarkerKind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
     MarkerKind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
     MarkerKind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
+    MarkerKind.MISSING: (marked("reports not recorded"), Icon.WARNING, Meaning.DANGER),
     MarkerKind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
     MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
     MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),

@@ -1,4 +1,5 @@
-"""What is shown beside the list of recordings, and a recording on the Live page of a small screen."""
+"""What is shown beside the list of recordings, a recording on the Live page of a small screen, and damage: it is said
+where a recording is exported and shown."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,18 +10,25 @@ from PySide6.QtCore import QPoint, QSize
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+import app.__main__ as program
 from app.engine.target import Target
-from app.text.i18n import CHINESE, ENGLISH
+from app.recordings.library import recordings_folder
+from app.recordings.recording import Recording
+from app.text.i18n import CHINESE, ENGLISH, set_language
+from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import WAIT_MS, simulated, speak_chinese, wait_online, window
 from tests.support.window.moved import moved, places
 from tests.support.window.steps import await_child, find
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import PAGES, WindowOptions
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.page import RecordingsPage
-from ui.style.theme import Choice
+from ui.services.recording_jobs import ExportKind
+from ui.style.theme import Choice, Meaning
+
+pytest_plugins = ["tests.support.cli_fixtures"]
 
 FULL_HD_AT_200 = QSize(960, 540)
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "recordings"))
@@ -132,3 +140,48 @@ def test_a_question_is_whole_in_sunlight_and_moves_no_control(
         assert page.strip.isVisible()
         assert not cut_off(page.strip)
         assert moved(before, places(page)) == []
+
+
+# Damage
+
+
+def damage(path: Path) -> None:
+    """Changes one bit in the middle."""
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0x10
+    path.write_bytes(data)
+
+
+def test_the_command_line_reports_damage(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    damage(record(recordings_folder()))
+    for name in ("x.csv", "x.mcap"):
+        assert program.main(["recordings", "export", "latest", str(tmp_path / name)]) == 4
+        printed = Printed(capsys)
+        assert "Rows written to" in printed.out
+        assert "Damaged or altered" in printed.err
+    assert "damaged data left out" in (tmp_path / "x.csv").read_text("utf-8-sig")
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    """The list and the Live page, with a recording of which a bit was changed."""
+    template = record(tmp_path / "template")
+    damage(template)
+    with made(qtbot, qapp, tmp_path / "data", template, RecordingsPage, LivePage) as one:
+        yield one
+
+
+def test_the_window_reports_damage_at_export_and_on_the_live_page(desk: Desk, tmp_path: Path) -> None:
+    desk.page.work.export(desk.page.work.entries[0], tmp_path / "x.csv", ExportKind.CSV)
+    desk.until(lambda: "Saved" in desk.said())
+    assert "Damaged or altered" in desk.said()
+    assert desk.page.strip.notice is not None
+    assert desk.page.strip.notice.meaning is Meaning.ATTENTION
+    speak_chinese()
+    assert "已损坏或被修改" in desk.said()
+    set_language(ENGLISH)
+    desk.open()
+    shown = desk.live.recording
+    assert isinstance(shown, Recording)
+    assert shown.damage is not None
+    desk.until(lambda: "Damaged or altered" in desk.live._recorded.banner.label.text())
