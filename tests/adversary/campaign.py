@@ -101,7 +101,7 @@ class Desk:
             stage.happens_at(clock() + trouble.accident.at_s, trouble.accident.happen)
         ran = stage.run(command.argv)
         stage.wait_until(stage.truth.last_act_at + SETTLED_S)
-        case = Case(ran, stage.truth, command.acts, _latency_s(bench), trouble.forges, trouble.withholds)
+        case = Case(ran, stage.truth, command.acts, latency_s(bench), trouble.forges, trouble.withholds)
         return Result(plan, ran, judge_all(case, command.judge), stage.truth.acts_sent)
 
     def _at_window(self, plan: Plan) -> Result:
@@ -117,7 +117,7 @@ class Desk:
         bench, began_s = self._bench, self._bench.clock()
         bench.disconnect()
         bench.exchange(_options(plan, {"rate": 20, **gestures.module}))
-        session = Session(bench, _latency_s(bench.bench), forges=trouble.forges)
+        session = Session(bench, latency_s(bench.bench), forges=trouble.forges)
         if trouble.accident is not None:
             session.happens = bench.clock() + SETTLED_IN_S + trouble.accident.at_s, trouble.accident.happen
         with caught_errors() as mishaps:
@@ -136,7 +136,7 @@ def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
     return {**BASIS, "seed": str(plan.seed), **DIALECTS[plan.quirks], **own, **TROUBLES[plan.trouble].options}
 
 
-def _latency_s(bench: SimulatedBench) -> float:
+def latency_s(bench: SimulatedBench) -> float:
     """Return the age of an answer that has just arrived."""
     faults = bench.wire.faults
     added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms + lying(bench).lies.latest_ms

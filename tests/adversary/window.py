@@ -11,6 +11,9 @@ from app.procedures.act import Performed
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.form import FormRow, RowState
+from protocol.catalogue import SERIAL_OUTPUT, Command
+from protocol.fields import Value
+from protocol.link_states import Presence
 from tests.adversary.judge import LOOKS_IN_A_ROW, Breach, Case, Finding, shown, stands
 from tests.adversary.program import Ran
 from tests.gestures.gesture_bench import GestureBench
@@ -64,14 +67,31 @@ class Session:
         return self.bench.settings.work.form.rows(self.bench.device, self.bench.clock())
 
     def look(self) -> None:
+        """Compare every value that is shown as certain."""
         case, view, now = self.case, self.bench.device, self.bench.clock()
+        is_linked = self.bench.assembly.connector.current.is_open and view.presence is not Presence.OFFLINE
         for row in self.rows():
-            if row.command.key in settings_keys() and row.state in SURE and row.module_value is not None:
-                self.findings += shown(case, row.command.key, row.module_value.value)
-        for key in ("active", "triggered", "boot_count"):
-            value = view.fresh(key, now)
-            if value is not None:
+            if row.state not in SURE or row.module_value is None:
+                continue
+            key, value = row.command.key, row.module_value.value
+            if not is_linked:
+                self.findings.append(Finding(Breach.WRONG_VALUE, f"{key} is shown as certain without a link"))
+            elif row.command is not SERIAL_OUTPUT:  # a stream proves it, too
                 self.findings += shown(case, key, value)
+            if row.state is RowState.VERIFIED:
+                self.findings += self._unproven(row.command, value)
+        for key in ("active", "triggered", "boot_count"):
+            known = view.fresh(key, now)
+            is_asked_again = key == "boot_count" and view.is_restart_suspected
+            if known is not None and not is_asked_again:
+                self.findings += shown(case, key, known)
+
+    def _unproven(self, command: Command, value: Value) -> Iterator[Finding]:
+        """It was set to this since the port was opened, and then read at least twice."""
+        truth = self.bench.truth
+        set_at = truth.sent_since(command.set(value), truth.opened_at)
+        if not set_at or len(truth.sent_since(command.query(), set_at[-1])) < 2:
+            yield Finding(Breach.FALSE_VERIFIED, f"{command.key} = {value} was not set and read twice on this line")
 
     def confirm(self, question: Confirm) -> None:
         """Answer it as a careful person does; nothing happens where it cannot be asked."""

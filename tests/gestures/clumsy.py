@@ -1,7 +1,7 @@
-"""A clumsy person at the real window: pointer and keys at random, on a simulated module that counts what it is told.
+"""A clumsy person at the real window: pointer and keys at random, on a simulated module to which accidents happen.
 
-Beside it stands a second account of what the hands did (`tests.gestures.observer`): a dangerous frame without a
-whole gesture of its own is a fault.
+Beside it stand a second account of what the hands did (`tests.gestures.observer`): a dangerous frame without a whole
+gesture of its own is a fault; and the truth (`tests.adversary.window`): so is what is shown as certain and is not so.
 
 python -m tests.gestures.clumsy --sequences 20000 --seed 1
 """
@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -22,8 +23,9 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
 from app.guided.results import GuidedKind
-from protocol.catalogue import Hazard, Request
-from protocol.link_states import Presence
+from protocol.catalogue import BY_NAME, LOCK, Command, Hazard, Request
+from protocol.fields import Value
+from tests.gestures.accidents import Accidents
 from tests.gestures.gesture_bench import TICK_S, GestureBench, gesture_bench
 from tests.gestures.observer import DEAD_S, HOLD, WATCHED, Observer
 from ui.widgets.gestures import gestures
@@ -31,6 +33,12 @@ from ui.widgets.gestures import gestures
 SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
 LANGUAGES: Final = ("en", "zh_CN")
 KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Backtab, Qt.Key.Key_Escape)
+VALUES: Final[Mapping[Command, tuple[Value, ...]]] = {
+    BY_NAME["attitude_threshold"]: (30, 58, 62, 130),
+    BY_NAME["freefall_time"]: (0.2, 1.2, 1.8),
+    BY_NAME["light_threshold"]: (0.5, 2.0),
+    BY_NAME["attitude_trigger"]: (True, False),
+}
 CHECK_S: Final = 13.0
 """Longer than a pre-flight check takes."""
 WINDOW_LASTS: Final = 400
@@ -51,6 +59,7 @@ class Clumsy:
     def __init__(self, bench: GestureBench, dice: random.Random, report: Report) -> None:
         self.bench, self.dice, self.report = bench, dice, report
         self.observer = Observer(bench)
+        self.accidents = Accidents(bench, dice)
         self.trail: list[str] = []
         self._is_down = False
         self._key: Qt.Key | None = None
@@ -69,10 +78,11 @@ class Clumsy:
 
     def _act(self) -> None:
         actions = (
-            (self._go_somewhere, 6), (self._click, 7), (self._double_click, 3), (self._down, 2), (self._up, 2),
+            (self._go_somewhere, 6), (self.click, 7), (self._double_click, 3), (self._down, 2), (self._up, 2),
             (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2), (self._scroll, 1),
             (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_module, 1),
-            (self._whole_gesture, 1), (self._check, 0.15), (self._guided_test, 0.5),
+            (self._whole_gesture, 1), (self._check, 0.15), (self._guided_test, 0.5), (self.press_lock, 0.5),
+            (self._write, 3), (self._accident, 1), (self._act_and_then, 2),
         )  # fmt: skip
         action = self.dice.choices([one for one, _ in actions], [weight for _, weight in actions])[0]
         self.trail.append(action.__name__)
@@ -83,6 +93,10 @@ class Clumsy:
         self.report.events += 1
         self.bench.turn()
         self.observer.poll()
+        self.look()
+
+    def look(self) -> None:
+        self.report.faults += (f"{fault} after {', '.join(self.trail)}" for fault in self.accidents.look())
 
     def _go_somewhere(self) -> None:
         window = self.bench.window
@@ -127,13 +141,13 @@ class Clumsy:
             self.observer.mouse_up()
             self.bench.release()
 
-    def _click(self) -> None:
+    def click(self) -> None:
         self._down()
         self._settle()
         self._up()
 
     def _double_click(self) -> None:
-        self._click()
+        self.click()
         self._settle()
         self.bench.hand_s += self.dice.choice((0.0, 0.06, 0.2, 0.35))
         self._down(is_double=True)
@@ -208,16 +222,21 @@ class Clumsy:
         buttons = [one for one in self.bench.buttons() if one.isEnabled() and one.objectName() in WATCHED]
         if not buttons or self._is_down or self._key is not None:
             return
-        self._do_whole(self.dice.choice(buttons))
+        self.do_whole(self.dice.choice(buttons))
 
-    def _do_whole(self, one: QPushButton) -> None:
+    def point_at(self, one: QPushButton) -> None:
+        """As a careful person does, from elsewhere and after a while."""
         self._move(QPoint(1, 60))
         self._settle()
         self.wait(0.6)
+        if one.isVisible():
+            self._move(self.bench.at(one))
+            self._settle()
+
+    def do_whole(self, one: QPushButton) -> None:
+        self.point_at(one)
         if not one.isVisible():
             return
-        self._move(self.bench.at(one))
-        self._settle()
         self._down()
         if one.objectName() == HOLD:
             self.wait(2.4)
@@ -234,7 +253,7 @@ class Clumsy:
         enable = self.bench.preflight.buttons.enable
         if not enable.isVisible():
             self.wait(CHECK_S)
-        self._do_whole(enable)
+        self.do_whole(enable)
         self.wait(CHECK_S)
 
     def _guided_test(self) -> None:
@@ -252,30 +271,82 @@ class Clumsy:
         page.work.start()
         self.wait(3.0)
 
+    # What is done on purpose, and what happens meanwhile
+
+    def press_lock(self) -> None:
+        """By its key, which counts whatever is open; it leaves at once."""
+        before = self.bench.sent.count(LOCK)
+        is_possible = self.accidents.is_reachable
+        self.observer.lock_pressed()
+        self.bench.key(Qt.Key.Key_F12, is_press=True)
+        self.bench.key(Qt.Key.Key_F12, is_press=False)
+        self.wait(0.1)
+        if is_possible and self.bench.sent.count(LOCK) == before:
+            self.report.faults.append(f"LOCK did not leave after {', '.join(self.trail)}")
+
+    def _write(self) -> None:
+        """Edit some values and write them; risks are accepted, and perhaps something happens at once."""
+        if self._is_down or self._key is not None:
+            return
+        if self.dice.random() < 0.7:
+            self.accidents.put_in_order(self.wait)
+        settings = self.bench.settings
+        self.bench.window.go_to("settings")
+        values = {command.key: self.dice.choice(choices) for command, choices in VALUES.items()}
+        chosen = self.dice.sample(sorted(values), self.dice.randint(1, len(values)))
+        settings.work.edit(lambda: settings.work.form.fill({key: values[key] for key in chosen}))
+        self.bench.refresh()
+        if self.dice.random() < 0.5:
+            self._accident()
+        if settings.write.isEnabled():
+            self.do_whole(settings.write)
+            self.bench.refresh()
+        anyway = settings.strip.button("write_anyway")
+        if anyway is not None and anyway.isVisible():
+            self.do_whole(anyway)
+        self.wait(self.dice.choice((0.1, 1.0, 8.0)))
+
+    def _act_and_then(self) -> None:
+        """Confirm an act on a module in order, and let something follow at once."""
+        if self._is_down or self._key is not None:
+            return
+        self.accidents.put_in_order(self.wait)
+        self.bench.window.go_to("commands")
+        self.bench.refresh()
+        confirm = self.dice.choice(list(self.bench.commands.acts.values())).confirm
+        if self.dice.random() < 0.5:
+            self.accidents.slow_down()
+            self.bench.settings.work.read_all()
+        for button in (confirm.ask, confirm.go):
+            if button.isVisible() and button.isEnabled():
+                self.do_whole(button)
+        self.wait(self.dice.choice((0.0, 0.02, 0.1)))
+        follows = self.dice.choice((self.press_lock, self._accident, self.accidents.slip, self.accidents.restart))
+        self.trail.append(follows.__name__)
+        follows()
+        self.wait(3.0)
+
+    def _accident(self) -> None:
+        self.trail.append(self.accidents.happen())
+
     def _judge(self, request: Request) -> None:
         """Compare a frame, as it is sent, with the gestures before it."""
         if request.hazard is Hazard.NONE:
-            self.observer.asked(request)
             return
-        kind, is_meant = self.observer.feed(request)
-        if kind:
-            self.report.frames[kind] += 1
-        if not is_meant:
-            self.report.faults.append(f"{request.encode().hex(' ')} after {', '.join(self.trail)}")
+        kind, wrong = self.observer.feed(request)
+        self.report.frames[kind] += 1
+        if wrong:
+            self.report.faults.append(f"{request.encode().hex(' ')} {wrong} after {', '.join(self.trail)}")
 
-    def recover(self) -> bool:
-        """Restore the module where that is possible without another window."""
-        device = self.bench.device
-        is_there = device.presence is Presence.ONLINE and self.bench.bench.module.is_on
-        if is_there and self.bench.bench.module.is_triggered:
-            return False
-        return is_there and self.bench.assembly.connector.current.is_open
+    def recover(self) -> None:
+        """Put the module and the connection in order."""
+        self.accidents.put_in_order(self.wait)
 
 
 def run(application: QApplication, sequences: int, seed: int, *, is_told: bool = False) -> Report:
-    """Run this many sequences, in one window after the other."""
+    """Run this many sequences, in one window after the other, or until something is wrong."""
     report, number = Report(), 0
-    while report.sequences < sequences:
+    while report.sequences < sequences and not report.faults:
         dice = random.Random(f"{seed} {number}")
         language, size = LANGUAGES[number % len(LANGUAGES)], SIZES[number // 2 % len(SIZES)]
         number += 1
@@ -288,8 +359,10 @@ def run(application: QApplication, sequences: int, seed: int, *, is_told: bool =
             hands.wait(DEAD_S)  # what the window shows has been there for a while
             for _ in range(min(WINDOW_LASTS, sequences - report.sequences)):
                 hands.sequence()
-                if not hands.recover():
+                if report.faults:
                     break
+                if not hands.accidents.is_in_order or hands.dice.random() < 0.1:
+                    hands.recover()
         if is_told:
             frames = ", ".join(f"{count} x {kind}" for kind, count in sorted(report.frames.items()))
             print(f"{report.sequences:,} sequences, {report.events:,} events; left: {frames}", flush=True)

@@ -1,17 +1,24 @@
-"""A second account of what the hands at a window did: it grants a dangerous frame only for a whole gesture of its own.
+"""The ledger: what the hands at a window did, and what left for it.
+
+A dangerous frame is granted only by a whole gesture of its own on the same connection, which LOCK revokes, and its
+intent is in the log first; each setting leaves once for a press on Write; LOCK leaves at most fifty times within ten
+seconds of a press.
 
 It sees the buttons on the screen and the events that the hands make, and asks the code that it judges nothing but
-whether the release of a key has reached the button, and whether a check runs.
+whether the release of a key has reached the button, whether a check runs, and whether a guided test locks.
 """
 
-from collections import defaultdict
+import math
+from collections import Counter, defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
-from protocol.catalogue import STATUS, Request
+from app.procedures.write_all import SettingChange
+from protocol.catalogue import LOCK, Request
 from tests.gestures.gesture_bench import GestureBench
 from ui.pages.preflight.controller import Standing
 from ui.widgets.gestures import gestures
@@ -45,6 +52,11 @@ CHECK_LASTS_S: Final = 60.0
 """The longest time until a check enables the triggers."""
 UNLOCK: Final = "notice_unlock_once"
 UNLOCKED: Final = "unlocked write"
+WRITES: Final = frozenset({"settings_write", "notice_write_anyway", UNLOCK})
+"""A press on one of these writes what stands there as changed, each once."""
+MAX_LOCKS: Final = 50
+LOCKS_FOR_S: Final = 10.0
+SLACK_S: Final = 0.05
 HOLD: Final = "ritual_hold"
 _BEFORE: Final = {
     "act_activate_go": "act_activate_ask",
@@ -93,15 +105,18 @@ class Observer:
     keys_down: set[Qt.Key] = field(default_factory=set)
 
     def __post_init__(self) -> None:
-        self._grants: defaultdict[str, list[float]] = defaultdict(list)
-        """By frame: the times until which it is granted."""
-        self._told_at, self._told_active = self.bench.clock(), True
+        self._grants: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
+        """By frame: from when and until when it is granted."""
+        self._writes = Counter[bytes]()
+        self._locks, self._locked_at, self._owes_lock = 0, -math.inf, False
+        self._gone = Counter[bytes]()
 
     # What is on the screen
 
     def poll(self) -> None:
         """Update the state; called after every event."""
         window, now = self.bench.window, self.bench.hand_s
+        self._owes_lock |= self.bench.guided.work.owes_lock
         seen: dict[str, Sight] = {}
         visible = {one.objectName(): one for one in self.bench.buttons() if one.objectName() in WATCHED}
         for name, button in visible.items():
@@ -139,6 +154,7 @@ class Observer:
             self.press = None
 
     def mouse_down(self, *, is_double: bool) -> None:
+        self._note_write(self.bench.window.childAt(self.bench.pointer))
         name = self._under()
         sight = self.sights.get(name)
         is_good = sight is not None and sight.is_entered and self._is_old(sight) and not is_double
@@ -154,6 +170,7 @@ class Observer:
     def key_down(self, key: Qt.Key) -> None:
         self.keys_down.add(key)
         focused = QApplication.focusWidget()
+        self._note_write(focused)
         name = focused.objectName() if focused is not None else ""
         sight = self.sights.get(name)
         # Return presses only what is held; elsewhere it belongs to dialogs.
@@ -172,6 +189,22 @@ class Observer:
         if not self.keys_down:
             for sight in self.sights.values():
                 sight.has_key = False
+
+    def _note_write(self, pressed: QWidget | None) -> None:
+        """A plain button counts however it is pressed."""
+        name = pressed.objectName() if pressed is not None and pressed.isEnabled() else ""
+        self._owes_lock |= name in ENABLE  # it locks an active module first
+        if name in WRITES:
+            self._writes = Counter(change.command.set(change.value).encode() for change in self._changes())
+
+    def _changes(self) -> Sequence[SettingChange]:
+        return self.bench.settings.work.form.changes(self.bench.device, self.bench.clock())
+
+    def lock_pressed(self) -> None:
+        """LOCK may leave, and nothing dangerous that was decided before."""
+        self._locks, self._locked_at = MAX_LOCKS, self.bench.clock()
+        for kind in (*GO.values(), DEPLOY):
+            self._grants[kind].clear()
 
     def _begin(self, name: str, *, is_good: bool, key: Qt.Key | None) -> None:
         """Begin a press; a second one of the same button ends the first and does not count."""
@@ -200,7 +233,7 @@ class Observer:
             self.chosen.pop("ritual_choose", None)
         elif name == UNLOCK:
             # One press allows one write, which is of every setting that stands there as changed; each once.
-            for change in self.bench.settings.work.form.changes(self.bench.device, self.bench.clock()):
+            for change in self._changes():
                 self._grant(f"{UNLOCKED} {change.command.code:02x}", COUNTS_FOR_S)
         elif name in ENABLE:
             for kind in ENABLED:
@@ -214,33 +247,46 @@ class Observer:
     # What leaves
 
     def _grant(self, kind: str, for_s: float) -> None:
-        self._grants[kind].append(self.bench.clock() + for_s)
+        now = self.bench.clock()
+        self._grants[kind].append((now, now + for_s))
 
-    def _kind(self, request: Request) -> str:
-        """Return the key of a frame in the grants; empty if it is not dangerous."""
-        frame = request.encode().hex(" ")
-        for kind in (*GO.values(), DEPLOY):
-            if frame[6:].startswith(kind):
-                return kind
-        # A module that turns ACTIVE after it was asked cannot be known to be: the answer is on its way.
-        could_know = self._told_active or self.bench.clock() - self._told_at > TOLD_S
-        is_write = self.bench.bench.module.state.is_active and could_know and frame[6:8] != "10"
-        if is_write:
-            return f"{UNLOCKED} {frame[6:8]}"
-        # Settings writes the triggers of a locked module, too, as any other setting.
-        is_checking = self.bench.preflight.work.standing is Standing.CHECKING
-        return frame[6:11] if frame[6:11] in ENABLED and is_checking else ""
-
-    def asked(self, request: Request) -> None:
-        """Note the state of the module when its status is queried."""
-        if request.encode() == STATUS.query().encode():
-            self._told_at, self._told_active = self.bench.clock(), self.bench.bench.module.state.is_active
-
-    def feed(self, request: Request) -> tuple[str, bool]:
-        """Return the kind of a frame as it is sent, and whether a gesture granted it."""
-        kind = self._kind(request)
-        if not kind:
-            return "", True
-        left = [until for until in self._grants[kind] if until >= self.bench.clock()]
+    def _take(self, kind: str) -> bool:
+        """Use a grant up; one that was given before the port was opened is none."""
+        now, opened_at = self.bench.clock(), self.bench.truth.opened_at
+        left = [grant for grant in self._grants[kind] if opened_at <= grant[0] and now <= grant[1]]
         self._grants[kind] = left[1:]
-        return kind.removesuffix(kind[-3:]) if kind.startswith(UNLOCKED) else kind, bool(left)
+        return bool(left)
+
+    def feed(self, request: Request) -> tuple[str, str]:
+        """Return the kind of a frame as it is sent, and what is wrong with it, else nothing."""
+        frame = request.encode()
+        text = frame[2:].hex(" ")
+        if request == LOCK:
+            return "LOCK", self._feed_lock()
+        for kind in (*GO.values(), DEPLOY):
+            if text.startswith(kind):
+                self._gone[frame] += 1
+                intended = sum(one[1] == frame for one in self.bench.journal.intents)
+                is_intended = self._gone[frame] <= intended
+                return kind, "" if self._take(kind) and is_intended else "without a whole gesture, or not in the log"
+        is_checking = self.bench.preflight.work.standing is Standing.CHECKING
+        if text[:5] in ENABLED and is_checking and not self._writes[frame]:
+            return text[:5], "" if self._take(text[:5]) else "without a whole gesture"
+        self._writes[frame] -= 1
+        wrong = "" if self._writes[frame] >= 0 else "written by nobody, or twice"
+        if self.bench.bench.module.state.is_active and self._could_know():
+            return UNLOCKED, wrong or ("" if self._take(f"{UNLOCKED} {text[:2]}") else "to an active module")
+        return "write", wrong
+
+    def _could_know(self) -> bool:
+        """A module that turns ACTIVE after it was asked cannot be known to be: the answer is on its way."""
+        told = self.bench.truth.last_heard("active")
+        return told is not None and (bool(told.raw[6] & 1) or self.bench.clock() - told.at > TOLD_S)
+
+    def _feed_lock(self) -> str:
+        if self._owes_lock and self.bench.clock() > self._locked_at + LOCKS_FOR_S:
+            self._owes_lock = False
+            self.lock_pressed()  # the test does it itself, also once a lost port is back
+        self._locks -= 1
+        is_late = self.bench.clock() > self._locked_at + LOCKS_FOR_S + SLACK_S
+        return "LOCK that nobody pressed, too often or too late" if self._locks < 0 or is_late else ""

@@ -1,5 +1,9 @@
-"""No careless gesture completes an act: a sample of the table; the soak test runs all of it."""
+"""No careless gesture completes an act, whatever happens meanwhile: a sample; the soak runs all of it."""
 
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -7,6 +11,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QToolButton
 
+from app.engine.device import Device
+from app.engine.procedure import MAX_LOCKS
+from app.engine.run import Run
+from app.engine.session import Session
+from app.safety import interlocks as safety
+from app.safety.acts import Act
+from app.safety.interlocks import InterlockInputs
+from app.text.messages import UserMessage
+from protocol.catalogue import LOCK, Hazard, Request
+from tests.gestures.clumsy import Clumsy, Report
 from tests.gestures.gesture_bench import gesture_bench
 from tests.gestures.gesture_table import ACTS, LANGUAGES, SIZES, is_possible, run_window
 from tests.support.window.steps import find
@@ -43,3 +57,122 @@ def test_a_menu_that_a_key_opens_is_closed(qapp: QApplication, tmp_path: Path) -
         bench.key(Qt.Key.Key_Space, is_press=False)
         assert opened.count() == 1
         assert QApplication.activePopupWidget() is None
+
+
+def test_the_links_own_heartbeat_holds_lock_back_neither_in_its_time_nor_beyond_it(
+    qapp: QApplication, tmp_path: Path
+) -> None:
+    """Found by the soak: 27 LOCKs in ten seconds instead of 50, and the last one 0.8 s later."""
+    with gesture_bench(qapp, tmp_path) as bench:
+        bench.bench.change(double=0.3, jitter_ms=50.0)
+        bench.settings.work.read_all()
+        bench.wait(0.02)
+        bench.bench.change(drop=0.1, mute=True)
+        bench.key(Qt.Key.Key_F12, is_press=True)
+        bench.wait(15.0)
+        locks = bench.truth.sent_since(LOCK, 0.0)
+    assert len(locks) == MAX_LOCKS
+    assert max(later - sooner for sooner, later in pairwise(locks)) < 0.2
+
+
+# Broken programs
+
+
+def go_on_after_lock(patch: pytest.MonkeyPatch) -> None:
+    permitted = safety._permitted
+
+    def permit_all(act: Act, now_is: InterlockInputs, missing: str) -> UserMessage | None:
+        return permitted(act, replace(now_is, overtaken_at=None), missing)
+
+    patch.setattr(safety, "_permitted", permit_all)
+    patch.setattr(Session, "_withhold_dangerous", lambda session: None)
+
+
+def send_sets_again(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Request, "is_repeatable", property(lambda request: request.hazard is not Hazard.DANGEROUS))
+
+
+def keep_values(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Device, "mark_all_stale", lambda device, _reason: None)
+
+
+def hold_lock_back(patch: pytest.MonkeyPatch) -> None:
+    run = Session.run
+
+    def run_in_turn(session: Session, one: Run[object], *, is_urgent: bool = False) -> None:
+        run(session, one)
+
+    patch.setattr(Session, "run", run_in_turn)
+
+
+def activate_then_lock(hands: Clumsy) -> None:
+    hands.accidents.put_in_order(hands.wait)
+    hands.bench.window.go_to("commands")
+    hands.bench.refresh()
+    confirm = hands.bench.commands.acts[Act.ACTIVATE].confirm
+    hands.do_whole(confirm.ask)
+    hands.point_at(confirm.go)
+    hands.accidents.slow_down()
+    hands.click()
+    hands.press_lock()
+    hands.wait(8.0)
+
+
+def write_to_the_deaf(hands: Clumsy) -> None:
+    settings, judge = hands.bench.settings, hands.bench.on_leaving
+
+    def fall_silent(request: Request) -> None:
+        judge(request)
+        if request.is_set:
+            hands.bench.bench.change(mute=True)
+
+    hands.bench.on_leaving = fall_silent
+    hands.bench.window.go_to("settings")
+    hands.bench.refresh()
+    settings.work.edit(lambda: settings.work.form.choose("attitude_threshold_deg", 62))
+    hands.bench.refresh()
+    hands.do_whole(settings.write)
+    hands.wait(6.0)
+
+
+def restart_it(hands: Clumsy) -> None:
+    hands.wait(5.0)
+    hands.accidents.restart()
+    hands.wait(0.6)
+
+
+def pull_the_plug(hands: Clumsy) -> None:
+    hands.bench.bench.unplug()
+    hands.wait(1.0)
+
+
+@pytest.mark.parametrize("is_broken", [False, True])
+@pytest.mark.parametrize(
+    ("break_it", "happens"),
+    [
+        (go_on_after_lock, activate_then_lock),
+        (hold_lock_back, activate_then_lock),
+        (send_sets_again, write_to_the_deaf),
+        (keep_values, restart_it),
+        (keep_values, pull_the_plug),
+    ],
+)
+def test_a_faulty_program_is_detected(
+    break_it: Callable[[pytest.MonkeyPatch], None],
+    happens: Callable[[Clumsy], None],
+    is_broken: bool,
+    qapp: QApplication,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with gesture_bench(qapp, tmp_path) as bench:
+        report = Report()
+        hands = Clumsy(bench, random.Random(1), report)
+        hands.observer.poll()
+        hands.wait(1.0)
+        if is_broken:
+            break_it(monkeypatch)
+        happens(hands)
+        hands.look()
+        monkeypatch.undo()
+    assert bool(report.faults) is is_broken, report.faults

@@ -5,7 +5,7 @@
 "line": the module runs in another process. Faults, restarts, unplugging and plugging in come at random; the window is
 expected to come back each time by itself. In the end the line is healed, and then not one frame may be lost. Exit code
 1 for an exception, a frame lost on the healed line, a thread that stays, memory that grows, or a window that does not
-come back. "sequences": random gestures and accidents in random order. "gestures": careless gestures at every button.
+come back. "gestures": careless gestures at every button, then gestures and accidents in random order.
 """
 
 import argparse
@@ -44,7 +44,6 @@ from tests.gestures.clumsy import run as run_clumsy
 from tests.gestures.gesture_table import run_table
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
-from tests.soak.stateful import run_for
 from tests.support.terminals import RETURN_LIMIT_S
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
@@ -52,7 +51,7 @@ from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.port import Ports
 from ui.services.storage import Storage
 
-PARTS: Final = ("line", "sequences", "gestures")
+PARTS: Final = ("line", "gestures")
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""
 SHORTEST_S: Final = 5.0
@@ -250,13 +249,6 @@ def _run(seconds: float, seed: int) -> Outcome:
     return outcome
 
 
-def _try_sequences(outcome: Outcome, seconds: float, seed: int) -> None:
-    stretch = run_for(seconds, seed)
-    counts = f"{stretch.steps:,} steps in {stretch.rounds:,} rounds"
-    outcome.say("gestures and accidents", counts, stretch.failure and "see below")
-    outcome.lines += [stretch.failure] if stretch.failure else []
-
-
 def _try_gestures(outcome: Outcome, every: int, sequences: int, seed: int) -> None:
     tallies = run_table(every, seed % every)
     tries = sum(sum(tally.tries.values()) for tally in tallies)
@@ -266,7 +258,7 @@ def _try_gestures(outcome: Outcome, every: int, sequences: int, seed: int) -> No
     assert isinstance(application, QApplication)
     report = run_clumsy(application, sequences, seed)
     frames = sum(report.frames.values())
-    counts = f"{report.sequences:,} sequences, {report.events:,} events, {frames:,} acts by their whole gesture"
+    counts = f"{report.sequences:,} sequences, {report.events:,} events, {frames:,} frames by their whole gesture"
     outcome.say("clumsy hands", counts, "; ".join(report.faults[:3]))
 
 
@@ -274,7 +266,7 @@ def main() -> int:
     """Run from the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.soak", description="Everything that can go wrong on a line.")
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all of them by default")
-    parser.add_argument("--seconds", type=float, default=60.0, help="of line and sequences, 5 at least (default: 60)")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of line, 5 at least (default: 60)")
     parser.add_argument("--seed", type=int, default=1, help="the same seed, the same troubles")
     parser.add_argument("--every", type=int, default=997, help="one in so many careless gestures; 1 is the whole table")
     parser.add_argument("--clumsy", type=int, default=200, help="so many sequences of clumsy hands")
@@ -290,8 +282,6 @@ def main() -> int:
         outcome = Outcome()
         if part == "line":
             outcome = _run(args.seconds, args.seed)
-        elif part == "sequences":
-            _try_sequences(outcome, args.seconds, args.seed)
         else:
             _try_gestures(outcome, args.every, args.clumsy, args.seed)
         print("\n".join(outcome.lines), flush=True)

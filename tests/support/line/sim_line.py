@@ -109,7 +109,7 @@ class WatchedLine(SimulatedLine):
         on_leaving: Callable[[Request], None] = lambda _request: None,
     ) -> None:
         super().__init__(clock, baud_rate=baud_rate, bench=bench)
-        self._truth, self._plug, self._on_leaving = truth, bench.plug_number, on_leaving
+        self._truth, self.plug, self._on_leaving = truth, bench.plug_number, on_leaving
         bench.wire.clear(clock())
         self._check()
         truth.begin()
@@ -134,7 +134,7 @@ class WatchedLine(SimulatedLine):
         """Has no effect, as `interrupt`."""
 
     def _check(self) -> None:
-        if not self.bench.is_plugged_in or self.bench.plug_number != self._plug:
+        if not self.bench.is_plugged_in or self.bench.plug_number != self.plug:
             raise PortError(PortTrouble.LOST, "sim", "unplugged")
 
 

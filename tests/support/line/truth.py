@@ -126,7 +126,16 @@ class Truth:
                 changed_at = after.at
         return changed_at
 
+    def restarted_at(self) -> float:
+        """Return when it last started; minus infinity if it has run all the time."""
+        pairs = zip(self.moments, self.moments[1:], strict=False)
+        return max((after.at for before, after in pairs if before.boots != after.boots), default=-math.inf)
+
     # Frames
+
+    def sent_since(self, request: Request, at: float) -> list[float]:
+        """Return when this frame was sent since then."""
+        return [when for one, when in zip(self.sent, self.sent_at, strict=True) if one == request and when >= at]
 
     @property
     def last_act_at(self) -> float:
@@ -143,8 +152,8 @@ class Truth:
             return max(both, default=None)
         else:
             code = {"boot_count": 0x23, "light_v": 0x14, "charging": 0x33}.get(key) or KEYS[key]
-        found = self.heard.get(code)
-        return found[-1] if found else None
+        codes = BY_CODE[code].reply_codes if code in KEYS.values() else (code,)
+        return max((self.heard[code][-1] for code in codes if code in self.heard), default=None)
 
     @property
     def records_arrived(self) -> set[bytes]:

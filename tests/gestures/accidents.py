@@ -1,0 +1,154 @@
+"""What happens to the module and its line while somebody sits at the window, and what must be true of what is shown."""
+
+import math
+import random
+from collections.abc import Callable, Iterator, Mapping
+from typing import Final
+
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.simulator.options import parse_options
+from protocol.link_states import Presence
+from tests.adversary.campaign import latency_s
+from tests.adversary.faults import DIALECTS, LIES, LINE
+from tests.adversary.window import SURE, Session
+from tests.gestures.gesture_bench import GestureBench
+from tests.support.line.truth import Moment
+
+SEEN_WITHIN_S: Final = 0.5
+"""Within this time a restart on a good line is known."""
+TOLD_AFTER_S: Final = 1.0
+"""A frame may be known to be whole only by what follows it."""
+CALM_S: Final = 4.0
+"""Nothing late arrives after this time without a fault."""
+ONLINE_WITHIN_S: Final = 8.0
+_OF_LINE: Final = tuple(one.options for one in LINE.values() if one.options and not one.forges)
+_OF_MODULE: Final = tuple(one.options for one in LIES.values() if one.options and not one.forges)
+BASIS: Final = {"uptime": "60", "noise": "0", "drain": "0"}
+CONFIRMED_WITHIN_S: Final = 3.0
+_HOLDS: Final[Mapping[Act, Callable[[Moment], bool]]] = {
+    Act.ACTIVATE: lambda moment: moment.is_active,
+    Act.LOCK: lambda moment: not moment.is_active,
+    Act.SHUTDOWN: lambda moment: not moment.is_on,
+    Act.DEPLOY: lambda moment: moment.is_triggered,
+}
+"""What must have been so where an act is said to be confirmed."""
+
+
+class Accidents:
+    """`look` returns what is shown as certain and is not so."""
+
+    def __init__(self, bench: GestureBench, dice: random.Random) -> None:
+        self.bench, self._dice = bench, dice
+        self._session = Session(bench, 0.0)
+        self._judged = set[int]()
+        self._note_latency()
+        self._is_honest, self._calm_since = True, -math.inf
+        """Since when the line has had no fault; infinite while it has one."""
+
+    @property
+    def is_reachable(self) -> bool:
+        port = self.bench.assembly.connector.current
+        return port.is_open and self.bench.bench.plug_number == self.bench.line.plug and self.bench.bench.is_plugged_in
+
+    @property
+    def is_in_order(self) -> bool:
+        module, port = self.bench.bench.module, self.bench.assembly.connector.current
+        return self.is_reachable and module.is_on and not module.is_triggered and port.identity.is_settled
+
+    def happen(self) -> str:
+        """Let something happen; return its name."""
+        what = self._dice.choice((self.disturb, self.disturb, self.heal, self.restart, self.slip, self.exchange))
+        what()
+        return what.__name__
+
+    def disturb(self) -> None:
+        self.bench.bench.end_faults()
+        self.bench.bench.change(**parse_options(self._dice.choice(_OF_LINE)))
+        self._calm_since = math.inf
+        self._note_latency()
+
+    def slow_down(self) -> None:
+        self.bench.bench.change(delay_ms=900.0)
+        self._calm_since = math.inf
+        self._note_latency()
+
+    def _note_latency(self) -> None:
+        self._session.latency_s = max(self._session.latency_s, latency_s(self.bench.bench) + TOLD_AFTER_S)
+
+    def heal(self) -> None:
+        self.bench.bench.end_faults()
+        self._calm_since = min(self._calm_since, self.bench.clock())
+
+    def restart(self) -> None:
+        self.bench.bench.restart()
+        if self._dice.random() < 0.5:
+            self.bench.bench.module.memory.reset_settings()
+
+    def slip(self) -> None:
+        """The plug slips out and in again; the port is opened anew."""
+        self.bench.bench.unplug()
+        self.bench.wait(self._dice.choice((0.02, 0.3)))
+        self.bench.bench.plug()
+        self.bench.connect()
+
+    def exchange(self) -> None:
+        """Another module hangs at the port, perhaps one that lies."""
+        lies = self._dice.choice(_OF_MODULE) if self._dice.random() < 0.5 else {}
+        self._is_honest, self._calm_since = not lies, -math.inf
+        options = {
+            **BASIS,
+            "seed": str(self._dice.randrange(1000)),
+            **self._dice.choice(list(DIALECTS.values())),
+            **lies,
+        }
+        self.bench.disconnect()
+        self.bench.exchange(options)
+        self._session.latency_s = 0.0
+        self._note_latency()
+        self.bench.connect()
+
+    def put_in_order(self, wait: Callable[[float], None]) -> None:
+        """No fault, connected, switched on, locked and identified."""
+        bench = self.bench
+        self.heal()
+        if not bench.bench.module.is_on:
+            bench.bench.press_switch()
+        bench.bench.module.activate(is_active=False)  # locked once, it is triggered no more
+        if not self.is_reachable:
+            bench.bench.plug()
+            bench.disconnect()
+            bench.connect(bench.bench.module.baud_rate)
+        ends_at_s = bench.clock() + ONLINE_WITHIN_S
+        while bench.clock() < ends_at_s and bench.device.presence is not Presence.ONLINE:
+            wait(0.4)
+        if bench.assembly.connector.current.identity.is_for_a_person:
+            bench.assembly.connector.current.module.confirm_identity()
+            wait(0.4)
+
+    def look(self) -> Iterator[str]:
+        self._session.look()
+        found, self._session.findings = self._session.findings, []
+        yield from (f"{one.breach.value}: {one.text}" for one in found)
+        yield from self._kept_over_a_restart()
+        yield from self._false_outcomes()
+
+    def _kept_over_a_restart(self) -> Iterator[str]:
+        """On a good line the two heartbeats of a restart make every value from before it stale."""
+        bench, at, now = self.bench, self.bench.truth.restarted_at(), self.bench.clock()
+        is_seen = self.is_reachable and at > bench.truth.opened_at and now - at > SEEN_WITHIN_S
+        if self._is_honest and is_seen and self._calm_since + CALM_S < at:
+            for row in self._session.rows():
+                if row.state in SURE and row.module_value is not None and row.module_value.at < at:
+                    yield f"{row.command.key} is kept over a restart"
+
+    def _false_outcomes(self) -> Iterator[str]:
+        """What the log says was confirmed was so when the module last reported it."""
+        journal, truth = self.bench.journal, self.bench.truth
+        moments = list(truth.since(self.bench.clock() - CONFIRMED_WITHIN_S - self._session.latency_s))
+        for number, outcome in journal.outcomes.items():
+            holds = _HOLDS.get(journal.intents[number][0])
+            is_news = number not in self._judged and outcome is Outcome.CONFIRMED and holds is not None
+            self._judged.add(number)
+            if is_news and holds is not None and not any(map(holds, moments)):
+                yield f"{journal.intents[number][0].value} is said to be confirmed"
