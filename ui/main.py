@@ -149,10 +149,9 @@ def assemble(
     connector = Ports(ports, storage)
     announce_states(connector)
     services = Services(connector, texts, appearance, preferences, log=log)
-    window = MainWindow(services, language_switch, entries=entries)
+    left_active = LeftActiveWatch(connector)
+    window = MainWindow(services, language_switch, left_active, entries=entries)
     connector.setParent(window)  # else its signal connections would keep it alive
-    left_active = LeftActiveWatch(connector, window)
-    window.attention.find_left = left_active.notice
     left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
     LabelActions(window, services)

@@ -160,7 +160,7 @@ class SettingsForm:
     # Rows
 
     def rows(self, device: DeviceView, now: float) -> tuple[FormRow, ...]:
-        self._observe(device, now)
+        self.observe(device, now)
         return tuple(self._row(command, device, now) for command in FORM_COMMANDS)
 
     @property
@@ -196,7 +196,7 @@ class SettingsForm:
         """Edits that leaving would lose, those being written included."""
         return sum(row.is_pending or row.state is RowState.WRITING for row in self.rows(device, now))
 
-    def _observe(self, device: DeviceView, now: float) -> None:
+    def observe(self, device: DeviceView, now: float) -> None:
         is_in_doubt = self._is_in_doubt()
         if not self._writing and not is_in_doubt:
             self.watch.observe(device, now)

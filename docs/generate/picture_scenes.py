@@ -87,7 +87,6 @@ def readme(studio: Studio) -> None:
     appearance = studio.assembly.appearance
     appearance.choose(theme)
     studio.run(0.3)
-    studio.assembly.window.refresh()
     save(studio.grab(), studio.readme_folder / name)
     appearance.choose(Choice.LIGHT)
     studio.run(0.3)

@@ -77,7 +77,6 @@ class Studio:
 
     def take(self, name: str, widget: QWidget | None = None, *, last: QWidget | None = None) -> None:
         """A picture of a widget as it stands in the window; the whole window unless told. `last`: nothing is below."""
-        self.assembly.window.refresh()
         QApplication.processEvents()
         save(self.grab(widget, last), self.folder / f"{name}-{self.language}.png")
 

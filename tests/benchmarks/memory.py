@@ -74,7 +74,7 @@ class Hours:
         self.frames = 0
         self._app, self._connector, self._page = app, assembly.connector, live_page(assembly)
         self._connector.clock = self._connector.current.clock = lambda: self.now_s
-        self._deliver: Callable[[Batch], None] = assembly.connector.current._bridge.deliver
+        self._deliver: Callable[[Batch], None] = assembly.connector.current.bridge.deliver
         self._session = Session(_CannedLine(), lambda: self.now_s)
         self._source = np.random.default_rng(1)
         reserve(self._page)

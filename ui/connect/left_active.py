@@ -30,8 +30,8 @@ class LeftActiveWatch(QObject):
 
     changed = Signal()
 
-    def __init__(self, connector: Ports, parent: QObject) -> None:
-        super().__init__(parent)
+    def __init__(self, connector: Ports) -> None:
+        super().__init__(connector)
         self._connector, self._storage = connector, connector.storage
         self._is_loaded = False
         self._logging: BackgroundTask[tuple[LeftActive, ...]] = BackgroundTask("dps-s left active", self)

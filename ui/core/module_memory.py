@@ -1,12 +1,16 @@
-"""What the window gathered of one module on one connection."""
+"""What the window gathered of one module on one connection, and what it shows of a connection on every page."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, NamedTuple
 
+from app.diagnosis.link_state import LinkState, Phase
 from app.diagnosis.link_statistics import LinkStatistics
+from app.engine.identity import Identity
 from app.engine.snapshots import Snapshot
+from app.safety.last_known import Activation
 from app.settings.settings_watch import SettingsWatch
 from app.store.store_journal import new_run
+from protocol.fields import Value
 
 if TYPE_CHECKING:
     from app.preflight.verdict import Void
@@ -25,3 +29,26 @@ class ModuleMemory:
     """The settings before the first write."""
     check: "tuple[Filed, Void | None] | None" = None
     """The last one of the Pre-flight page, and what voids it."""
+
+
+VIEWED: Final = ("triggered", "active", "cell_voltage_v", "charging", "boot_count")
+
+
+class PortView(NamedTuple):
+    """Without what ticks. `values`: those of `VIEWED`, each with whether it is stale; `recording`: its state."""
+
+    link: LinkState
+    identity: Identity
+    activation: Activation
+    is_requested: bool
+    opening: int
+    restarts: int
+    values: tuple[tuple[Value, bool] | None, ...]
+    recording: object = None
+
+    @property
+    def is_aging(self) -> bool:
+        """It is shown with an age that ticks."""
+        is_stale = any(value is not None and value[1] for value in self.values)
+        is_past = self.activation in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED)
+        return is_stale or is_past or not (self.link.is_fine or self.link.phase is Phase.CLOSED)

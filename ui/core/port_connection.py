@@ -15,7 +15,7 @@ from app.engine.device import DeviceView
 from app.engine.identity import NO_EXPECTATION, Expected, Identity, Trust, evidence_of
 from app.engine.ports import PortInfo
 from app.engine.procedure import Procedure, Report, Result, Slept
-from app.engine.reconnect import Absence, Address, Reconnection
+from app.engine.reconnect import Address, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
@@ -26,7 +26,7 @@ from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
 from protocol.link_states import Presence
 from ui.core.bridge import Bridge
-from ui.core.module_memory import ModuleMemory
+from ui.core.module_memory import VIEWED, ModuleMemory, PortView
 from ui.core.port_watcher import PortWatcher
 
 _log = logging.getLogger(__name__)
@@ -40,12 +40,14 @@ class PortConnection(QObject):
     """Owns a worker. Reconnects by itself after a loss, by the rules of `app.engine.reconnect`."""
 
     changed = Signal()
-    """The state of the link, the identity, or whether the module has triggered or is active, has changed."""
+    """`view` is another one."""
     batch = Signal(object)
     """Each `Batch`, after the state was updated from it."""
     invalidated = Signal()
     """What was known is of another connection or another module from now on: whoever holds anything of it drops it.
     Comes before anything of the next one, its name included."""
+    disconnected = Signal()
+    """By a person."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
     stream_left_on = Signal()
@@ -67,34 +69,33 @@ class PortConnection(QObject):
         self.clock = clock
         self.stream = StreamSwitch(is_wanted=False)
         self._memory_of = memory_of
-        self._bridge = Bridge(self)
-        self._bridge.batch.connect(self._on_batch)
-        self._worker = make_worker(self._bridge.deliver)
+        self.bridge = Bridge(self)
+        self.bridge.batch.connect(self._on_batch)
+        self._worker = make_worker(self.bridge.deliver)
         self._ports = ports
         self._ports.listed.connect(self._on_ports)
-        self._target: Target | None = None
-        self._last = Batch(clock(), Connection(), DeviceView(), None)
+        self.target: Target | None = None
+        self.last = Batch(clock(), Connection(), DeviceView(), None)
         self._handshake: Handshake | None = None
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         self._finding: Job[Found] | None = None
-        self._handshake_job: Job[Handshake] | None = None
-        self._is_wanted = False
         self._last_known = LastKnown()
         self.kept = ModuleMemory()
         self._opening = 0  # batches of earlier openings of the port are ignored
-        self._adapter_key = ""
+        self.adapter_key = ""
+        """Key of the connected adapter or port; unchanged when it returns under another name."""
         self._proven_rate: int | None = None
         """The baud rate at which the module last answered."""
         self._return = Reconnection()
         self._is_listing = False
         """A scan of the ports is running for `_return`, and its result is still wanted."""
-        self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
         self.stream_memory = StreamMemory()  # of the connection that was opened last
         self._is_left_on_emitted = False
         self._lost = NO_EXPECTATION
         """Identity of the module on the lost port; `now` holds what was last read of it where it was proven."""
         self._trouble: PortError | None = None
         """The last error; shown until the port is open again."""
+        self.view = self._derive_view()
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
         self._worker.start()
@@ -102,37 +103,19 @@ class PortConnection(QObject):
     # What is known
 
     @property
-    def target(self) -> Target | None:
-        return self._target
-
-    @property
-    def adapter_key(self) -> str:
-        """Key of the connected adapter or port; unchanged when it returns under another name."""
-        return self._adapter_key
-
-    @property
     def identity(self) -> Identity:
         """Whether this is the expected module; until that is proven only queries are sent."""
         if self.connection.state is PortState.OPENING:
             return Identity(Trust.OPEN)
-        return self._last.identity if self.is_open else NO_EXPECTATION
-
-    @property
-    def absence(self) -> Absence | None:
-        """Why a lost port is not open again; None if no port was lost."""
-        return self._return.absence
-
-    @property
-    def last(self) -> Batch:
-        return self._last
+        return self.last.identity if self.is_open else NO_EXPECTATION
 
     @property
     def device(self) -> DeviceView:
-        return self._last.device
+        return self.last.device
 
     @property
     def connection(self) -> Connection:
-        return self._last.connection
+        return self.last.connection
 
     @property
     def is_open(self) -> bool:
@@ -141,23 +124,23 @@ class PortConnection(QObject):
     @property
     def is_requested(self) -> bool:
         """A connection is wanted, whether or not the port is open."""
-        return self._is_wanted
+        return self._return.address is not None
 
     @property
     def state(self) -> LinkState:
         connection = self.connection
         if self._is_returning:
             connection = replace(connection, trouble=self._trouble)
-        elif not self._is_wanted and connection.state is PortState.CLOSED:
+        elif not self.is_requested and connection.state is PortState.CLOSED:
             connection = replace(connection, trouble=None)  # that port is no longer wanted
         return link_state(
-            connection, self.device, self._handshake, is_finding=self._finding is not None, absence=self.absence,
-            switched_off_at=self._last_known.switched_off_at, was_active=self.is_active,
+            connection, self.device, self._handshake, is_finding=self._finding is not None,
+            absence=self._return.absence, switched_off_at=self._last_known.switched_off_at, was_active=self.is_active,
         )  # fmt: skip
 
     @property
     def _is_returning(self) -> bool:
-        return self.absence is not None and self.absence.is_waiting
+        return self._return.absence is not None and self._return.absence.is_waiting
 
     @property
     def is_active(self) -> bool:
@@ -171,35 +154,36 @@ class PortConnection(QObject):
     def note_shutdown(self) -> None:
         """The module acknowledged the shut-down: its silence is no fault until it answers again."""
         self._last_known.note_shutdown(self.clock(), time.time())
-        self.changed.emit()
+        self.update_view()
+
+    def update_view(self) -> None:
+        """Of what is known now; time alone makes values stale."""
+        view = self._derive_view()
+        if view != self.view:
+            self.view = view
+            self.changed.emit()
 
     # What can be done
 
     def connect_to(self, target: Target) -> None:
         """Open `target`; an open port is closed first."""
-        self._is_wanted = True
         self._is_left_on_emitted = self._is_listing = False
-        is_adapter_same, self._adapter_key = target.key == self._adapter_key, target.key
+        is_adapter_same, self.adapter_key = target.key == self.adapter_key, target.key
         self._proven_rate = None
         self._return.request(Address(target.device, target.identity))
-        self._target = target
+        self.target = target
         self._forget(Connection(PortState.OPENING, target.device, target.baud_rate), is_adapter_same=is_adapter_same)
-        self._open(target, self._expected_of(target))
+        self._open(target, self.expected_at(target))
 
     def disconnect_port(self) -> None:
         if self.connection.state is PortState.OPENING:
-            self._last = replace(self._last, connection=replace(self.connection, state=PortState.CLOSED))
-        self._is_wanted = self._is_listing = False
+            self.last = replace(self.last, connection=replace(self.connection, state=PortState.CLOSED))
+        was_requested, self._is_listing = self.is_requested, False
         self._return.give_up()
         self._worker.close()
-        self.changed.emit()
-
-    def hold(self) -> None:
-        """Keep all batches back until `release`; the port works meanwhile."""
-        self._bridge.hold()
-
-    def release(self) -> None:
-        self._bridge.release()
+        self.update_view()
+        if was_requested:
+            self.disconnected.emit()
 
     def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
         """Whether the pages show this port; else it publishes less often. `every_s`: what a moving picture needs."""
@@ -211,11 +195,7 @@ class PortConnection(QObject):
         if self._finding is not None or not self.is_open:
             return
         self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)
-        self.changed.emit()
-
-    def expect(self, expected_of: Callable[[Target], Expected | None]) -> None:
-        """`expected_of` returns what was last read of the module known at a port; called before the port is opened."""
-        self._expected_of = expected_of
+        self.update_view()
 
     def confirm_identity(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
         """A person says which module this is, see `IdentityCheck.confirm`; `seen` is what was shown to them."""
@@ -225,10 +205,10 @@ class PortConnection(QObject):
         """A person says that this is another module: what was known of the first one is dropped, and what is still
         under way of it ignored."""
         number = self._worker.treat_as_new(is_named=is_named)
-        self._adapter_key = f"{'' if self._target is None else self._target.key}#{number}"
+        self.adapter_key = f"{'' if self.target is None else self.target.key}#{number}"
         self._forget(replace(self.connection, opening=number))
         self._opening = number
-        self.changed.emit()
+        self.update_view()
 
     def run(
         self,
@@ -246,23 +226,34 @@ class PortConnection(QObject):
 
     def stop(self, deadline_s: float) -> bool:
         """Close the port and end the worker, within `deadline_s`; whether it ended."""
-        self._is_wanted = False
+        self._return.give_up()
         self._follow_up.stop()
-        self._bridge.close()
+        self.bridge.close()
         return self._worker.stop(deadline_s)
 
     @contextmanager
     def shown_as_opening(self) -> Iterator[None]:
         """For pages that begin to show the port: it seems to be just opened, with nothing known."""
-        known, at = (self._last, self._last_known), self.connection
-        self._last = Batch(self.clock(), Connection(PortState.OPENING, at.port, at.baud_rate), DeviceView(), None)
+        known, at = (self.last, self._last_known), self.connection
+        self.last = Batch(self.clock(), Connection(PortState.OPENING, at.port, at.baud_rate), DeviceView(), None)
         self._last_known = LastKnown()
         try:
             yield
         finally:
-            self._last, self._last_known = known
+            self.last, self._last_known = known
 
     # What happens
+
+    def expected_at(self, _target: Target) -> Expected | None:
+        """What was last read of the module known there; called before the port is opened."""
+        return None
+
+    def _derive_view(self) -> PortView:
+        device, known = self.device, (self.device.known(key, self.clock()) for key in VIEWED)
+        values = tuple(None if value is None else (value.value, value.is_stale) for value in known)
+        return PortView(
+            self.state, self.identity, self.activation.state, self.is_requested, self._opening, device.restarts, values
+        )
 
     def _forget(self, connection: Connection, *, is_adapter_same: bool = False) -> None:
         """Nothing of the last module, nor of what is still under way from it, is taken for the next one's; only that it
@@ -270,24 +261,24 @@ class PortConnection(QObject):
         if not is_adapter_same:
             self._last_known.clear()
         self._opening += 1
-        self._last = Batch(self.clock(), connection, DeviceView(), None)
+        self.last = Batch(self.clock(), connection, DeviceView(), None)
         self.kept = ModuleMemory()
         self.invalidated.emit()
 
     def _open(self, target: Target, expected: Expected | None) -> None:
-        self._target = target
-        self._handshake = self._finding = self._handshake_job = None
+        self.target = target
+        self._handshake = self._finding = None
         self.stream_memory = self._memory_of(target)
         background = partial(watch, self.stream, memory=self.stream_memory)
         device, rate, is_another = target.device, target.baud_rate, not self.device.values
         self._opening = self._worker.open(device, rate, background, is_another, expected)
-        self._last = replace(self._last, connection=Connection(PortState.OPENING, device, rate, opening=self._opening))
+        self.last = replace(self.last, connection=Connection(PortState.OPENING, device, rate, opening=self._opening))
         _log.info("Port: %s", self.connection)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
-            self._handshake_job = self.run(handshake(), self._end_handshake)
-        self.changed.emit()
+            self._ask()
+        self.update_view()
 
     def _on_batch(self, batch: Batch) -> None:
         if batch.connection.opening < self._opening:
@@ -296,12 +287,12 @@ class PortConnection(QObject):
         if self.stream_memory.is_taken_over and not self._is_left_on_emitted:
             self._is_left_on_emitted = True
             self.stream_left_on.emit()
-        last, was_online, before = self._last, self._is_online(), (self.state, self.identity, self.device.reported)
+        last, was_online = self.last, self._is_online()
         is_news = batch.connection != last.connection
         if is_news:
             _log.info("Port: %s", batch.connection)
-        self._last = batch
-        self._last_known.feed(self.device, self._adapter_key)
+        self.last = batch
+        self._last_known.feed(self.device, self.adapter_key)
         self.kept.statistics.on_batch(batch)
         self.kept.watch.note_writes(batch.events)
         self._end_jobs(batch)
@@ -309,15 +300,14 @@ class PortConnection(QObject):
             self._on_connection(batch.connection)
         rate = batch.device.fresh("baud_rate", batch.at)
         self._proven_rate = rate if isinstance(rate, int) else self._proven_rate
-        if self._is_online() and not was_online and self._target is not None:
-            self.came_online.emit(self._target)
+        if self._is_online() and not was_online and self.target is not None:
+            self.came_online.emit(self.target)
         sleep = batch.device.last_sleep
         if sleep is not None and sleep != last.device.last_sleep:
             _log.info("The computer slept for %.0f s", sleep.lasted_s)
             self.slept.emit(sleep.lasted_s)
         self.batch.emit(batch)
-        if (self.state, self.identity, self.device.reported) != before:
-            self.changed.emit()
+        self.update_view()
 
     def _end_jobs(self, batch: Batch) -> None:
         for job in batch.finished:
@@ -337,9 +327,9 @@ class PortConnection(QObject):
             return  # of a port that was closed meanwhile
         self._is_listing = False
         if connection.trouble is not None:
-            self._lost = lost = self._last.identity
+            self._lost = lost = self.last.identity
             if lost.is_settled:
-                self._lost = replace(lost, now=evidence_of(self._last.device.values, is_fresh=False))
+                self._lost = replace(lost, now=evidence_of(self.last.device.values, is_fresh=False))
         self._return.feed(connection, self.clock())
         if self._return.absence is not None or connection.state is PortState.OPEN:
             self._follow_up.start()
@@ -361,7 +351,7 @@ class PortConnection(QObject):
             self._reopen(self._ports.ports)
 
     def _reopen(self, ports: tuple[PortInfo, ...]) -> None:
-        before, target = self.state, self._target
+        target = self.target
         found = self._return.poll(ports, self.clock())
         if found is not None and target is not None:
             expected = self._return.expected(self._lost)
@@ -369,8 +359,8 @@ class PortConnection(QObject):
             self._open(replace(target, device=found.device, baud_rate=self._proven_rate or target.baud_rate), expected)
         elif self._return.is_mistaken:
             self._close_mistaken()
-        elif self.state != before:
-            self.changed.emit()
+        else:
+            self.update_view()
 
     def _close_mistaken(self) -> None:
         _log.warning("Another adapter is at %s: closed", self.connection.port)
@@ -380,11 +370,17 @@ class PortConnection(QObject):
         closed = replace(self.connection, state=PortState.CLOSED)
         self._return.feed(closed, self.clock())
         self._forget(closed)
-        self.changed.emit()
+        self.update_view()
 
-    def _end_handshake(self, job: Job[Handshake]) -> None:
-        if job is self._handshake_job and job.run.error is None:
-            self._handshake = job.outcome()
+    def _ask(self) -> None:
+        """Who is there?"""
+        opening = self._opening
+
+        def end(job: Job[Handshake]) -> None:
+            if opening == self._opening and job.run.error is None:
+                self._handshake = job.outcome()
+
+        self.run(handshake(), end)
 
     def _end_finding(self, job: Job[Found]) -> None:
         if job is not self._finding:
@@ -392,4 +388,4 @@ class PortConnection(QObject):
         self._finding = None
         if isinstance(job.run.error, Slept) or (job.run.error is None and job.outcome().baud_rate is None):
             _log.info("No module was found at any baud rate: %s", job.run.error or job.outcome().tried)
-            self._handshake_job = self.run(handshake(), self._end_handshake)  # says what is on the line instead
+            self._ask()  # says what is on the line instead

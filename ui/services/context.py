@@ -25,6 +25,8 @@ class DraftExchange(QObject):
     """Values by the setting's key, to become drafts in Settings, unsent."""
     tried = Signal(object)
     """Values by the setting's key, to be tried on what was measured."""
+    limits_used = Signal()
+    """`LimitsInUse` are those of another profile."""
     measured = Signal()
     """The light threshold is to be measured in Settings."""
 

@@ -50,7 +50,6 @@ class ModuleName(QObject):
         self._tried_at = -inf
         self._identifying: BackgroundTask[None] = BackgroundTask("dps-s module", self)
         self._saving: BackgroundTask[bool] = BackgroundTask("dps-s evidence", self)
-        port.expect(self._expected_at)
         port.changed.connect(self._watch_identity)
         port.batch.connect(self._on_batch)
 
@@ -138,7 +137,7 @@ class ModuleName(QObject):
 
     # Which module it is
 
-    def _expected_at(self, target: Target) -> Expected | None:
+    def expected_at(self, target: Target) -> Expected | None:
         """What was last read of the module that is known at this port; None where none is."""
         if target.key != self._adapter:
             self._adapter = target.key

@@ -1,6 +1,5 @@
 """The base class of the window's pages, and their header: title, actions at the right, what is rare in a menu."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar, Final
 
@@ -85,8 +84,6 @@ class Page(QWidget):
     def __init__(self, name: str) -> None:
         super().__init__()
         self.setObjectName(f"{name}_page")
-        self.covered_px: Callable[[], int] = int
-        """How much of the left lies under the list of ports."""
         VisibilityTimer(self, restyle=self.fit)
 
     @property

@@ -11,18 +11,21 @@ from weakref import WeakSet
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QAbstractButton, QWidget
 
+from app.engine.identity import Expected
 from app.engine.procedure import Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
 from app.safety.journal import Journal
 from app.store.store_journal import KnownAs
 from protocol.link_states import Presence
+from ui.core.module_memory import PortView
 from ui.core.port_connection import MakeWorker, PortConnection
 from ui.core.port_watcher import PortWatcher
 from ui.services.lock import PortLock
 from ui.services.module_name import BeforeNew, ModuleName
 from ui.services.storage import Storage
 
+TICK_MS = 250
 SETTLE_MS = 1000
 """How long a switch to another module waits for running procedures to end."""
 
@@ -49,6 +52,12 @@ class Port(PortConnection):
         self.recording.bind(self)
         self.module.changed.connect(lambda: self.recording.name_module(self.module.name))
 
+    def expected_at(self, target: Target) -> Expected | None:
+        return self.module.expected_at(target)
+
+    def _derive_view(self) -> PortView:
+        return super()._derive_view()._replace(recording=self.recording.sign)
+
     @property
     def known_as(self) -> KnownAs:
         return KnownAs(self.module.name, self.kept.run, is_in_doubt=not self.identity.is_settled)
@@ -67,9 +76,10 @@ class Ports(QObject):
     """
 
     changed = Signal()
-    """Of the current port; as the eight below. See `PortConnection`, `ModuleName.changed` and `PortLock`."""
+    """Of the current port; as the nine below. See `PortConnection`, `ModuleName.changed` and `PortLock`."""
     batch = Signal(object)
     invalidated = Signal()
+    disconnected = Signal()
     came_online = Signal(object)
     stream_left_on = Signal()
     slept = Signal(float)
@@ -78,6 +88,10 @@ class Ports(QObject):
     """A person wants to print the label of the shown module."""
     lock_changed = Signal()
     notified = Signal(str)
+    any_changed = Signal()
+    """Of any port."""
+    ticked = Signal()
+    """An age that is shown of the current port is another one."""
     leaving = Signal()
     """Another port was chosen and this one is still current: pages finish with its module now."""
     chosen = Signal()
@@ -108,15 +122,14 @@ class Ports(QObject):
         self._settling = QTimer(self, singleShot=True, interval=SETTLE_MS)
         self._settling.timeout.connect(self._switch)
         self.invalidated.connect(self._drop_jobs)
-        self._current = self.add(make_worker)
-        self._relay(self._current)
+        self.current = self.add(make_worker)
+        self._relay(self.current)
         self.lock = LockControl(self)
+        self._ticking = QTimer(self, interval=TICK_MS)
+        self._ticking.timeout.connect(self._tick)
+        self._ticking.start()
 
     # Several ports
-
-    @property
-    def current(self) -> Port:
-        return self._current
 
     @property
     def connections(self) -> tuple[Port, ...]:
@@ -135,13 +148,14 @@ class Ports(QObject):
             clock=self.clock, parent=self,
         )  # fmt: skip
         port.set_shown(is_shown=not self._connections)
+        port.changed.connect(self.any_changed)
         self._connections.append(port)
         self.added.emit(port)
         return port
 
     def remove(self, port: Port) -> None:
         """Close a port that is not current, and drop it once it is closed."""
-        if port is self._current or port is self._next or port not in self._connections:
+        if port is self.current or port is self._next or port not in self._connections:
             return
         self._connections.remove(port)
         self._leaving.add(port)
@@ -151,7 +165,7 @@ class Ports(QObject):
 
     def choose(self, port: Port) -> None:
         """Show this port's module in the pages, once their procedures on the current one have ended."""
-        if port is self._current or port not in self._connections:
+        if port is self.current or port not in self._connections:
             return
         self._next = port
         self.leaving.emit()
@@ -166,24 +180,20 @@ class Ports(QObject):
 
     def connect_to(self, target: Target) -> None:
         """Open `target` in place of the current port; a port that is open already is chosen."""
-        others = (port for port in self._connections if port is not self._current and port.is_requested)
+        others = (port for port in self._connections if port is not self.current and port.is_requested)
         same = next((port for port in others if port.target is not None and port.target.key == target.key), None)
         if same is not None:
             self.choose(same)
         else:
-            self._current.connect_to(target)
+            self.current.connect_to(target)
 
     def find_rate(self) -> None:
         """As a slot: of the port that is then the current one."""
-        self._current.find_rate()
-
-    def want_stream(self, *, is_wanted: bool) -> None:
-        """Whether the shown page needs the serial output."""
-        self._current.stream.is_wanted = is_wanted
+        self.current.find_rate()
 
     def set_drawing_interval(self, every_s: float = PUBLISH_EVERY_S) -> None:
         """How often the shown page draws the current port."""
-        self._current.set_shown(is_shown=True, every_s=every_s)
+        self.current.set_shown(is_shown=True, every_s=every_s)
 
     @property
     def is_busy(self) -> bool:
@@ -205,7 +215,7 @@ class Ports(QObject):
             if self._next is not None and not self._jobs:
                 self._switch()
 
-        job = self._current.run(procedure, end, is_urgent=is_urgent, on_progress=on_progress)
+        job = self.current.run(procedure, end, is_urgent=is_urgent, on_progress=on_progress)
         if not is_urgent:
             self._jobs.add(job)
         return job
@@ -213,6 +223,7 @@ class Ports(QObject):
     def stop(self, deadline_s: float) -> bool:
         """Close all ports and end their workers, within `deadline_s`; whether they ended."""
         self._settling.stop()
+        self._ticking.stop()
         ends_at = time.monotonic() + deadline_s
         every = [*self._connections, *self._leaving]
         for port in every if len(every) > 1 else ():
@@ -221,6 +232,11 @@ class Ports(QObject):
         return all(have_ended)
 
     # What happens
+
+    def _tick(self) -> None:
+        self.current.update_view()  # without a batch, too
+        if self.current.view.is_aging:
+            self.ticked.emit()
 
     def _ask_before_new(self, act: Callable[[], object]) -> None:
         self.before_new(act)
@@ -234,6 +250,7 @@ class Ports(QObject):
             (self.changed, port.changed),
             (self.batch, port.batch),
             (self.invalidated, port.invalidated),
+            (self.disconnected, port.disconnected),
             (self.came_online, port.came_online),
             (self.stream_left_on, port.stream_left_on),
             (self.slept, port.slept),
@@ -244,7 +261,7 @@ class Ports(QObject):
 
     def _switch(self) -> None:
         self._settling.stop()
-        before, (now, self._next) = self._current, (self._next, None)
+        before, (now, self._next) = self.current, (self._next, None)
         if now is None or now not in self._connections:
             return
         for mine, its in self._pairs(before):
@@ -252,7 +269,7 @@ class Ports(QObject):
         now.stream.is_wanted, before.stream.is_wanted = before.stream.is_wanted, False
         before.set_shown(is_shown=False)
         now.set_shown(is_shown=True)
-        self._current = now
+        self.current = now
         self._show_opening(now)
         self._relay(now)
         self.batch.emit(replace(now.last, samples=(), events=(), finished=()))

@@ -61,6 +61,11 @@ class RecordingJobs(JobNotice):
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
         self._job: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
 
+    def note_shown(self, *, is_shown: bool) -> None:
+        """A recording is shown on the Live page, or no longer."""
+        self.is_shown = is_shown
+        self.changed.emit()
+
     @property
     def library(self) -> "RecordingLibrary":
         return self._sessions.library

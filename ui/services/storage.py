@@ -4,8 +4,9 @@ import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass
 from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
 
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
@@ -123,11 +124,14 @@ class Storage:
             self._store.close()
 
 
-@dataclass(slots=True)
-class PendingEdits:
+class PendingEdits(QObject):
     """Edits that leaving would lose, and what the module changed; the Settings page sets these functions."""
 
-    count: Callable[[], int] = int
-    discard: Callable[[], object] = bool
-    changed: Callable[[], tuple[ChangedSetting, ...]] = tuple
-    """Settings of the module that read differently than before and were not written here."""
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.count: Callable[[], int] = int
+        self.discard: Callable[[], object] = bool
+        self.find_foreign: Callable[[], tuple[ChangedSetting, ...]] = tuple
+        """Settings of the module that read differently than before and were not written here."""

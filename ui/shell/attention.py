@@ -126,14 +126,14 @@ class Attention(QObject):
         pending_edits: PendingEdits,
         go_to: Callable[[str], None],
         shown_page: Callable[[], str],
+        is_choosing: Callable[[], bool],
+        find_left: Callable[[], Notice | None],
         parent: QObject,
     ) -> None:
-        """`go_to` shows the page with this key, `shown_page` is that of the page shown."""
+        """`go_to` shows the page with this key, `shown_page` is that of the page shown. `is_choosing`: no notice needs
+        to lead to the list of ports. `find_left`: what is said of a module left ACTIVE before."""
         super().__init__(parent)
-        self.is_choosing = False
-        """The list of ports is visible, so no notice needs to lead there."""
-        self.find_left: Callable[[], Notice | None] = lambda: None
-        """Returns what is said of a module that was left ACTIVE before."""
+        self._is_choosing, self._find_left = is_choosing, find_left
         self._connector, self._bar, self._acts = connector, bar, acts
         self._unsent, self._go_to, self._shown_page = pending_edits, go_to, shown_page
         self._has_read_trigger = False
@@ -143,6 +143,9 @@ class Attention(QObject):
         self._queued: list[Callable[[], Notice]] = []
         self._queued_of_module: set[Callable[[], Notice]] = set()
         connector.invalidated.connect(self._on_another_module)
+        for changed in (connector.any_changed, connector.changed, connector.renamed, connector.lock_changed,
+                        connector.ticked, pending_edits.changed):  # fmt: skip
+            changed.connect(self.refresh)
 
     @property
     def is_risky_to_leave(self) -> bool:
@@ -264,8 +267,8 @@ class Attention(QObject):
                 return asked
             return replace(asked, meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
         state = port.state
-        left = self.find_left()
-        if state.phase is Phase.CLOSED and self.is_choosing and not self._queued:
+        left = self._find_left()
+        if state.phase is Phase.CLOSED and self._is_choosing() and not self._queued:
             return left
         is_unlocked = port.lock.failed is not None  # which says itself how to treat the module
         said = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
@@ -288,7 +291,7 @@ class Attention(QObject):
         if not port.is_open:
             self._restarts = None
             return None
-        if changed := self._unsent.changed():
+        if changed := self._unsent.find_foreign():
             names = ", ".join(tr(one.command.title) for one in changed)
             return Notice(Meaning.DANGER, tr("Changed without being written: {names}. See Settings.", names=names))
         if self._restarts is None or device.restarts < self._restarts:

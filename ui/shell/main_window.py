@@ -3,7 +3,7 @@
 import logging
 from functools import partial
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QToolBar, QWidget
 
@@ -12,6 +12,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from protocol.translatable import marked
 from ui.connect.connect_panel import ConnectPanel
+from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import LastPort
 from ui.core.texts import LanguageSwitch
@@ -40,7 +41,6 @@ SMALLEST = QSize(900, 520)
 FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
 """Width from which the panel of the simulated module fits beside a sidebar with names."""
-REFRESH_EVERY_MS = 100
 
 
 class MainWindow(QMainWindow):
@@ -53,7 +53,14 @@ class MainWindow(QMainWindow):
     archive_wanted = Signal()
     closing = Signal()
 
-    def __init__(self, services: Services, language_switch: LanguageSwitch, *, entries: tuple[PageEntry, ...]) -> None:
+    def __init__(
+        self,
+        services: Services,
+        language_switch: LanguageSwitch,
+        left_active: LeftActiveWatch,
+        *,
+        entries: tuple[PageEntry, ...],
+    ) -> None:
         super().__init__()
         self.setObjectName("main_window")
         self.setWindowIcon(app_icon())
@@ -67,7 +74,6 @@ class MainWindow(QMainWindow):
         self._is_loaded = False
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
-        self._refreshed_at = 0.0
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
         self.top_bar = TopBar(self._connector, texts, services.in_use)
@@ -95,7 +101,8 @@ class MainWindow(QMainWindow):
             acts[NextStep.WHY] = self._show_why
         self.attention = Attention(
             self._connector, self.notice_bar, acts=acts, pending_edits=services.pending_edits,
-            go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen, parent=self,
+            go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
+            is_choosing=self._is_choosing, find_left=left_active.notice, parent=self,
         )  # fmt: skip
         self._connector.before_new = self.attention.leave_edits
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
@@ -104,10 +111,7 @@ class MainWindow(QMainWindow):
         self._fill_menus()
         self.menus.refresh()
         self._restore()
-        self._timer = QTimer(self, interval=REFRESH_EVERY_MS)
-        self._timer.timeout.connect(self.refresh)
-        self._timer.start()
-        self.refresh()
+        self.attention.refresh()
 
     # Construction
 
@@ -126,7 +130,7 @@ class MainWindow(QMainWindow):
     def _wire(self) -> None:
         connector = self._connector
         connector.batch.connect(self._on_batch)
-        connector.changed.connect(self.refresh)
+        connector.changed.connect(self.recording_sign.refresh)
         connector.changed.connect(self.menus.refresh)
         connector.came_online.connect(self._remember_port)
         self.recording_sign.troubled.connect(lambda: self.attention.queue_notice(self._recording_notice))
@@ -137,7 +141,10 @@ class MainWindow(QMainWindow):
         self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
         self.closing.connect(LockAbove(connector, self.top_bar.lock, self).stop)
-        connector.lock_changed.connect(self._refresh_notice)
+        self._services.exchange.limits_used.connect(self.top_bar.refresh)
+        for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done,
+                        self._services.storage.recordings.changed):  # fmt: skip
+            changed.connect(self.attention.refresh)
         connector.notified.connect(self.show_message)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
         self.simulator.topLevelChanged.connect(self._give_room)
@@ -233,7 +240,6 @@ class MainWindow(QMainWindow):
     def show_panel(self, *, is_shown: bool = True) -> None:
         """Shows or hides the list of ports."""
         self.panel.setVisible(is_shown)
-        self._refresh_notice()
 
     def connect_to(self, target: Target) -> None:
         if not self._is_loaded:
@@ -270,23 +276,12 @@ class MainWindow(QMainWindow):
         for page in self._pages.values():
             if isinstance(page, StreamPage):
                 page.on_batch(batch)
-        if self._connector.clock() - self._refreshed_at >= REFRESH_EVERY_MS / 1000 and not self._is_over:
-            self._timer.start()  # it is needed only while no batches come
-            self.refresh()
 
-    def refresh(self) -> None:
-        """Refreshes everything that shows the link or an age."""
-        self._refreshed_at = self._connector.clock()
-        self.top_bar.refresh()
-        self.recording_sign.refresh()
-        self._refresh_notice()
-
-    def _refresh_notice(self) -> None:
-        # Somebody who looks at a recording needs no port either.
+    def _is_choosing(self) -> bool:
+        """No notice needs to lead to the list of ports: it is shown, or somebody looks at a recording."""
         page = self.stack.currentWidget()
         is_shown = self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
-        self.attention.is_choosing = is_shown or self._services.storage.recordings.is_shown
-        self.attention.refresh()
+        return is_shown or self._services.storage.recordings.is_shown
 
     def _recording_notice(self) -> Notice:
         return self.attention.recording_notice(self.recording_sign.last_trouble)
@@ -308,13 +303,14 @@ class MainWindow(QMainWindow):
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:
-        self._connector.want_stream(is_wanted=self._entries[key].wants_stream)
+        self._connector.current.stream.is_wanted = self._entries[key].wants_stream
         self.panel.hide()
         page = self._pages.get(key)
         if page is not None and self.stack.indexOf(page) >= 0:
             self.stack.setCurrentWidget(page)
         else:
             self._maker.request(key)
+        self.attention.refresh()
 
     def show_preferences(self) -> None:
         if self._preferences is None:
@@ -367,7 +363,7 @@ class MainWindow(QMainWindow):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
-            self.refresh()
+            self.attention.refresh()
             self.retranslated.emit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
@@ -381,7 +377,6 @@ class MainWindow(QMainWindow):
         if self._is_over:
             return
         self._is_over = True
-        self._timer.stop()
         self._maker.end()
         for work in self.findChildren(BackgroundTask):
             work.close()  # its thread must not outlive the window

@@ -112,9 +112,8 @@ class PageMaker(QObject):
         self._awaited = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         """Pages that batches are held back for."""
         self._is_over = False
-        self._was_requested = False
         self._connector.invalidated.connect(self._end_notices)
-        self._connector.changed.connect(self._watch_port)
+        self._connector.disconnected.connect(self._end_notices)
 
     @property
     def is_done(self) -> bool:
@@ -133,18 +132,13 @@ class PageMaker(QObject):
     def hold_batches(self) -> None:
         """Holds all batches of the port back until the pages that need each of them are there."""
         if self._awaited:
-            self._connector.current.hold()
+            self._connector.current.bridge.hold()
             for key in _BATCH_PAGES:
                 self.request(key)
 
     def end(self) -> None:
         """Stops."""
         self._is_over = True
-
-    def _watch_port(self) -> None:
-        was_requested, self._was_requested = self._was_requested, self._connector.current.is_requested
-        if was_requested and not self._was_requested:
-            self._end_notices()
 
     def _end_notices(self) -> None:
         """Another module is connected, or none."""
@@ -155,7 +149,7 @@ class PageMaker(QObject):
         if self._is_over:
             return
         if self.is_done:
-            self._connector.current.release()
+            self._connector.current.bridge.release()
             self.done.emit()
             return
         self.begin()  # first, since making a page may raise
@@ -164,7 +158,7 @@ class PageMaker(QObject):
             self._place(key, self.pages[key])
             self._awaited.discard(key)
             if not self._awaited:
-                self._connector.current.release()
+                self._connector.current.bridge.release()
         else:
             key = self._unmade.pop(0)
             entry = self._entries[key]

@@ -191,6 +191,8 @@ class TopBar(QFrame):
             one.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         self._fit()
         self._retranslate()
+        for changed in (connector.changed, connector.renamed, connector.ticked):
+            changed.connect(self.refresh)
         VisibilityTimer(self, self.refresh, retranslate=self._retranslate, restyle=self._fit)
 
     def _fit(self) -> None:

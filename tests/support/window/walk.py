@@ -271,7 +271,6 @@ class Walk(Driver):
 
     def settle(self) -> None:
         """Complete the pending layouts and paints."""
-        self.window.refresh()
         live = self.find(LivePage)
         live.refresh()
         live.draw()

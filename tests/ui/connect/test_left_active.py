@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -69,8 +68,7 @@ class Bench:
         assert isinstance(store, Store)
         self.store = store
         activate(store, "M-07")
-        self.parent = QObject()
-        self.watch = LeftActiveWatch(self.ports.connector, self.parent)
+        self.watch = LeftActiveWatch(self.ports.connector)
         self.watch.load()
         self.left()
         QApplication.processEvents()

@@ -86,7 +86,6 @@ def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, 
         for entry in PAGES[1:]:
             main.go_to(entry.key)
             assert main.panel.isHidden(), entry.key  # it would lie over the page
-            main.refresh()
             own = {"diagnosis": "why_act"}  # pages that say so themselves
             button = (
                 main.findChild(QPushButton, own[entry.key])

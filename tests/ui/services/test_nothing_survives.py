@@ -318,7 +318,7 @@ def test_nothing_of_the_former_module_is_in_sight(rig: Rig, change: str) -> None
         left = [one for one in now if OF_A.search(one) or (is_elsewhere and PORT_A.device[5:] in one)]
         assert not left, "\n".join((change, moment, *left))
         assert not rig.pages["settings"].as_found.isEnabled(), (change, moment)
-        assert rig.assembly.window._services.pending_edits.changed() == (), (change, moment)
+        assert rig.assembly.window._services.pending_edits.find_foreign() == (), (change, moment)
         shown = " ".join(one for one in now if one.startswith(("settings:", "live:")))
         assert [value for value in OF_B if value not in shown] == [], (change, moment)
 

@@ -97,14 +97,12 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         assert notice.meaning is Meaning.DANGER
         notice.choices[0].act()
         assert main.navigation.chosen == "triggers"
-        main.refresh()
         assert main.notice_bar.button("after_trigger") is None  # it leads to the page that is shown
         assert notice.dismiss is not None
         notice.dismiss()
         assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
         port = assembly.connector.current
         qtbot.waitUntil(lambda: port.device.fresh("boot_count", port.clock()) is not None, timeout=WAIT_MS)
-        main.refresh()
         bench.restart()
         qtbot.waitUntil(lambda: main.notice_bar.button("after_restart") is not None, timeout=WAIT_MS)
         notice = main.notice_bar.notice
@@ -200,7 +198,6 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
 
 def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
     """The exact places of everything but the status bar."""
-    main.refresh()
     for _ in range(4):
         QApplication.processEvents()
         QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)

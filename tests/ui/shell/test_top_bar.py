@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from app.limits.out_of_limits import LimitsInUse
 from tests.support.window.cut_off import cut_off
+from tests.support.window.fake_ports import VALUES, FakePorts
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
 from tests.support.window.moved import moved, places
 from tests.support.window.painted_text import watching
@@ -90,7 +91,6 @@ def test_the_port_is_named_whole_in_sunlight_on_a_narrow_window(
         assembly.appearance.choose(Choice.SUNLIGHT)
         main.resize(960, 540)
         connect(qtbot, assembly, "sim://narrow")
-        main.refresh()
         laid_out(main)
         with watching() as drawn:
             main.top_bar.port.grab()
@@ -141,7 +141,31 @@ def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, t
         qtbot.waitUntil(lambda: main.top_bar.activation.word == "ACTIVE", timeout=WAIT_MS)
         for entry in PAGES:
             main.go_to(entry.key)
-            main.refresh()
             said = list(said_by(main))
             assert not [one for one in said if REASSURES.search(one.text)], entry.key
             assert not [one for one in said if re.search(r"(?:^|: )LOCKED$", one.text)], entry.key
+
+
+def test_only_a_change_or_an_age_is_news(qtbot: QtBot) -> None:
+    """Reports of an unchanged module refresh nothing; without any the bar says how old the last one is."""
+    ports = FakePorts()
+    top = TopBar(ports.connector, Texts(), LimitsInUse())
+    qtbot.addWidget(top)
+    top.show()
+    port, worker = ports.plug_in("/dev/one", active=True)
+    qtbot.waitUntil(lambda: port.is_open and top.activation.word == "ACTIVE")
+    news: list[object] = []
+    for signal in (ports.connector.changed, ports.connector.ticked):
+        signal.connect(lambda: news.append(top.activation.word))
+    batches: list[object] = []
+    ports.connector.batch.connect(batches.append)
+    for tilt in range(20):
+        ports.now_s += 0.1
+        worker.say(**VALUES | {"active": True, "tilt_deg": tilt})
+        QApplication.processEvents()
+    assert (len(batches), news) == (20, [])
+    ports.now_s += 12.0  # a driver that hangs
+    qtbot.waitUntil(lambda: "12 s ago" in top.activation.accessibleName())
+    ports.now_s += 3.0
+    qtbot.waitUntil(lambda: "15 s ago" in top.activation.accessibleName())
+    ports.stop()

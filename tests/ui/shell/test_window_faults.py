@@ -237,4 +237,6 @@ def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplicati
             assert notice is not None
             assert notice.dismiss is not None
             notice.dismiss()
-        assert shown.notice_bar.notice is None
+        left = shown.notice_bar.notice
+        assert left is not None
+        assert [choice.key for choice in left.choices] == ["choose_port"], "that of the link"

@@ -29,7 +29,7 @@ class EmptyPage(QWidget):
     def __init__(self, services: Services, page: Page) -> None:
         super().__init__()
         self.setObjectName("live_empty")
-        self._page, self._connector = page, services.connector
+        self._connector = services.connector
         self._picture = IconLabel("live_empty_icon", 48)
         self._picture.show_icon(Icon.LIVE, is_muted=True)
         self._title = named(QLabel(), "live_empty_title", "title")
@@ -64,15 +64,11 @@ class EmptyPage(QWidget):
         self.text.setVisible(is_idle)
         set_role(self.choose, "primary" if is_idle else "")
         self.choose.setIcon(icon(Icon.PLUG, is_on_primary=is_idle))
-        panel_px = self._page.covered_px()
-        margins = self._column.contentsMargins()
-        if margins.left() != panel_px:
-            self._column.setContentsMargins(panel_px, 0, 0, 0)
-        width_px = max(_MIN_TEXT_PX, min(scaled(_TEXT_PX), self.width() - panel_px - 2 * Space.S))
+        width_px = max(_MIN_TEXT_PX, min(scaled(_TEXT_PX), self.width() - 2 * Space.S))
         for label in (self._title, self.text, self._way):
             label.setFixedWidth(width_px)
         for button in (self.choose, self.simulate, self.recordings):
-            button.setVisible(state.phase not in _BUSY and not panel_px)
+            button.setVisible(state.phase not in _BUSY)
         self._way.setVisible(is_idle)
 
     def _simulate(self) -> None:
@@ -82,4 +78,4 @@ class EmptyPage(QWidget):
         buttons = in_row(1, self.choose, self.simulate, self.recordings, 1, spacing=Space.S)
         gap = Gap(Space.S)
         column = in_column(2, self._picture, self._title, self.text, gap, self._way, gap, buttons, 3, spacing=Space.S)
-        self._column = in_row(1, column, 1, of=self, margins=0)
+        in_row(1, column, 1, of=self, margins=0)

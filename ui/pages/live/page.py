@@ -145,7 +145,7 @@ class LivePage(StreamPage):
         self._recorded.show(recording, self.fired.lines.added_to(lanes(recording, self._in_use)))
         if self._recorded.plot is not None:
             self._connect_menu(self._recorded.plot)
-        self._recordings.is_shown = True
+        self._recordings.note_shown(is_shown=True)
         self._stack.setCurrentWidget(self._content)
         self.source_changed.emit()
         self.refresh()
@@ -157,7 +157,7 @@ class LivePage(StreamPage):
             return
         self.fired.release()  # it reads from the recording
         self._recorded.close()
-        self._recordings.is_shown = False
+        self._recordings.note_shown(is_shown=False)
         if not self.data.has_samples:
             self._stack.setCurrentWidget(self.empty)
         self.source_changed.emit()

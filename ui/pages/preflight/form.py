@@ -115,6 +115,7 @@ class PreflightForm(QWidget):
     def show_profile(self) -> None:
         """In the language in use."""
         self._services.in_use.use(self.profile)
+        self._services.exchange.limits_used.emit()
         name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
         self.choose.setText(name.replace("&", "&&"))
         self.choose.setAccessibleName(tr("Profile: {name}", name=name))

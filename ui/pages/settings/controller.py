@@ -10,7 +10,7 @@ from app.engine.identity import Trust
 from app.engine.procedure import Cancelled
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
-from app.engine.worker import Job
+from app.engine.worker import Batch, Job
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything
 from app.procedures.write import Written
@@ -21,8 +21,10 @@ from app.settings.form import RowState, SettingsForm
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from protocol.catalogue import Command
+from protocol.events import Received
 from protocol.fields import Value
 from protocol.link_states import Presence
+from protocol.messages import Reading
 from protocol.translatable import marked
 from ui.core.module_memory import ModuleMemory
 from ui.services.context import Services
@@ -42,12 +44,15 @@ class SettingsController(QObject):
         self.form = SettingsForm(lambda: not connector.current.identity.is_settled, connector.current.kept.watch)
         self._services = services
         self._connector = services.connector
-        services.pending_edits.changed = self._changed_settings
+        services.pending_edits.find_foreign = self._foreign
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
-        self._was_requested = self._connector.current.is_requested
-        self._connector.changed.connect(self._watch_port)
+        self._connector.changed.connect(self.changed)
+        self._connector.disconnected.connect(self.job.dismiss)
+        self._connector.disconnected.connect(self._begin_again)
+        self._connector.batch.connect(self._on_batch)
         self._connector.invalidated.connect(self._begin_again)
+        self.changed.connect(self._observe)
         services.pending_edits.count = self.count_unsent
         services.pending_edits.discard = self.discard
 
@@ -83,11 +88,18 @@ class SettingsController(QObject):
         port = self._connector.current
         return self.form.count_unsent(port.device, port.clock()) if port.is_requested else 0
 
-    def _changed_settings(self) -> tuple[ChangedSetting, ...]:
+    def _foreign(self) -> tuple[ChangedSetting, ...]:
         """Settings that changed without being written here."""
-        if self._connector.current.is_requested:
-            self.form.rows(self._connector.current.device, self._connector.clock())
         return tuple(self.form.watch.changed.values())
+
+    def _observe(self) -> None:
+        if self._connector.current.is_requested:
+            self.form.observe(self._connector.current.device, self._connector.clock())
+        self._services.pending_edits.changed.emit()
+
+    def _on_batch(self, batch: Batch) -> None:
+        if any(isinstance(event, Received) and isinstance(event.message, Reading) for event in batch.events):
+            self._observe()
 
     def discard(self) -> None:
         self.form.revert()
@@ -188,14 +200,6 @@ class SettingsController(QObject):
     def _begin_again(self) -> None:
         self.form.reset(self._connector.current.kept.watch)
         self.changed.emit()
-
-    def _watch_port(self) -> None:
-        was_requested, self._was_requested = self._was_requested, self._connector.current.is_requested
-        if was_requested and not self._was_requested:
-            self.job.dismiss()
-            self._begin_again()
-        else:
-            self.changed.emit()
 
     # Notices
 

@@ -297,7 +297,8 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     desk.qtbot.addWidget(bar)
     attention = Attention(
         desk.ports.connector, bar, acts={}, pending_edits=desk.services.pending_edits,
-        go_to=lambda _page: None, shown_page=lambda: "", parent=desk.page,
+        go_to=lambda _page: None, shown_page=lambda: "", is_choosing=lambda: False, find_left=lambda: None,
+        parent=desk.page,
     )  # fmt: skip
     assert attention.may_close(lambda: closed.append(True))
     desk.modules[1][1].say(active=True)  # not the one that the pages show
