@@ -1,8 +1,8 @@
 """Random access to the rows of a capture, in bounded memory."""
 
-from abc import abstractmethod
 from array import array
 from collections.abc import Hashable, Iterable, Sequence
+from copy import copy
 from typing import Any, overload
 
 import numpy as np
@@ -18,32 +18,8 @@ Places = NDArray[np.intp]
 _OUT, _NOISE, _FROM_HOST, _STATUS = 1, 2, 4, 8
 
 
-class Rows(Sequence[Explained]):
-    """Rows of a capture, created on access."""
-
-    @overload
-    def __getitem__(self, place: int) -> Explained: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[Explained, ...]: ...
-    def __getitem__(self, place: int | slice) -> Explained | tuple[Explained, ...]:
-        places = range(len(self))[place]
-        return self._at(places) if isinstance(places, int) else tuple(self._at(one) for one in places)
-
-    @abstractmethod
-    def at_s(self, place: int) -> float:
-        """Time of a row, in seconds since the capture began."""
-
-    @abstractmethod
-    def same_text_key(self, place: int) -> Hashable:
-        """Equal for rows of the same content at any time. Much faster than comparing rows."""
-
-    @abstractmethod
-    def _at(self, place: int) -> Explained:
-        """The row at a non-negative place."""
-
-
-class CaptureRows(Rows):
-    """All rows of a capture, in 25 bytes each plus their bytes. Not thread-safe."""
+class CaptureRows(Sequence[Explained]):
+    """All rows of a capture, created on access, or some; in 25 bytes each plus their bytes. Not thread-safe."""
 
     def __init__(self, rows: Iterable[Explained] = ()) -> None:
         self._at_s = array("d")
@@ -57,6 +33,8 @@ class CaptureRows(Rows):
         self._places: dict[object, int] = {}
         self._last_note: tuple[object, int] = object(), 0
         self._last: tuple[int, Explained] | None = None
+        self._chosen: Sequence[int] | None = None
+        """Of those that are chosen, in the capture; None: all."""
         for row in rows:
             self.append(row)
 
@@ -76,10 +54,16 @@ class CaptureRows(Rows):
         self._raw += piece.raw
         self._ends.append(len(self._raw))
         self._offsets.append(piece.offset)
-        self._notes.append(self._last_note[1] if self._last_note[0] is note else self._place(note))
+        self._notes.append(self._last_note[1] if self._last_note[0] is note else self._note_place(note))
         return row
 
-    def _place(self, note: Fault | Asked) -> int:
+    def chosen(self, places: Places) -> "CaptureRows":
+        """Some of the rows; both share what they hold."""
+        rows = copy(self)
+        rows._chosen = places.data
+        return rows
+
+    def _note_place(self, note: Fault | Asked) -> int:
         """Place in `_known`, where it is added if it is new."""
         key = (note.text, *note.values.values()) if isinstance(note, Fault) else note
         place = self._places.get(key)
@@ -90,12 +74,28 @@ class CaptureRows(Rows):
         return place
 
     def __len__(self) -> int:
-        return len(self._flags)
+        return len(self._flags if self._chosen is None else self._chosen)
 
-    def at_s(self, place: int) -> float:
-        return self._at_s[place]
+    @overload
+    def __getitem__(self, row: int) -> Explained: ...
+    @overload
+    def __getitem__(self, row: slice) -> tuple[Explained, ...]: ...
+    def __getitem__(self, row: int | slice) -> Explained | tuple[Explained, ...]:
+        rows = range(len(self))[row]
+        return (
+            self._at(self._place(rows)) if isinstance(rows, int) else tuple(self._at(self._place(one)) for one in rows)
+        )
 
-    def same_text_key(self, place: int) -> Hashable:
+    def _place(self, row: int) -> int:
+        return row if self._chosen is None else self._chosen[row]
+
+    def at_s(self, row: int) -> float:
+        """Time of a row, in seconds since the capture began."""
+        return self._at_s[self._place(row)]
+
+    def same_text_key(self, row: int) -> Hashable:
+        """Equal for rows of the same content at any time. Much faster than comparing rows."""
+        place = self._place(row)
         begins = self._ends[place - 1] if place else 0
         flags = self._flags[place]
         note = 0 if flags & _STATUS else self._notes[place]  # the meaning of a status does not depend on the request
@@ -127,23 +127,3 @@ class CaptureRows(Rows):
 
     def _as_array(self) -> NDArray[Any]:
         return np.frombuffer(self._flags, dtype=np.uint8)
-
-
-class ChosenRows(Rows):
-    """Some rows of a capture. `places`: their places in the capture."""
-
-    def __init__(self, rows: CaptureRows, places: Places) -> None:
-        self.places: Sequence[int] = places.data
-        self._rows = rows
-
-    def __len__(self) -> int:
-        return len(self.places)
-
-    def at_s(self, place: int) -> float:
-        return self._rows.at_s(self.places[place])
-
-    def same_text_key(self, place: int) -> Hashable:
-        return self._rows.same_text_key(self.places[place])
-
-    def _at(self, place: int) -> Explained:
-        return self._rows[self.places[place]]

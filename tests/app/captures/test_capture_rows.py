@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.captures.entries import MAX_ENTRY_BYTES, CaptureEntry, Way
 from app.captures.explained import Explained
-from app.captures.rows import CaptureRows, ChosenRows
+from app.captures.rows import CaptureRows
 from app.captures.traffic_buffer import MAX_BYTES, MAX_ENTRIES, PART_ENTRIES, TrafficBuffer
 from app.system import gil_yield as pace
 from protocol.catalogue import BY_NAME, STATUS
@@ -36,10 +36,10 @@ def test_rows_are_what_was_explained(drawn: list[CaptureEntry]) -> None:
     assert b"".join(row.piece.raw for row in rows if row.way is Way.IN) == b"".join(
         entry.raw for entry in drawn if entry.way is Way.IN
     )
-    rejected = ChosenRows(rows, rows.rejected())
+    rejected = rows.chosen(rows.rejected())
     assert list(rejected) == [row for row in expected if isinstance(row.piece, Noise)]
-    assert [rows[place] for place in rejected.places] == list(rejected)
-    others = ChosenRows(rows, rows.without_status())
+    assert [rows[place] for place in rows.rejected()] == list(rejected)
+    others = rows.chosen(rows.without_status())
     assert list(others) == [row for row in expected if not _is_status(row)]
     assert others[-2:] == tuple(list(others)[-2:])
 

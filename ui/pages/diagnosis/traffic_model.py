@@ -10,7 +10,7 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QWidget
 
-from app.captures.rows import CaptureRows, ChosenRows, Rows
+from app.captures.rows import CaptureRows
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
 from app.text.sentences import in_brackets
@@ -167,9 +167,8 @@ class TrafficModel(RowsModel[Row]):
         """The rows of a capture that pass the filter, and their positions in it."""
         if self._filter is Filter.ALL:
             return range(len(recorded)), recorded
-        is_rejected_only = self._filter is Filter.REJECTED
-        chosen = ChosenRows(recorded, recorded.rejected() if is_rejected_only else recorded.without_status())
-        return chosen.places, chosen
+        places = recorded.rejected() if self._filter is Filter.REJECTED else recorded.without_status()
+        return places.data, recorded.chosen(places)
 
     def clear(self) -> None:
         """Removes all rows and marks."""
@@ -213,7 +212,7 @@ class TrafficModel(RowsModel[Row]):
 
     def same_text_key(self, row: int) -> Hashable | None:
         """Key that is equal for rows of equal text; None for live rows."""
-        return self.rows.same_text_key(row) if isinstance(self.rows, Rows) else None
+        return self.rows.same_text_key(row) if isinstance(self.rows, CaptureRows) else None
 
     def time_of(self, row: Row) -> str:
         """Time of day to the millisecond; in a capture the seconds since its beginning."""
@@ -225,7 +224,7 @@ class TrafficModel(RowsModel[Row]):
     def as_text(self, rows: Sequence[int]) -> str:
         """Rows as tab-separated text with all bytes."""
         recorded = self.rows
-        if not isinstance(recorded, Rows):
+        if not isinstance(recorded, CaptureRows):
             chosen = (self.rows[number] for number in rows)
             return "\n".join(f"{self.time_of(row)}\t{words_of(row)}" for row in chosen)
         told: dict[Hashable, str] = {}
