@@ -129,10 +129,13 @@ class Copier:
             self._thread.start()
 
     def stop(self) -> None:
-        """Idempotent; a copy under way is broken off. Waits 0.3 s at most."""
-        self._stop.set()
+        """Idempotent. A copy under way has 0.3 s to end, as a command needs it, and as much again when it is broken
+        off."""
         if self._thread is not None:
             self._thread.join(CLOSING_LIMIT_S)
+            self._stop.set()
+            self._thread.join(CLOSING_LIMIT_S)
+        self._stop.set()
 
     def _is_due(self, after_s: float) -> bool:
         newest = next((at for at in map(copied_at, copies_of(self._store)) if at is not None), None)

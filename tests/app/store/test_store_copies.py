@@ -178,6 +178,17 @@ def test_a_store_that_was_there_is_copied_at_the_opening_where_the_last_copy_is_
         assert len(copies_of(path)) == count
 
 
+def test_a_command_that_opens_the_store_for_a_moment_lets_the_copy_end(
+    folder: Path, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a user of the command line never gets one, and every command begins one."""
+    filled(folder, clock, "M-07")
+    monkeypatch.setattr(copies, "CLOSING_LIMIT_S", PATIENCE_S)
+    clock.now += timedelta(hours=2)
+    open_store(folder, clock=clock).close()
+    assert len(copies_of(folder / FILE_NAME)) == 2
+
+
 def test_closing_breaks_a_copy_off(folder: Path, clock: Clock) -> None:
     filled(folder, clock, "M-07")
     path = folder / FILE_NAME
