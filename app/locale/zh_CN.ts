@@ -3690,6 +3690,10 @@
         <translation>测试人</translation>
     </message>
     <message>
+        <source>Tested without a name: the result counts for no check.</source>
+        <translation>测试时模块未命名：此结果不计入任何检查。</translation>
+    </message>
+    <message>
         <source>Tests</source>
         <translation>测试</translation>
     </message>
@@ -3812,10 +3816,6 @@
     <message>
         <source>The module does not answer.</source>
         <translation>模块没有应答。</translation>
-    </message>
-    <message>
-        <source>The module has no name: the result counts for no check.</source>
-        <translation>模块未命名：此结果不计入任何检查。</translation>
     </message>
     <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>
@@ -3948,6 +3948,10 @@
     <message>
         <source>The report cannot be written: {why}.</source>
         <translation>报告无法写入：{why}。</translation>
+    </message>
+    <message>
+        <source>The result is that of {module}.</source>
+        <translation>此结果属于模块 {module}。</translation>
     </message>
     <message>
         <source>The results below are void. Check again.</source>

@@ -69,6 +69,8 @@ class GuidedController(QObject):
         self.steps = PersonSteps()
         self.setup: GuidedSetup | None = None
         self.outcome: GuidedResult | BrokenOff | None = None
+        self.tested_as = ""
+        """The name under which the last result is kept."""
         self.trouble: StoreTrouble | None = None
         """Why the last result was not kept."""
         self.owes_lock = False
@@ -284,9 +286,9 @@ class GuidedController(QObject):
         if not isinstance(store, Store):
             self.trouble = store
             return
-        adapter = "" if target is None else target.key
+        adapter, self.tested_as = "" if target is None else target.key, self._connector.current.module.name
         work = partial(
-            _store, store, result, name=self._connector.current.module.name, adapter=adapter,
+            _store, store, result, name=self.tested_as, adapter=adapter,
             who=self._services.preferences.who, is_simulated=self._is_simulated,
         )  # fmt: skip
         self._storing.run_in(store.queue, work, lambda _number: self.load_last(), self._show_trouble)

@@ -204,9 +204,12 @@ class TestsPage(Page):
             return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not kept.')}")
         if self._connector.current.is_active and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
-        is_named = bool(self._connector.current.module.name)
-        if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not is_named:
-            return Notice(Meaning.ATTENTION, tr("The module has no name: the result counts for no check."))
+        if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
+            return None
+        if not work.tested_as:
+            return Notice(Meaning.ATTENTION, tr("Tested without a name: the result counts for no check."))
+        if work.tested_as != self._connector.current.module.name:
+            return Notice(Meaning.ATTENTION, tr("The result is that of {module}.", module=work.tested_as))
         return None
 
     # What a person does

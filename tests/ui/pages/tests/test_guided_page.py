@@ -3,7 +3,7 @@
 from unittest.mock import patch
 
 import pytest
-from PySide6.QtCore import QPoint, Qt, QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -14,11 +14,13 @@ from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
+from tests.support.window.steps import notice_text
 from ui.acts.act_row import ActRow
 from ui.pages.tests.controller import Stage
 from ui.widgets.step_button import bring_into_sight
 
 KINDS = [test.kind for test in GUIDED_TESTS]
+WITHOUT_A_NAME = "Tested without a name: the result counts for no check."
 LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
 
 
@@ -352,15 +354,21 @@ def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
     assert not bench.guided.work.owes_lock
 
 
-def test_a_result_without_a_name_is_said_to_count_for_nothing(bench: GestureBench) -> None:
-    bench.guided._services.connector.current.module.choose("")
-    bench.guided.module.setCurrentText("")
+@pytest.mark.parametrize(
+    ("name", "said", "later"),
+    [("", WITHOUT_A_NAME, WITHOUT_A_NAME), ("M-07", "", "The result is that of M-07.")],
+)
+def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
+    bench: GestureBench, name: str, said: str, later: str
+) -> None:
+    choose = bench.guided._services.connector.current.module.choose
+    choose(name)
     run(bench, GuidedKind.LINK)
     bench.wait(0.3)
-    notice = bench.guided.said.notice
-    assert notice is not None
-    assert "name" in notice.text
-    assert dict(bench.guided.work.last) == {}
+    assert (notice_text(bench.guided.said), bool(bench.guided.work.last)) == (said, bool(name))
+    choose("M-08")
+    bench.wait(0.3)
+    assert (notice_text(bench.guided.said), bool(bench.guided.work.last)) == (later, False)
 
 
 def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_click_is_one(bench: GestureBench) -> None:
@@ -379,18 +387,3 @@ def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_clic
     outcome = page.work.outcome
     assert isinstance(outcome, GuidedResult)
     assert outcome.verdict is GuidedVerdict.PASSED
-
-
-def test_nothing_is_cut_off_at_the_smallest_size_in_either_language(bench: GestureBench) -> None:
-    page = bench.guided
-    bench.window.go_to("tests")
-    for language in ("en", "zh_CN"):
-        bench.assembly.language_switch.use(language)
-        for kind in KINDS:
-            page.go_to(kind.value)
-            bench.wait(0.2)
-            for label in (page.title, page.safety, page.instruction):
-                assert label.height() >= label.heightForWidth(label.width()), (kind, label.text())
-            place = page.primary.mapTo(page, QPoint(0, 0))
-            assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
-    bench.assembly.language_switch.use("en")

@@ -2,6 +2,7 @@
 picture of each step."""
 
 import pytest
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
 
 from app.guided.catalogue import GUIDED_TESTS
@@ -59,3 +60,18 @@ def test_every_step_has_a_picture_of_its_own(bench: GestureBench) -> None:
                 picture.show_step(test.kind, step, "a step")
                 seen.append(picture.grab().toImage())
     assert not [(one, two) for two in range(len(seen)) for one in range(two) if seen[one] == seen[two]]
+
+
+def test_nothing_is_cut_off_at_the_smallest_size_in_either_language(bench: GestureBench) -> None:
+    page = bench.guided
+    bench.window.go_to("tests")
+    for language in ("en", "zh_CN"):
+        bench.assembly.language_switch.use(language)
+        for kind in (test.kind for test in GUIDED_TESTS):
+            page.go_to(kind.value)
+            bench.wait(0.2)
+            for label in (page.title, page.safety, page.instruction):
+                assert label.height() >= label.heightForWidth(label.width()), (kind, label.text())
+            place = page.primary.mapTo(page, QPoint(0, 0))
+            assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
+    bench.assembly.language_switch.use("en")
