@@ -28,32 +28,20 @@ _AROUND_PX = 6
 EMPTY_CELL_V = 3.3
 FULL_CELL_V = 4.2
 """Usual range of a lithium cell, for the battery icon only."""
-_PHASE_ICONS = {
-    Phase.CLOSED: Icon.UNPLUGGED,
-    Phase.OPENING: Icon.CONNECTING,
-    Phase.FINDING: Icon.CONNECTING,
-    Phase.ASKING: Icon.CONNECTING,
-    Phase.SILENT: Icon.LINK_LOST,
-    Phase.ONLINE: Icon.LINK,
-    Phase.LATE: Icon.LINK_LOST,
-    Phase.OFFLINE: Icon.LINK_LOST,
-    Phase.LOST: Icon.UNPLUGGED,
-    Phase.SWITCHED_OFF: Icon.UNPLUGGED,
-    Phase.FAILED: Icon.LINK_LOST,
+_PHASES = {
+    Phase.CLOSED: (Icon.UNPLUGGED, Meaning.UNKNOWN),
+    Phase.OPENING: (Icon.CONNECTING, Meaning.INFORMATION),
+    Phase.FINDING: (Icon.CONNECTING, Meaning.INFORMATION),
+    Phase.ASKING: (Icon.CONNECTING, Meaning.INFORMATION),
+    Phase.SILENT: (Icon.LINK_LOST, Meaning.ATTENTION),
+    Phase.ONLINE: (Icon.LINK, Meaning.GOOD),
+    Phase.LATE: (Icon.LINK_LOST, Meaning.ATTENTION),
+    Phase.OFFLINE: (Icon.LINK_LOST, Meaning.ATTENTION),
+    Phase.LOST: (Icon.UNPLUGGED, Meaning.ATTENTION),
+    Phase.SWITCHED_OFF: (Icon.UNPLUGGED, Meaning.INFORMATION),
+    Phase.FAILED: (Icon.LINK_LOST, Meaning.ATTENTION),
 }
-
-
-def phase_meaning(phase: Phase) -> Meaning | None:
-    """The meaning that colours the link's icon."""
-    match phase:
-        case Phase.ONLINE:
-            return Meaning.GOOD
-        case Phase.CLOSED:
-            return Meaning.UNKNOWN
-        case Phase.OPENING | Phase.FINDING | Phase.ASKING | Phase.SWITCHED_OFF:
-            return Meaning.INFORMATION
-        case _:
-            return Meaning.ATTENTION
+"""Icon of the link, and the meaning that colours it."""
 
 
 def port_title(state: LinkState, target: Target | None) -> str:
@@ -104,9 +92,10 @@ class PortButton(QPushButton):
         painter = QPainter(self)
         square = scaled(20)
         left, right = Space.S, self.width() - Space.S
-        ink = theme.ink(phase_meaning(self._phase))
+        picture, meaning = _PHASES[self._phase]
+        ink = theme.ink(meaning)
         icon_rect = QRect(left, (self.height() - square) // 2, square, square)
-        draw(painter, _PHASE_ICONS[self._phase], icon_rect, ink)
+        draw(painter, picture, icon_rect, ink)
         text_left = left + square + Space.S
         room, title_size, has_arrow = self._title_fit(text_left, right)
         if has_arrow:

@@ -11,19 +11,17 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import NextStep, Phase, link_state, link_text
+from app.diagnosis.link_state import LinkState, LinkText, NextStep, Phase, link_state, link_text
 from app.engine.device import DeviceView, How, Known
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.handshake import Handshake, Silence
-from app.text.durations import duration
 from protocol.link_states import Presence
 from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
-    WAIT_MS,
     ListedPorts,
     connect,
     simulated,
@@ -36,7 +34,7 @@ from ui.core.bridge import Bridge, joined
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
 
-OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
+OPEN, EMPTY = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200), DeviceView()
 
 
 def rows(assembly: Assembly) -> dict[str, str]:
@@ -52,54 +50,43 @@ def phase(assembly: Assembly) -> Phase:
 # What is said
 
 
-def test_each_port_error_has_a_sentence_and_a_next_step() -> None:
+def said_of(
+    connection: Connection = OPEN, device: DeviceView = EMPTY, silence: Silence | None = None
+) -> tuple[LinkState, LinkText]:
+    handshake = None if silence is None else Handshake(silence)
+    state = link_state(connection, device, handshake, is_finding=False)
+    return state, link_text(state, 22.0)
+
+
+def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
     for trouble in PortTrouble:
-        error = PortError(trouble, "/dev/ttyUSB0", "driver's words")
-        closed = Connection(PortState.CLOSED, "/dev/ttyUSB0", 115200, error)
-        state = link_state(closed, DeviceView(), None, is_finding=False)
-        said = link_text(state, 0.0)
-        assert state.phase is Phase.FAILED
+        state, said = said_of(replace(OPEN, state=PortState.CLOSED, trouble=PortError(trouble, OPEN.port, "driver's")))
+        assert (state.phase, said.step) == (Phase.FAILED, NextStep.CONNECT_AGAIN)
         assert said.what
         assert said.next_step
-        assert said.step is NextStep.CONNECT_AGAIN
-        assert "driver's words" not in said.what
+        assert "driver's" not in said.what
+    silent = {silence: said_of(silence=silence) for silence in Silence}
+    assert {state.phase for state, _said in silent.values()} == {Phase.SILENT}
+    assert len({said.what for _state, said in silent.values()}) == len(Silence)
+    assert silent[Silence.GARBAGE][1].step is NextStep.FIND_RATE
 
 
-def test_each_silence_has_its_own_words() -> None:
-    said = set()
-    for silence in Silence:
-        state = link_state(OPEN, DeviceView(), Handshake(silence), is_finding=False)
-        assert state.phase is Phase.SILENT
-        said.add(link_text(state, 0.0).what)
-    assert len(said) == len(Silence)
-
-
-def test_garbage_offers_to_find_the_rate() -> None:
-    state = link_state(OPEN, DeviceView(), Handshake(Silence.GARBAGE), is_finding=False)
-    assert link_text(state, 0.0).step is NextStep.FIND_RATE
-
-
-def test_offline_says_since_when() -> None:
-    device = DeviceView({"active": Known(value=True, how=How.READ, at=1.0)}, Presence.OFFLINE, 10.0)
-    state = link_state(OPEN, device, None, is_finding=False)
-    assert state.phase is Phase.OFFLINE
-    assert "12 s" in link_text(state, 22.0).word
-
-
-def test_a_module_that_answers_late_is_not_called_connected() -> None:
-    device = DeviceView({"active": Known(value=True, how=How.STREAMED, at=21.99)}, Presence.ONLINE, 10.0, lag_s=1.62)
-    state = link_state(OPEN, device, None, is_finding=False)
-    assert state.phase is Phase.LATE
-    assert not state.is_fine
-    assert "1.5 s" in link_text(state, 22.0).word
-    assert device.fresh("active", 22.0) is None
-    quick = replace(device, lag_s=0.9)
-    assert link_state(OPEN, quick, None, is_finding=False).phase is Phase.ONLINE
-
-
-@pytest.mark.parametrize(("seconds", "text"), [(0.42, "0.4 s"), (9.0, "9 s"), (150, "2 min"), (10800, "3 h")])
-def test_durations(seconds: float, text: str) -> None:
-    assert duration(seconds) == text
+@pytest.mark.parametrize(
+    ("presence", "lag_s", "phase", "word"),
+    [
+        (Presence.OFFLINE, None, Phase.OFFLINE, "12 s"),
+        (Presence.ONLINE, 1.62, Phase.LATE, "1.5 s"),
+        (Presence.ONLINE, 0.9, Phase.ONLINE, "Connected"),
+    ],
+)
+def test_silent_and_late_modules_are_not_called_connected(
+    presence: Presence, lag_s: float | None, phase: Phase, word: str
+) -> None:
+    device = DeviceView({"active": Known(value=True, how=How.STREAMED, at=21.99)}, presence, 10.0, lag_s=lag_s)
+    state, said = said_of(device=device)
+    assert state.phase is phase
+    assert word in said.word
+    assert (device.fresh("active", 22.0) is None) is (phase is Phase.LATE)
 
 
 # The panel
@@ -108,7 +95,7 @@ def test_durations(seconds: float, text: str) -> None:
 def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, ports=ListedPorts(ADAPTER)) as assembly:
         ports = assembly.window.panel.list
-        qtbot.waitUntil(lambda: ports.count() == 2, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: ports.count() == 2)
         spoken = ports.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
         assert all(part in spoken for part in ("ttyUSB0", "CP2102", "Silicon Labs", "0001"))
         assert ports.choice_at(1).device == SIMULATED_PORT
@@ -117,22 +104,22 @@ def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QAppl
 def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts(ADAPTER)
     with window(qapp, tmp_path, ports=ports) as assembly:
-        qtbot.waitUntil(lambda: ADAPTER.device in rows(assembly), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: ADAPTER.device in rows(assembly))
         assert rows(assembly)[ADAPTER.device] == ""
         ports.now.append(SECOND_ADAPTER)
-        qtbot.waitUntil(lambda: rows(assembly).get(SECOND_ADAPTER.device) == "new", timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: rows(assembly).get(SECOND_ADAPTER.device) == "new")
         assembly.window.toggle_panel()
         assembly.window.toggle_panel()
         assert rows(assembly)[SECOND_ADAPTER.device] == ""  # it was seen
     with window(qapp, tmp_path, ports=ports) as assembly:
-        qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly))
         assert rows(assembly)[SECOND_ADAPTER.device] == ""
 
 
 def test_without_any_port_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         panel = assembly.window.panel
-        qtbot.waitUntil(lambda: "Plug the adapter in" in panel.empty.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "Plug the adapter in" in panel.empty.text())
         assert panel.empty.isVisible()
         assert not panel.connect_button.isEnabled()
 
@@ -140,19 +127,19 @@ def test_without_any_port_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, t
 def test_a_click_connects_to_the_simulated_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("demo"), window(qapp, tmp_path) as assembly:
         panel = assembly.window.panel
-        qtbot.waitUntil(lambda: panel.list.count() == 1, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: panel.list.count() == 1)
         where = panel.list.visualItemRect(panel.list.item(0)).center()
         qtbot.mouseClick(panel.list.viewport(), Qt.MouseButton.LeftButton, pos=where)
         qtbot.mouseClick(panel.connect_button, Qt.MouseButton.LeftButton)
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(panel.isHidden, timeout=WAIT_MS)
+        qtbot.waitUntil(panel.isHidden)
         assert assembly.window.top_bar.port.title == "Simulated module"
 
 
 def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("typed"), window(qapp, tmp_path) as assembly:
         panel = assembly.window.panel
-        qtbot.waitUntil(panel.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(panel.isVisible)
         qtbot.keyClick(panel.list, Qt.Key.Key_Escape)
         assert panel.isHidden()
         qtbot.keyClick(assembly.window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
@@ -161,7 +148,7 @@ def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> 
         qtbot.keyClick(panel.other, Qt.Key.Key_Return)
         wait_online(qtbot, assembly)
         qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED)
 
 
 def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -170,7 +157,7 @@ def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp:
     preferences.save()
     with window(qapp, tmp_path, ports=ListedPorts(ADAPTER, SECOND_ADAPTER)) as assembly:
         panel = assembly.window.panel
-        qtbot.waitUntil(lambda: panel.list.count() == 3, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: panel.list.count() == 3)
         assert panel.chosen_target() == Target(
             SECOND_ADAPTER.device, 57600, SECOND_ADAPTER.identity, "ttyACM0", finds_rate=False
         )
@@ -185,13 +172,14 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
     with window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target(missing, 115200))
         assert phase(assembly) is Phase.OPENING  # at once
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.FAILED, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.FAILED)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None)
         notice = assembly.window.notice_bar.notice
         assert notice is not None
         assert missing in notice.text
         assert "Traceback" not in notice.text
         assert assembly.window.notice_bar.button("connect_again") is not None
+        assert assembly.window.notice_bar.button("why") is None  # without the page that says it
         assert missing in assembly.window.panel.said.text() or assembly.window.panel.isHidden()
 
 
@@ -200,24 +188,17 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
     with simulated("busy") as bench, window(qapp, tmp_path) as assembly:
         assert bench.hold(somebody)
         assembly.connector.connect_to(Target("sim://busy", 115200))
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None)
         assert "in use" in notice_text(assembly.window.notice_bar)
         bench.release(somebody)
         press(qtbot, assembly.window.notice_bar.button("connect_again"))
         wait_online(qtbot, assembly)
 
 
-def test_a_silent_port_says_so_and_offers_to_find_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("mute"), window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("sim://mute?mute", 115200))
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.SILENT, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None, timeout=WAIT_MS)
-
-
 def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("rate", baud=57600), window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target("sim://rate", 115200))
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None)
         press(qtbot, assembly.window.notice_bar.button("find_rate"))
         assert phase(assembly) is Phase.FINDING
         wait_online(qtbot, assembly)
@@ -227,7 +208,7 @@ def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication
 def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("auto", baud=9600), window(qapp, tmp_path) as assembly:
         panel = assembly.window.panel
-        qtbot.waitUntil(panel.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(panel.isVisible)
         qtbot.keyClicks(panel.other, "sim://auto")
         panel.rate.setCurrentIndex(panel.rate.findData(FIND_RATE))
         qtbot.keyClick(panel.other, Qt.Key.Key_Return)
@@ -242,10 +223,10 @@ def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication
     with simulated("gone") as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://gone")
         bench.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         assembly.window.disconnect_port()
         bench.plug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED)
         assert not assembly.connector.current.is_requested
 
 
@@ -254,10 +235,10 @@ def test_a_real_pseudo_terminal_that_hangs_up(qtbot: QtBot, qapp: QApplication, 
     master, slave = os.openpty()
     name = os.ttyname(slave)
     with window(qapp, tmp_path, options=WindowOptions(language="en", port=name)) as assembly:
-        qtbot.waitUntil(lambda: phase(assembly) in (Phase.ASKING, Phase.SILENT), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) in (Phase.ASKING, Phase.SILENT))
         os.close(slave)
         os.close(master)
-        qtbot.waitUntil(lambda: phase(assembly) in (Phase.LOST, Phase.FAILED), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) in (Phase.LOST, Phase.FAILED))
 
 
 # The bridge
@@ -277,7 +258,7 @@ def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplicati
     thread.start()
     thread.join()  # the window's thread stands still all the while
     assert taken == []
-    qtbot.waitUntil(lambda: bool(taken) and taken[-1].at == count - 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(taken) and taken[-1].at == count - 1)
     assert [event for batch in taken for event in batch.events] == list(range(count))
     assert len(taken) == 1
     bridge.close()

@@ -18,7 +18,7 @@ from app.store.left_active import left_active, note_locked
 from app.store.store import Store, open_store
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.steps import press, show_page
 from ui.connect.left_active import LeftActiveWatch
 from ui.main import PAGES
@@ -45,14 +45,12 @@ def test_it_stands_first_at_the_next_start(
     store.close()
     with window(qapp, tmp_path, entries=()) as assembly:
         bar = assembly.window.notice_bar
-        qtbot.waitUntil(
-            lambda: bar.notice is not None and bar.notice.text.startswith("M-07 was left ACTIVE on "), timeout=WAIT_MS
-        )
+        qtbot.waitUntil(lambda: bar.notice is not None and bar.notice.text.startswith("M-07 was left ACTIVE on "))
         assert bar.notice is not None
         assert keep_away() in bar.notice.text
         assert assembly.window.panel.isVisible()  # the list of ports is no reason to be silent about it
         press(qtbot, bar.button("left_active_locked"))
-        qtbot.waitUntil(lambda: bar.notice is None or "ACTIVE" not in bar.notice.text, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.notice is None or "ACTIVE" not in bar.notice.text)
     store = open_store()
     assert left_active(store) == ()
     store.close()
@@ -98,26 +96,26 @@ def test_only_that_module_ends_it_by_reporting_locked(qtbot: QtBot, bench: Bench
     assert bench.left() == ["M-07"]
     bench.ports.connector.current.module.choose("M-07")
     module.say(active=True)
-    qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)  # the top bar says it
+    qtbot.waitUntil(lambda: bench.watch.notice() is None)  # the top bar says it
     module.unplug()
     qtbot.wait(50)
     assert bench.watch.notice() is None, "that the link is lost says it"
     bench.ports.connector.connect_to(Target("/dev/ttyUSB1", 115200))
-    qtbot.waitUntil(lambda: bench.watch.notice() is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bench.watch.notice() is not None)
     bench.ports.connector.connect_to(Target(USB, 115200))
     bench.ports.connector.current.module.choose("M-07")
     module.say(active=False)
-    qtbot.waitUntil(lambda: bench.left() == [], timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bench.left() == [])
+    qtbot.waitUntil(lambda: bench.watch.notice() is None)
 
 
 def test_what_was_activated_by_its_switch_is_logged_too(qtbot: QtBot, bench: Bench) -> None:
     _connection, module = bench.ports.plug_in(USB, active=False)
     bench.ports.connector.current.module.choose("M-09")
     module.say(active=True)
-    qtbot.waitUntil(lambda: "M-09" in bench.left(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "M-09" in bench.left())
     module.say(active=False)
-    qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
 @pytest.mark.parametrize(("name", "is_active"), [("M-07", True), ("M-07", False), ("", True)])
@@ -127,22 +125,21 @@ def test_a_person_can_say_that_it_is_the_connected_one(qtbot: QtBot, bench: Benc
         note_locked(bench.store, bench.storage.left_active[0], "window")
         activate(bench.store, "")
         bench.watch.load()
-    qtbot.waitUntil(lambda: [one.known_as.name for one in bench.storage.left_active] == [name], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: [one.known_as.name for one in bench.storage.left_active] == [name])
     _connection, module = bench.ports.plug_in(USB, active=is_active)
     keys = ["left_active_here", "left_active_locked"]
     qtbot.waitUntil(
         lambda: (said := bench.watch.notice()) is not None and [one.key for one in said.choices] == keys,
-        timeout=WAIT_MS,
     )
     said = bench.watch.notice()
     assert said is not None
     assert said.choices[0].text == ("It is M-07" if name else "Same module")
     said.choices[0].act()
     module.say(active=is_active)
-    qtbot.waitUntil(lambda: (name in bench.left()) is is_active, timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: bench.watch.notice() is None, timeout=WAIT_MS)  # the top bar says it
+    qtbot.waitUntil(lambda: (name in bench.left()) is is_active)
+    qtbot.waitUntil(lambda: bench.watch.notice() is None)  # the top bar says it
     module.say(active=False)
-    qtbot.waitUntil(lambda: bench.left() == [], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bench.left() == [])
 
 
 NEW = Identity(Trust.UNPROVEN)
@@ -154,13 +151,13 @@ def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Benc
     connection, module = bench.ports.plug_in(USB, active=False)
     bench.ports.connector.current.module.choose(name)
     module.say(active=True)
-    qtbot.waitUntil(lambda: name in bench.left(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: name in bench.left())
     journal = connection.journal()
     journal.settle(journal.begin(Act.LOCK, b"", {}), Outcome.UNKNOWN, {})
     module.unplug()
     module.identity = NEW
     module.say(active=False)
-    qtbot.waitUntil(lambda: connection.identity.is_for_a_person, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: connection.identity.is_for_a_person)
     in_doubt = connection.journal()
     in_doubt.settle(in_doubt.begin(Act.LOCK, b"", {}), Outcome.CONFIRMED, {})
     assert name in bench.left()
@@ -174,20 +171,20 @@ def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Benc
     assert said is not None
     assert said.text.startswith(f"{name or 'The module at /dev/ttyUSB0'}: LOCK not confirmed on ")
     said.choices[0].act()
-    qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
 def test_a_person_who_says_that_it_is_the_same_lets_its_report_count(qtbot: QtBot, bench: Bench) -> None:
     connection, module = bench.ports.plug_in(USB, active=True)
-    qtbot.waitUntil(lambda: "" in bench.left(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "" in bench.left())
     module.unplug()
     module.identity = NEW
     module.say(active=False)
-    qtbot.waitUntil(lambda: connection.identity.is_for_a_person, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: connection.identity.is_for_a_person)
     assert "" in bench.left()
     module.identity = Identity(Trust.PROVEN)
     module.say(active=False)
-    qtbot.waitUntil(lambda: bench.left() == ["M-07"], timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
 def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
@@ -201,7 +198,7 @@ def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
         silent, port = os.openpty()
         for file in (silent, port):
             files.callback(os.close, file)
-        qtbot.waitUntil(lambda: bool(assembly.storage.left_active), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(assembly.storage.left_active))
         assembly.connector.connect_to(Target(os.ttyname(port), 115200))
         page = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
-        qtbot.waitUntil(lambda: page.why.next_step.text().startswith(keep_away()), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.why.next_step.text().startswith(keep_away()))

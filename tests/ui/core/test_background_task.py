@@ -9,7 +9,6 @@ from pytestqt.qtbot import QtBot
 from app.recordings.export import ExportCancelled
 from app.store.database import StoreFault, StoreTrouble
 from app.store.write_queue import WriteQueue
-from tests.support.window.fakes_ui import WAIT_MS
 from ui.core.background_task import BackgroundTask, Running
 
 
@@ -46,9 +45,9 @@ def test_the_result_is_told_in_the_window_s_thread(qtbot: QtBot) -> None:
         return 3
 
     task.run(count, told.then, told.failed)
-    qtbot.waitUntil(lambda: task.share == 0.5, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: task.share == 0.5)
     go_on.set()
-    qtbot.waitUntil(lambda: not task.is_running, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not task.is_running)
     assert (told.results, told.errors, told.threads) == ([3], [], [threading.current_thread()])
     assert task.share is None
 
@@ -57,7 +56,7 @@ def test_a_second_run_replaces_the_first(qtbot: QtBot) -> None:
     task, first, second = BackgroundTask[str]("dps-s test"), Told(), Told()
     task.run(until_wanted_no_more, first.then, first.failed)
     task.run(lambda _running: "second", second.then, second.failed)
-    qtbot.waitUntil(lambda: not task.is_running, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not task.is_running)
     assert (first.threads, second.results) == ([], ["second"])
 
 
@@ -66,13 +65,13 @@ def test_what_is_stopped_tells_its_end_and_what_is_cancelled_does_not(qtbot: QtB
     task.run(until_wanted_no_more, stopped.then, stopped.failed)
     task.stop()
     assert task.is_running
-    qtbot.waitUntil(lambda: not task.is_running, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not task.is_running)
     assert [type(one) for one in stopped.errors] == [ExportCancelled]
     task.run(until_wanted_no_more, cancelled.then, cancelled.failed)
     task.cancel()
     assert not task.is_running
     task.run(lambda _running: "next", stopped.then, stopped.failed)
-    qtbot.waitUntil(lambda: not task.is_running, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not task.is_running)
     assert (cancelled.threads, stopped.results) == ([], ["next"])
 
 
@@ -88,7 +87,7 @@ def test_a_file_is_finished_when_the_window_closes(qtbot: QtBot, *, finished_at_
     task.run(write, lambda _none: None, lambda _error: None)
     task.close()
     go_on.set()
-    qtbot.waitUntil(lambda: bool(found), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bool(found))
     assert found == [(finished_at_close, not finished_at_close)]
     assert not task.is_running
 
@@ -103,7 +102,7 @@ def test_work_on_the_store_is_done_though_it_is_replaced(qtbot: QtBot) -> None:
 
     task.run_in(queue, lambda: work(1), told.then, told.failed)
     task.run_in(queue, lambda: work(2), told.then, told.failed)
-    qtbot.waitUntil(lambda: not task.is_running, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not task.is_running)
     assert (done, told.results) == ([1, 2], [2])
     queue.close(1.0)
 
@@ -116,11 +115,11 @@ def test_a_trouble_of_the_store_is_told_and_a_fault_of_ours_is_raised(qtbot: QtB
 
     trouble = StoreTrouble(StoreFault.FAILED, Path())
     task.run_in(queue, lambda: fail(trouble), told.then, told.failed)
-    qtbot.waitUntil(lambda: not task.is_running, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not task.is_running)
     assert told.errors == [trouble]
     with qtbot.captureExceptions() as raised:
         task.run_in(queue, lambda: fail(KeyError("ours")), told.then, told.failed)
-        qtbot.waitUntil(lambda: not task.is_running, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not task.is_running)
     assert [kind for kind, _error, _trace in raised] == [KeyError]
     assert told.errors == [trouble]
     queue.close(1.0)

@@ -176,6 +176,7 @@ def test_a_voltage_has_a_point_and_its_symbol(language: str) -> None:
 @pytest.mark.parametrize(
     ("seconds", "english", "chinese"),
     [
+        (0.42, "0.4 s", "0.4 秒"),
         (1.94, "1.9 s", "1.9 秒"),
         (1.96, "2 s", "2 秒"),
         (12, "12 s", "12 秒"),

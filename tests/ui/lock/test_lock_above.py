@@ -25,7 +25,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.settings_bench import ENTRIES
 from tests.support.window.steps import find, let_lay_out
 from ui.files import file_dialogs
@@ -62,11 +62,10 @@ class Bench:
                 connector.current.device.fresh("active", connector.clock()) is True
                 and self.assembly.connector.current.lock.is_possible
             ),
-            timeout=WAIT_MS,
         )
 
     def await_locked(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.module.state().is_active, timeout=WAIT_MS)
+        self.qtbot.waitUntil(lambda: not self.module.state().is_active)
 
 
 @pytest.fixture
@@ -193,14 +192,14 @@ def test_what_waits_for_a_person_is_found(source: str) -> None:
 def test_over_every_dialog(bench: Bench) -> None:
     for row, show in DIALOGS.items():
         dialog = show(bench)
-        bench.qtbot.waitUntil(dialog.isVisible, timeout=WAIT_MS)
+        bench.qtbot.waitUntil(dialog.isVisible)
         let_lay_out()
         strip = find(dialog, LockStrip, "lock_strip")
         bench.activate()
         assert strip.button.accessibleName() == "LOCK"
         bench.qtbot.mouseClick(strip.button, Qt.MouseButton.LeftButton)
         bench.await_locked()
-        bench.qtbot.waitUntil(partial(_reports, strip), timeout=WAIT_MS)
+        bench.qtbot.waitUntil(partial(_reports, strip))
         for key in LOCK_KEYS:
             bench.activate()
             bench.qtbot.keySequence(QApplication.focusWidget() or dialog, key)
@@ -223,7 +222,7 @@ def test_it_covers_nothing_of_a_dialog(
         try:
             for row, show in DIALOGS.items():
                 dialog = show(bench)
-                qtbot.waitUntil(dialog.isVisible, timeout=WAIT_MS)
+                qtbot.waitUntil(dialog.isVisible)
                 let_lay_out()
                 strip = find(dialog, LockStrip, "lock_strip")
                 own = QRect(strip.mapTo(dialog, QPoint()), strip.size())
@@ -246,9 +245,9 @@ def test_without_a_module_no_dialog_shows_it(qtbot: QtBot, qapp: QApplication, t
         assert not strip.isVisible()
         with simulated(f"later_{tmp_path.name}"):
             connect(qtbot, assembly, f"sim://later_{tmp_path.name}")
-            qtbot.waitUntil(lambda: strip.button.isVisible() and strip.button.isEnabled(), timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: strip.button.isVisible() and strip.button.isEnabled())
             assembly.window.disconnect_port()
-            qtbot.waitUntil(lambda: not strip.button.isEnabled(), timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: not strip.button.isEnabled())
             assert strip.isVisible()  # what is below it does not jump
 
 
@@ -275,7 +274,7 @@ def _lock_over_menus(bench: Bench) -> None:
     for number, menu in enumerate(menus):
         bench.activate()
         menu.popup(main.mapToGlobal(QPoint(200, 200)))
-        bench.qtbot.waitUntil(menu.isVisible, timeout=WAIT_MS)
+        bench.qtbot.waitUntil(menu.isVisible)
         if number % 2:
             bench.qtbot.keySequence(menu, LOCK_KEYS[number // 2 % 2])
         else:
@@ -309,7 +308,7 @@ def test_a_menu_that_would_cover_it_is_moved(bench: Bench) -> None:
     main, button = bench.assembly.window, bench.assembly.window.top_bar.lock
     menu = main.menus.main
     menu.popup(button.mapToGlobal(QPoint(-20, -5)))
-    bench.qtbot.waitUntil(menu.isVisible, timeout=WAIT_MS)
+    bench.qtbot.waitUntil(menu.isVisible)
     assert not menu.frameGeometry().intersects(QRect(button.mapToGlobal(QPoint()), button.size()))
     menu.close()
 

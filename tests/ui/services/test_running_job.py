@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.procedure import Cancelled, Procedure, Report
 from app.engine.worker import Job
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from ui.main import PAGES
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import EDITOR_PX
@@ -115,7 +115,7 @@ def test_the_page_in_sight_follows_the_size_of_text(qtbot: QtBot, qapp: QApplica
     entries = tuple(entry for entry in PAGES if entry.key == "settings")
     with window(qapp, tmp_path, entries=entries) as assembly:
         main = assembly.window
-        qtbot.waitUntil(lambda: main.findChild(SettingsPage) is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.findChild(SettingsPage) is not None)
         page = main.findChild(SettingsPage)
         assert page is not None
         main.resize(1700, 1000)

@@ -231,7 +231,7 @@ def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
     [
         pytest.param(tuple(RowState), settings_row.STYLES, id="settings"),
         pytest.param(tuple(profiles._CHIPS), profiles._CHIPS, id="profile"),
-        pytest.param(tuple(Phase), top_bar._PHASE_ICONS, id="link"),
+        pytest.param(tuple(Phase), top_bar._PHASES, id="link"),
         pytest.param(tuple(Meaning), MEANING_ICONS, id="meanings"),
     ],
 )

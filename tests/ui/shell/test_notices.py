@@ -17,7 +17,7 @@ from app.safety.journal import Outcome
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.moved import covered, moved, places
 from tests.support.window.steps import find, notice_text
 from ui.core.texts import Texts
@@ -91,7 +91,7 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         connect(qtbot, assembly, "sim://next")
         main.go_to("preflight")
         bench.pulse_pwm()
-        qtbot.waitUntil(lambda: main.notice_bar.button("after_trigger") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.notice_bar.button("after_trigger") is not None)
         notice = main.notice_bar.notice
         assert notice is not None
         assert notice.meaning is Meaning.DANGER
@@ -102,9 +102,9 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         notice.dismiss()
         assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
         port = assembly.connector.current
-        qtbot.waitUntil(lambda: port.device.fresh("boot_count", port.clock()) is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: port.device.fresh("boot_count", port.clock()) is not None)
         bench.restart()
-        qtbot.waitUntil(lambda: main.notice_bar.button("after_restart") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.notice_bar.button("after_restart") is not None)
         notice = main.notice_bar.notice
         assert notice is not None
         notice.choices[0].act()
@@ -143,7 +143,7 @@ def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
     shown: list[Notice | None] = [None]
     with window(qapp, tmp_path, entries=PAGES, options=WindowOptions(language=language)) as assembly:
         main = assembly.window
-        with qtbot.waitSignal(main.pages_made, timeout=WAIT_MS):
+        with qtbot.waitSignal(main.pages_made):
             assembly.appearance.choose(theme)
             main.resize(size)
         monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
@@ -251,7 +251,7 @@ def test_that_one_has_triggered_was_read_and_not_that_the_next_has(
         for name, bench in (("A", first), ("B", second)):
             connect(qtbot, assembly, f"sim://{name}")
             bench.pulse_pwm()
-            qtbot.waitUntil(lambda: "has triggered" in notice_text(bar), timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: "has triggered" in notice_text(bar))
             assert bar.notice is not None
             assert bar.notice.dismiss is not None
             bar.notice.dismiss()

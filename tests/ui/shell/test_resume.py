@@ -32,7 +32,6 @@ from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
     TRAFFIC_ALONE,
-    WAIT_MS,
     ListedPorts,
     connect,
     simulated,
@@ -46,7 +45,6 @@ from ui.shell.main_window import MainWindow
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
-"""What a busy machine adds."""
 KEYS = {command.key for command in READABLE[1:]}
 DIAGNOSIS = tuple(entry for entry in PAGES if entry.key == "diagnosis")
 
@@ -102,8 +100,8 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identi
         assembly.connector.batch.connect(desk.on_batch)
         assembly.connector.connect_to(Target(desk.name, 115200, identity))
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: not assembly.connector.current._return.is_due(0.0), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
+        qtbot.waitUntil(lambda: not assembly.connector.current._return.is_due(0.0))
         yield assembly
 
 
@@ -117,7 +115,7 @@ def phase(assembly: Assembly) -> Phase:
 
 
 def wait_back(qtbot: QtBot, assembly: Assembly) -> None:
-    qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
 
 
 def wait_said(qtbot: QtBot, assembly: Assembly, text: str) -> None:
@@ -125,7 +123,7 @@ def wait_said(qtbot: QtBot, assembly: Assembly, text: str) -> None:
         notice = assembly.window.notice_bar.notice
         return notice is not None and text in notice.text
 
-    qtbot.waitUntil(is_said, timeout=WAIT_MS)
+    qtbot.waitUntil(is_said)
 
 
 @pytest.mark.parametrize("identity", [ADAPTER.identity, ""], ids=["chosen from the list", "typed"])
@@ -136,18 +134,18 @@ def test_it_comes_back_under_another_name(
     with connected(qtbot, qapp, tmp_path, desk, identity) as assembly:
         connector, whose = assembly.connector, assembly.connector.current.adapter_key
         desk.module.tell("unplug")
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         assert all(known.is_stale for known in connector.current.device.values.values())
         wait_said(qtbot, assembly, Absence.AWAY.value)
         desk.sent.clear()
         with taken(first_name):
             desk.module.tell("plug")
             back_s = time.monotonic()
-            qtbot.waitUntil(lambda: connector.current.is_open, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: connector.current.is_open)
             assert time.monotonic() - back_s < RETURN_LIMIT_S + MACHINE_S
         assert connector.current.connection.port not in (first_name, str(desk.link))
         assert connector.current.adapter_key == whose
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
         assert {request for request in desk.sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
         assert {command.query() for command in READABLE} <= set(desk.sent)
 
@@ -161,7 +159,7 @@ def test_another_adapter_under_the_same_name_is_not_opened(
         desk.others = [replace(SECOND_ADAPTER, device=first_name)]
         wait_said(qtbot, assembly, Absence.ANOTHER.value)
         looks = desk.looks
-        qtbot.waitUntil(lambda: desk.looks >= looks + 3, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: desk.looks >= looks + 3)
         assert phase(assembly) is Phase.LOST
         desk.others = []
         desk.module.tell("plug")
@@ -174,7 +172,7 @@ def test_another_adapter_that_takes_the_name_late_is_closed_again(
     with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
         connector = assembly.connector
         desk.module.tell("unplug")
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         mine, others = desk.adapter, [SECOND_ADAPTER]
 
         def swap(_batch: Batch) -> None:
@@ -184,13 +182,13 @@ def test_another_adapter_that_takes_the_name_late_is_closed_again(
         connector.batch.connect(swap)
         desk.module.tell("plug")
         wait_said(qtbot, assembly, Absence.ANOTHER.value)
-        qtbot.waitUntil(lambda: not connector.current.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not connector.current.is_open)
         assert not connector.current.device.values
         assert (phase(assembly), connector.current._return.returns) == (Phase.LOST, 0)
         desk.adapter = mine
         wait_back(qtbot, assembly)
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: connector.current._return.returns == 1, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
+        qtbot.waitUntil(lambda: connector.current._return.returns == 1)
 
 
 def test_of_two_identical_adapters_the_usb_socket_decides(
@@ -203,7 +201,7 @@ def test_of_two_identical_adapters_the_usb_socket_decides(
         wait_said(qtbot, assembly, Absence.SEVERAL.value)
         desk.module.tell("plug")
         looks = desk.looks
-        qtbot.waitUntil(lambda: desk.looks >= looks + 2, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: desk.looks >= looks + 2)
         wait_said(qtbot, assembly, Absence.SEVERAL.value)
         desk.adapter = ADAPTER
         wait_back(qtbot, assembly)
@@ -222,7 +220,7 @@ def test_a_port_without_identity_is_not_opened_again(
         desk.module.tell("plug")
         desk.looks = 0
         assembly.ports.refresh()
-        qtbot.waitUntil(lambda: desk.looks > 0 and assembly.ports.is_current, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: desk.looks > 0 and assembly.ports.is_current)
         assert not assembly.connector.current.is_open
 
 
@@ -230,10 +228,10 @@ def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, 
     with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
         desk.is_listable = False
         desk.module.tell("unplug")
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         desk.module.tell("plug")
         looks = desk.looks
-        qtbot.waitUntil(lambda: desk.looks >= looks + 3, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: desk.looks >= looks + 3)
         assert phase(assembly) is Phase.LOST
         desk.is_listable = True
         wait_back(qtbot, assembly)
@@ -253,29 +251,29 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
 
     ports = SlowPorts(replace(ADAPTER, device="sim://old"))
     with simulated("old") as bench, window(qapp, tmp_path, ports=ports) as assembly:
-        qtbot.waitUntil(lambda: assembly.ports.has_listed, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.ports.has_listed)
         assembly.connector.connect_to(Target("sim://old", 115200, ADAPTER.identity))
         wait_online(qtbot, assembly)
         assembly.window.panel.hide()
         assembly.ports.refresh()
         ports.now = []
         bench.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         opened: list[PortState] = []
         assembly.connector.batch.connect(lambda batch: opened.append(batch.connection.state))
         is_over.set()
-        qtbot.waitUntil(lambda: looks[0] >= 4, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: looks[0] >= 4)
         assert PortState.OPENING not in opened
 
 
 def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("slow", baud=57600) as bench, window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target("sim://slow", 115200))
-        qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.is_open)
         assembly.connector.find_rate()
         wait_online(qtbot, assembly)
         bench.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         bench.plug()
         wait_back(qtbot, assembly)
         assert assembly.connector.current.connection.baud_rate == 57600
@@ -283,24 +281,17 @@ def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApp
 
 def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=(*TRAFFIC_ALONE, *DIAGNOSIS)) as assembly:
-        with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
+        with qtbot.waitSignal(assembly.window.pages_made):
             pass
         page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
         page.go_to("traffic")
         assembly.connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("why") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("why") is not None)
         press(qtbot, assembly.window.notice_bar.button("why"))
         assert assembly.window.stack.currentWidget() is page
         why: Any = assembly.window.findChild(QWidget, "why_panel")
-        qtbot.waitUntil(why.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(why.isVisible)
         assert str(tmp_path / "ttyNONE") in why.what.text()
-
-
-def test_without_the_diagnosis_page_there_is_no_such_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None, timeout=WAIT_MS)
-        assert assembly.window.notice_bar.button("why") is None
 
 
 def test_no_page_misses_data_of_a_port_opened_early(
@@ -318,7 +309,7 @@ def test_no_page_misses_data_of_a_port_opened_early(
         connector.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))
         assert not connector.current.is_requested  # the store is not open yet
-        qtbot.waitUntil(lambda: bool(ends), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(ends))
         wait_online(qtbot, assembly)  # the last page is not waited for
         end(assembly.window)
         pages: dict[str, Any] = assembly.window._pages
@@ -332,19 +323,6 @@ def test_no_page_misses_data_of_a_port_opened_early(
         assert pages["live"].data.has_samples
         assert pages["settings"].work.can_write
         assert [one.target for one in pages["fleet"].members.connections] == [connector.current.target]
-
-
-def test_another_port_shows_nothing_of_the_last_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("before"), window(qapp, tmp_path) as assembly:
-        connector = assembly.connector
-        connector.connect_to(Target("sim://before?active=yes", 115200))
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
-        connector.connect_to(Target("sim://before?active=yes", 115200))
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
-        connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
-        qtbot.waitUntil(lambda: connector.current.state.trouble is not None, timeout=WAIT_MS)
-        assert not connector.current.device.values
-        assert not connector.current.is_active
 
 
 def test_a_sleep_withdraws_confirmations_and_is_shown(
@@ -361,8 +339,8 @@ def test_a_sleep_withdraws_confirmations_and_is_shown(
         question.ask.click()
         assembly.window._services.armed.act = Act.DEPLOY
         leap["s"] = 12 * 60.0
-        qtbot.waitUntil(lambda: "12 min" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "12 min" in assembly.window.status_bar.passing.text())
         assert not question.is_asking
         assert assembly.window._services.armed.act is None
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
         assert phase(assembly) is Phase.ONLINE

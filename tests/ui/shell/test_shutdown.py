@@ -29,7 +29,7 @@ from tests.support.line.stubborn_port import StubbornPort
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import CLOSING_S, Terminal
-from tests.support.window.fakes_ui import WAIT_MS, ListedPorts, connect, simulated, window
+from tests.support.window.fakes_ui import ListedPorts, connect, simulated, window
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
@@ -82,9 +82,9 @@ def test_a_driver_that_never_returns(
     with window(qapp, tmp_path) as assembly, stubborn(monkeypatch, sticks_in) as port:
         assembly.connector.connect_to(Target("/dev/stubborn", 115200))
         if sticks_in == "close":
-            qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: assembly.connector.current.is_open)
         else:
-            qtbot.waitUntil(port.is_stuck.is_set, timeout=WAIT_MS)
+            qtbot.waitUntil(port.is_stuck.is_set)
         close_in_time(assembly)
         assert port.is_stuck.wait(PATIENCE_S)
 
@@ -95,7 +95,7 @@ def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tm
     try:
         with window(qapp, tmp_path) as assembly:
             assembly.connector.connect_to(Target(terminal.name, 115200))
-            qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: assembly.connector.current.is_open)
             terminal.choke()
             assembly.connector.run(read_everything(), lambda _job: None)
             close_in_time(assembly)
@@ -147,12 +147,12 @@ def test_any_procedure_in_progress(
     ports = ListedPorts()
     with simulated("busy-closing", **options), window(qapp, tmp_path, ports=ports) as assembly:
         assembly.connector.connect_to(Target("sim://busy-closing", 115200))
-        qtbot.waitUntil(lambda: assembly.connector.current.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.is_open)
         ports.hold()
         assembly.ports.refresh()
         assembly.connector.current.stream.is_wanted = True
         job = assembly.connector.run(procedure(), lambda _job: None)
-        qtbot.waitUntil(lambda: job.run.is_started, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: job.run.is_started)
         close_in_time(assembly)
         assert job.wait(PATIENCE_S)
         assert assembly.connector.stop(PATIENCE_S)

@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from app.limits.out_of_limits import LimitsInUse
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import VALUES, FakePorts
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.moved import moved, places
 from tests.support.window.painted_text import watching
 from tests.support.window.spoken import said_by
@@ -67,7 +67,7 @@ def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
         main = assembly.window
         main.resize(1024, 600)
         connect(qtbot, assembly, "sim://switched")
-        qtbot.waitUntil(lambda: main.top_bar.cell.word.endswith(" V"), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.top_bar.cell.word.endswith(" V"))
         cell = main.top_bar.cell
         switched = (("zh_CN", Choice.SUNLIGHT), ("en", Choice.SUNLIGHT), ("zh_CN", Choice.LIGHT), ("en", Choice.LIGHT))
         for number, (language, theme) in enumerate(switched):
@@ -76,7 +76,7 @@ def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
             laid_out(main)
             before, is_charged = places(main.top_bar), number % 2 == 0
             bench.set_charger(is_plugged_in=is_charged)
-            qtbot.waitUntil(lambda wanted=is_charged: bool(parts_of(cell.word)[1]) is wanted, timeout=WAIT_MS)  # type: ignore[misc]
+            qtbot.waitUntil(lambda wanted=is_charged: bool(parts_of(cell.word)[1]) is wanted)  # type: ignore[misc]
             laid_out(main)
             assert moved(before, places(main.top_bar)) == []
             for bar in (main.top_bar, main.status_bar, main.navigation):
@@ -136,9 +136,9 @@ def test_no_text_of_the_program_says_that_a_module_does_not_fire() -> None:
 def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("active_said", active=True), window(qapp, tmp_path, entries=PAGES) as assembly:
         main = assembly.window
-        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
         connect(qtbot, assembly, "sim://active_said")
-        qtbot.waitUntil(lambda: main.top_bar.activation.word == "ACTIVE", timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.top_bar.activation.word == "ACTIVE")
         for entry in PAGES:
             main.go_to(entry.key)
             said = list(said_by(main))

@@ -30,7 +30,7 @@ from app.store.store import Store
 from app.system.logs import start_log
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
-from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, ListedPorts, connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, wait_online, window
 from ui.main import Assembly, _errors_shown
 
 BEAT_MS = 10
@@ -51,16 +51,16 @@ def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplic
     timer.setInterval(BEAT_MS)
     timer.timeout.connect(lambda: beats.append(time.monotonic()))
     with simulated("patient"), window(qapp, tmp_path, ports=ports) as assembly:
-        qtbot.waitUntil(lambda: ports.looks == 1, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: ports.looks == 1)
         timer.start()
         assembly.window.go_to("traffic")
         connect(qtbot, assembly, "sim://patient")
-        qtbot.waitUntil(lambda: len(beats) > 50, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(beats) > 50)
         timer.stop()
         assert not assembly.ports.has_listed
         assert ports.looks == 1
         ports.release()
-        qtbot.waitUntil(lambda: assembly.ports.has_listed, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.ports.has_listed)
     assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
 
 
@@ -74,8 +74,8 @@ def test_a_port_in_use_names_the_process(qtbot: QtBot, qapp: QApplication, tmp_p
                 assert first.stdout.readline()  # it works
                 with window(qapp, tmp_path) as assembly:
                     assembly.connector.connect_to(Target(module.port, 115200))
-                    qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED, timeout=WAIT_MS)
-                    qtbot.waitUntil(lambda: "in use by" in notice_of(assembly), timeout=WAIT_MS)
+                    qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED)
+                    qtbot.waitUntil(lambda: "in use by" in notice_of(assembly))
                     if sys.platform.startswith("linux"):
                         holders = (first.pid, module.process.pid)  # the simulated module has it open too
                         assert any(f"(process {pid})" in notice_of(assembly) for pid in holders)
@@ -98,7 +98,7 @@ def test_a_port_without_permission(
     monkeypatch.setattr(serial.Serial, "open", refuse)
     with window(qapp, tmp_path) as assembly:
         assembly.connector.connect_to(Target("/dev/ttyS0", 115200))
-        qtbot.waitUntil(lambda: "/dev/ttyS0" in notice_of(assembly), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "/dev/ttyS0" in notice_of(assembly))
         assert assembly.connector.current.state.phase is Phase.FAILED
 
 
@@ -127,12 +127,12 @@ def test_a_full_disk_refuses_dangerous_acts_only(qtbot: QtBot, qapp: QApplicatio
             wait_online(qtbot, assembly)
             assert log.trouble is not None
             assembly.window.top_bar.lock.click()  # always safe, so never refused
-            qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: not bench.state().is_active)
             wait_online(qtbot, assembly)
             ended: list[Job[Performed]] = []
             permit = Permit(Act.ZERO, Origin.CONFIRMATION, assembly.connector.clock())
             assembly.connector.run(perform(Act.ZERO, assembly.storage.journal(target), permit=permit), ended.append)
-            qtbot.waitUntil(lambda: bool(ended), timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: bool(ended))
             performed = ended[0].outcome()
             assert performed.outcome is Outcome.NOT_SENT
             assert Interlock.INTENT_DURABLE in {refusal.condition for refusal in performed.refusals}
@@ -154,7 +154,7 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         connect(qtbot, assembly, "sim://struck")
         assembly.armed.act = Act.ZERO
         monkeypatch.setattr(Session, "step", fail)
-        qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly))
         assert assembly.window.notice_bar.button("copy_details") is not None
         assert not assembly.connector.current.is_open
         assert assembly.armed.act is None
@@ -226,12 +226,12 @@ def test_what_a_killed_window_left_active_stands_first_at_the_next_start(tmp_pat
 def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         shown = assembly.window
-        qtbot.waitSignal(shown.pages_made, timeout=WAIT_MS).wait()
+        qtbot.waitSignal(shown.pages_made).wait()
         shown.panel.hide()
         for _ in range(3):
             shown.recording_sign.troubled.emit()
             assembly.connector.stream_left_on.emit()
-        qtbot.waitUntil(lambda: shown.notice_bar.notice is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: shown.notice_bar.notice is not None)
         for _ in range(2):
             notice = shown.notice_bar.notice
             assert notice is not None

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import notice_text, press
 from ui.main import Assembly
 from ui.style.theme import Meaning
@@ -25,9 +25,9 @@ def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, w
             press(qtbot, assembly.window.top_bar.lock)
         else:
             qtbot.keyClick(assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
-        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED", timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not bench.state().is_active)
+        qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED")
+        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text())
 
 
 def lossy(bench: SimulatedBench, lost: int) -> list[float]:
@@ -50,7 +50,7 @@ def active_module(
 ) -> Iterator[tuple[Assembly, SimulatedBench]]:
     with simulated(name, active=True) as bench, window(qapp, folder) as assembly:
         connect(qtbot, assembly, f"sim://{name}")
-        qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
+        qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled)
         yield assembly, bench
 
 
@@ -59,12 +59,12 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp
         times = lossy(bench, 5)
         bar = assembly.window.notice_bar
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: "LOCK sent 3×, not yet" in notice_text(bar), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "LOCK sent 3×, not yet" in notice_text(bar))
         assert bar.notice is not None
         assert bar.notice.meaning is Meaning.ATTENTION
         assert assembly.window.status_bar.passing.text() == "", "it would stand beside the notice: Locking…"
-        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not bench.state().is_active)
+        qtbot.waitUntil(lambda: bar.notice is None)
         assert len(times) == 6
         confirmed = assembly.connector.current.lock.confirmed
         assert confirmed is not None
@@ -74,7 +74,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp
 def wait_for_identity(qtbot: QtBot, assembly: Assembly) -> None:
     """Wait until enough was read to recognise the module after a loss of the port."""
     port = assembly.connector.current
-    qtbot.waitUntil(lambda: port.device.values.keys() >= {"boot_count", "freefall_time_s"}, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: port.device.values.keys() >= {"boot_count", "freefall_time_s"})
 
 
 def test_lock_pressed_again_is_sent_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -82,9 +82,9 @@ def test_lock_pressed_again_is_sent_at_once(qtbot: QtBot, qapp: QApplication, tm
         times = lossy(bench, 1)
         lock = assembly.window.top_bar.lock
         press(qtbot, lock)
-        qtbot.waitUntil(lambda: len(times) >= 1, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(times) >= 1)
         press(qtbot, lock)
-        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text())
         assert not bench.state().is_active
         assert len(times) >= 2
 
@@ -93,9 +93,9 @@ def test_escape_does_not_end_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path
     with active_module(qtbot, qapp, tmp_path, "escape") as (assembly, bench):
         times = lossy(bench, 4)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: len(times) >= 2, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(times) >= 2)
         qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
-        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not bench.state().is_active)
 
 
 def fail(qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, monkeypatch: pytest.MonkeyPatch) -> Notice:
@@ -103,7 +103,7 @@ def fail(qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, monkeypatch: p
     bench.change(mute=True)
     press(qtbot, assembly.window.top_bar.lock)
     bar = assembly.window.notice_bar
-    qtbot.waitUntil(lambda: bar.button("lock_again") is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: bar.button("lock_again") is not None)
     assert bar.notice is not None
     return bar.notice
 
@@ -123,7 +123,7 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
         bench.end_faults()
         bench.change(mute=False)
         bench.module.activate(is_active=False)  # somebody locks it in another way
-        qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.notice is None)
         assert assembly.connector.current.lock.failed is None
 
 
@@ -133,7 +133,7 @@ def test_a_lock_that_fails_is_forgotten_with_its_module(
     with active_module(qtbot, qapp, tmp_path, "deaf") as (assembly, bench), simulated("other"):
         fail(qtbot, assembly, bench, monkeypatch)
         connect(qtbot, assembly, "sim://other")
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is None)
 
 
 def test_closing_with_an_unconfirmed_lock_is_confirmed(
@@ -154,21 +154,21 @@ def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: Q
         wait_for_identity(qtbot, assembly)
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: assembly.connector.current.lock.is_repeating, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.lock.is_repeating)
         bench.unplug()
-        qtbot.waitUntil(lambda: not assembly.connector.current.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.connector.current.is_open)
         assert assembly.connector.current.lock.is_repeating
         assert "when the port is back" in notice_text(bar)
         bench.end_faults()
         bench.change(mute=False)
         bench.plug()
-        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: bar.button("identity_same") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not bench.state().is_active)
+        qtbot.waitUntil(lambda: bar.button("identity_same") is not None)
         qtbot.wait(300)  # it has reported LOCKED several times, and may be a twin
         assert assembly.connector.current.lock.confirmed is None
         assert "treat the module as ACTIVE" in notice_text(bar)
         press(qtbot, bar.button("identity_same"))
-        qtbot.waitUntil(lambda: assembly.connector.current.lock.confirmed is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.lock.confirmed is not None)
 
 
 @pytest.mark.parametrize("is_late", [False, True])
@@ -189,20 +189,20 @@ def test_the_report_of_what_may_be_another_module_confirms_nothing(
             monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.2)
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: bool(lock.sent), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(lock.sent))
         bench.unplug()
-        qtbot.waitUntil(lambda: not connector.current.is_open and lock.is_repeating is not is_late, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not connector.current.is_open and lock.is_repeating is not is_late)
         bench.change(mute=False)
         bench.module.memory.boot_count -= 20
         bench.restart()  # another one, which is locked
         bench.plug()
-        qtbot.waitUntil(lambda: connector.current.identity.is_for_a_person, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: not lock.is_repeating, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.identity.is_for_a_person)
+        qtbot.waitUntil(lambda: not lock.is_repeating)
         qtbot.wait(300)  # it has reported LOCKED several times
         assert (lock.confirmed, lock.failed is None) == (None, False)
-        qtbot.waitUntil(lambda: "treat the module as ACTIVE. This may be another" in notice_text(bar), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "treat the module as ACTIVE. This may be another" in notice_text(bar))
         press(qtbot, bar.button(answer))
-        qtbot.waitUntil(lambda: bar.notice is None or "restarted" in bar.notice.text, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.notice is None or "restarted" in bar.notice.text)
         assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
 
 
@@ -215,28 +215,28 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
         lock = connector.current.lock
         wait_for_identity(qtbot, assembly)
         assembly.connector.current.module.choose("M-1")
-        qtbot.waitUntil(lambda: connector.current.identity.is_named, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.identity.is_named)
         bench.change(mute=True)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: connector.current.device.breaks > 0, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.device.breaks > 0)
         bench.module.activate(is_active=False)
         bench.change(mute=False)
         port = connector.current
         qtbot.waitUntil(lambda: port.identity.is_for_a_person and not lock.is_repeating)
         qtbot.wait(300)  # it has reported LOCKED several times
         assert (lock.confirmed, lock.failed is None) == (None, False)
-        qtbot.waitUntil(lambda: bar.button("identity_same") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.button("identity_same") is not None)
         press(qtbot, bar.button("identity_same"))
-        qtbot.waitUntil(lambda: lock.confirmed is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: lock.confirmed is not None)
 
 
 def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with active_module(qtbot, qapp, tmp_path, "purpose") as (assembly, bench):
         times = lossy(bench, 100)
         press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: len(times) >= 2, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(times) >= 2)
         assembly.connector.current.lock.end()
-        qtbot.waitUntil(lambda: not assembly.connector.current.lock.is_repeating, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.connector.current.lock.is_repeating)
         assert not assembly.connector.current.lock.is_unproven
         count = len(times)
         qtbot.wait(400)
