@@ -1,8 +1,6 @@
 """Rows for the procedures that change the module or wait for a person."""
 
-from collections.abc import Callable
 from types import MappingProxyType
-from typing import Any
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.procedures.act import Performed, last_moment, perform
@@ -12,7 +10,7 @@ from app.procedures.find import look_for
 from app.procedures.light_calibration import measure_light
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.write import SetReply, Written, restarted_since
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all, write_logged
+from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Refusal
 from app.safety.journal import Entry, Outcome
@@ -72,7 +70,6 @@ def _act(act: Act, **options: str) -> Row:
     return Row(
         "act.perform",
         lambda: perform(act, FakeJournal(), permit=_permit(act)),
-        lambda done: done.outcome.value,
         _no_performed_lie,
         options=MappingProxyType(options),
         variant=act.value,
@@ -91,29 +88,22 @@ def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:
     was_sent = BAUD_RATE.set(WANTED_RATE) in cell.port.requests
     if changed.end is BaudEnd.NOT_SENT:
         return ["not sent, and it was"] if was_sent else []
-    return _no_found_lie(changed.found_rate, cell)
+    return rate_lies(changed.found_rate, cell)
 
 
-def _no_found_lie(found_rate: int | None, cell: Cell) -> list[str]:
+def rate_lies(found_rate: int | None, cell: Cell) -> list[str]:
     holds = cell.bench.module.baud_rate
     has_lied = found_rate not in (None, holds) and "baud_rate" not in cell.hidden
     return [f"found at {found_rate}, the module is at {holds}"] if has_lied else []
 
 
-def _says_report(report: WriteReport) -> str:
-    fine = sum(written.is_fine for written in report.results)
-    return "all verified" if fine == len(report.results) else f"{fine} of {len(report.results)} verified"
-
-
-def _no_report_lie(report: WriteReport, cell: Cell) -> list[str]:
-    holds = truth(cell.bench, cell.clock.now_s)
+def written_lies(written: Written, cell: Cell) -> list[str]:
+    key, holds = written.command.key, truth(cell.bench, cell.clock.now_s)[written.command.key]
     faults = []
-    for written in report.results:
-        key = written.command.key
-        if written.verified and holds[key] != written.wanted:
-            faults.append(f"{key} verified, and the module holds {holds[key]}")
-        if written.stands is not None and holds[key] != written.stands:
-            faults.append(f"{key} stands {written.stands}, and the module holds {holds[key]}")
+    if written.verified and holds != written.wanted:
+        faults.append(f"{key} verified, and the module holds {holds}")
+    if written.stands is not None and holds != written.stands:
+        faults.append(f"{key} stands {written.stands}, and the module holds {holds}")
     return faults
 
 
@@ -146,10 +136,6 @@ def _no_restart_lie(has_restarted: bool, cell: Cell) -> list[str]:
     return ["a restart, and there was none"] if has_restarted and cell.bench.module.memory.boot_count == BOOTS else []
 
 
-def _yes_or_no(yes: str, no: str) -> Callable[[Any], str]:
-    return lambda result: yes if result else no
-
-
 ACT_ROWS: tuple[Row, ...] = (
     _act(Act.ACTIVATE),
     _act(Act.DEPLOY, active="yes"),
@@ -159,45 +145,38 @@ ACT_ROWS: tuple[Row, ...] = (
     Row(
         "act.last_moment",
         _last_moment,
-        lambda refused: "may be sent" if refused is None else "refused",
         lambda _refused, cell: ["sent"] if REQUESTS[Act.SHUTDOWN] in cell.port.requests else [],
     ),
     Row(
         "baud.change_baud",
         lambda: change_baud(WANTED_RATE, FakeJournal(), permit=_permit(Act.CHANGE_BAUD)),
-        lambda changed: changed.end.value,
         _no_baud_lie,
     ),
     Row(
         "find.look_for",
         lambda: look_for(WANTED_RATE, 115200),
-        lambda rate: "not found" if rate is None else f"{rate}",
-        _no_found_lie,
+        rate_lies,
         strikes_at=3,  # the first three heartbeats go out at a rate at which there is no module
     ),
     Row(
         "write_all.write_all",
         lambda: write_all(_changes(), WriteContext(journal=FakeJournal())),
-        _says_report,
-        _no_report_lie,
+        lambda report, cell: [lie for written in report.results for lie in written_lies(written, cell)],
     ),
     Row(
         "write_all.write_logged",
         lambda: write_logged(DISABLED, WriteContext(journal=FakeJournal(), accepted_risks=frozenset((DISABLED,))), {}),
-        lambda done: "acknowledged" if done[0].fault is None else done[0].fault.value,
         _no_logged_lie,
     ),
     Row(
         "power_cycle.survives_power_cycle",
         lambda: survives_power_cycle({"attitude_threshold_deg": 60}, longest_wait_s=3.0),
-        lambda survival: survival.ending.value,
         _no_survival_lie,
     ),
     Row(
         "light_calibration.measure_light",
         lambda: measure_light(samples=12),
-        lambda band: "enough" if band.is_enough else "too few",
         lambda band, _cell: [f"read {raw}, the module holds 3" for raw in band.raws if raw != 3],
     ),
-    Row("write.restarted_since", _restarted, _yes_or_no("restarted", "not restarted"), _no_restart_lie),
+    Row("write.restarted_since", _restarted, _no_restart_lie),
 )

@@ -7,6 +7,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import app.procedures
@@ -18,10 +19,11 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
 from protocol.catalogue import CELL_VOLT, CENTISECOND, DEGREE, TENTH_G, TENTH_VOLT, Request
 from protocol.fields import Value
-from tests.faults.fault_kinds import End, FaultKind
+from tests.faults.fault_kinds import FAULTS, End, FaultKind
 from tests.faults.faulty_port import FakePort, Phase
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import INSTANT_S, FakeClock
+from tests.support.thorough import some
 
 LONGEST_S = 90.0
 MAX_STEPS = 60_000
@@ -37,8 +39,6 @@ class Row:
 
     name: str
     make: Callable[[], Procedure[Any]]
-    says: Callable[[Any], str]
-    """Describes a result in one or two words."""
     lies: Callable[[Any, "Cell"], list[str]]
     """Returns what a result claims and the module does not hold."""
     may_repeat: frozenset[Request] = frozenset()
@@ -51,7 +51,6 @@ class Row:
     """Time after which a procedure without an end is cancelled."""
     variant: str = ""
     """Distinguishes the rows of one procedure."""
-    says_cancelled: Callable[["Cell"], str] = lambda _cell: "cancelled"
 
     @property
     def title(self) -> str:
@@ -60,11 +59,9 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The outcome: `says` goes into build/faults; `faults` must be empty."""
+    """The outcome; `faults` must be empty."""
 
-    says: str
     faults: tuple[str, ...]
-    took_s: float
     has_struck: bool
 
 
@@ -183,13 +180,18 @@ def run_cell(row: Row, fault: FaultKind, phase: Phase, index: int) -> Result:
     cell.session.close(why=error)
     faults += _judged(cell, took_s)
     faults += [f"thread left: {one.name}" for one in set(threading.enumerate()) - threads]
-    ended_by = cell.run.error
     if was_raised and error is None:
         faults.append("the port's error was not seen")
     if not cell.run.is_done:
         faults.append("the procedure is still running")
-    says = _says(row, cell, ended_by)
-    return Result(says, tuple(faults), took_s, port.has_struck)
+    return Result(tuple(faults), port.has_struck)
+
+
+def run_row(row: Row, number: int) -> dict[tuple[str, Phase], Result]:
+    """Faults in phases of one procedure: a tenth of all, from another one on in each row `number`."""
+    index = target_index(row)
+    cells = some(product(FAULTS, Phase), one_in=10, first=number)
+    return {(fault.name, phase): run_cell(row, fault, phase, index) for fault, phase in cells}
 
 
 def _judged(cell: Cell, took_s: float) -> list[str]:
@@ -210,14 +212,6 @@ def _judged(cell: Cell, took_s: float) -> list[str]:
     if any(not known.is_stale for known in cell.session.device.view(cell.clock.now_s).values.values()):
         faults.append("the port is closed, and something is still shown as certain")
     return faults
-
-
-def _says(row: Row, cell: Cell, error: BaseException | None) -> str:
-    if error is None:
-        return row.says(cell.run.result) if cell.run.is_done else "…"
-    if isinstance(error, Cancelled):
-        return row.says_cancelled(cell)
-    return "port error"
 
 
 def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:

@@ -20,7 +20,7 @@ READ_SLICE_S = 0.01
 
 
 class Phase(Enum):
-    """When a fault happens; the value is its heading in build/faults."""
+    """When a fault happens."""
 
     BEFORE = "before the request"
     IN_REQUEST = "in the middle of it"

@@ -2,16 +2,10 @@
 
 Beside it stand a second account of what the hands did (`tests.gestures.observer`): a dangerous frame without a whole
 gesture of its own is a fault; and the truth (`tests.adversary.window`): so is what is shown as certain and is not so.
-
-python -m tests.gestures.clumsy --sequences 20000 --seed 1
 """
 
-import argparse
-import os
 import random
-import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -367,24 +361,3 @@ def run(application: QApplication, sequences: int, seed: int, *, is_told: bool =
             frames = ", ".join(f"{count} x {kind}" for kind, count in sorted(report.frames.items()))
             print(f"{report.sequences:,} sequences, {report.events:,} events; left: {frames}", flush=True)
     return report
-
-
-def main() -> int:
-    """Run from the command line."""
-    parser = argparse.ArgumentParser(prog="python -m tests.gestures.clumsy")
-    parser.add_argument("--sequences", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    args = parser.parse_args()
-    if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
-        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    application = QApplication.instance() or QApplication(sys.argv[:1])
-    assert isinstance(application, QApplication)
-    began = time.monotonic()
-    report = run(application, args.sequences, args.seed, is_told=True)
-    print("\n".join(report.faults[:10]))
-    print(f"{len(report.faults)} without a whole gesture ({time.monotonic() - began:.0f} s)")
-    return 1 if report.faults else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

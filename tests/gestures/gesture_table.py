@@ -1,19 +1,15 @@
 """The table of careless gestures: every point of every first button of every act, and what is pressed there how fast.
 
 Whatever is done at one unmoved point must never complete an act: nothing may leave, and nothing may be begun.
-
-python -m tests.gestures.gesture_table                the whole table, every size, language and scale
-python -m tests.gestures.gesture_table --every 50     each fiftieth try
 """
 
-import argparse
 import json
 import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Final
@@ -289,9 +285,18 @@ def run_window(
     return tallies
 
 
+def run_windows(application: QApplication, scale: int, every: int, first_try: int) -> list[Tally]:
+    """Run every size and language at the scale of this process."""
+    return [
+        tally
+        for size, language in product(SIZES, LANGUAGES)
+        for tally in run_window(application, size, language, scale, every=every, first_try=first_try)
+    ]
+
+
 def run_scale(scale: int, every: int, first_try: int) -> list[Tally]:
     """Run all windows at one scale, in a new process because Qt reads the scale once."""
-    command = [sys.executable, "-m", "tests.gestures.gesture_table", "--scale", str(scale)]
+    command = [sys.executable, "-m", "tests.gestures", "--scale", str(scale)]
     command += ["--every", str(every), "--first", str(first_try)]
     environment = {**os.environ, "QT_SCALE_FACTOR": str(scale)}
     environment.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -303,35 +308,3 @@ def run_scale(scale: int, every: int, first_try: int) -> list[Tally]:
 
 def run_table(every: int = 1, first_try: int = 0) -> list[Tally]:
     return [tally for scale in SCALES for tally in run_scale(scale, every, first_try)]
-
-
-def main() -> int:
-    """Run from the command line."""
-    parser = argparse.ArgumentParser(prog="python -m tests.gestures.gesture_table")
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--scale", type=int, help="this scale only, as QT_SCALE_FACTOR has set it; prints JSON")
-    args = parser.parse_args()
-    if args.scale is None:
-        tallies = run_table(args.every, args.first)
-        for tally in tallies:
-            print(
-                f"{tally.act:<28}{tally.size:<10}{tally.language:<8}{tally.scale} {sum(tally.tries.values()):>7,} tries"
-            )
-            print("\n".join(tally.left[:3]), end="\n" if tally.left else "")
-        left = sum(len(tally.left) for tally in tallies)
-        print(f"{sum(sum(tally.tries.values()) for tally in tallies):,} tries, {left} completed an act")
-        return 1 if left else 0
-    application = QApplication.instance() or QApplication(sys.argv[:1])
-    assert isinstance(application, QApplication)
-    tallies = [
-        tally
-        for size, language in product(SIZES, LANGUAGES)
-        for tally in run_window(application, size, language, args.scale, every=args.every, first_try=args.first)
-    ]
-    print(json.dumps([asdict(tally) for tally in tallies]))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

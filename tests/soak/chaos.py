@@ -9,19 +9,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from tests.adversary.faults import LINE
 from tests.benchmarks.module import StreamingModule
 
-_FAULTS: Final = (
-    ("corrupt", "0.01"),
-    ("lose", "0.01"),
-    ("drop", "0.1"),
-    ("garbage", "0.1"),
-    ("double", "0.1"),
-    ("jitter_ms", "30"),
-    ("split_ms", "2"),
-    ("mute", "yes"),
-    ("echo", "yes"),
-)
+_FAULTS: Final = tuple(sorted(option for one in LINE.values() for option in one.options.items()))
 _CALM_S: Final = (0.5, 2.5)
 """Between two troubles."""
 _AWAY_S: Final = (0.05, 2.0)

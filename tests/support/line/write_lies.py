@@ -1,57 +1,25 @@
 """Writes settings to faulty modules with all quirks, and compares the report with what the module then holds."""
 
 from dataclasses import dataclass
-from itertools import product
-from typing import Any
+from typing import Any, Final
 
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
+from tests.adversary.faults import TROUBLES
 from tests.faults.fault_table import truth
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
 SETTLED_S = 1.0
 """Time after the report within which these modules make their late changes."""
-DIALECTS: tuple[dict[str, Any], ...] = tuple(
-    {"ack": ack, "voltage_code": voltage, "freefall_ack": freefall, "remembers": remembers, "stream_at_boot": streams}
-    for ack, voltage, freefall, remembers, streams in product(
-        ("echo", "one"), ("34", "35"), ("16", "17"), ("no", "yes"), ("no", "yes")
-    )
-)
-WRITE_LIES: tuple[dict[str, Any], ...] = (
-    {},
-    {"cross_talk": "22:21"},
-    {"cross_talk": "22:20"},
-    {"cross_talk": "20:15=01"},
-    {"cross_talk": "15:22=05@300"},
-    {"cross_talk": "21:20=C8@500"},
-    {"cross_talk": "16:20=C8"},
-    {"revert_ms": "20"},
-    {"revert_ms": "300"},
-    {"revert_ms": "500"},
-    {"clamp_ms": "30"},
-    {"clamp_ms": "500"},
-    {"silent_restart_ms": "30"},
-    {"silent_restart_ms": "30", "forgets": "yes"},
-    {"silent_restart_ms": "400", "forgets": "yes"},
-    {"read_changes": "20:20=C8/3"},
-    {"read_changes": "22:21=14/2@100"},
-    {"keeps": "no"},
-    {"clamps": "yes"},
-    {"refuses": "yes"},
-    {"mute_codes": "22"},
-    {"mute_codes": "20/3"},
-    {"double_codes": "20,21,22"},
-    {"double_codes": "20,21,22,23", "double_ms": "25"},
-    {"foreign_replies": "20:22"},
-    {"foreign_replies": "21:20=05@10"},
-    {"drop": "0.1"},
-    {"corrupt": "0.004"},
-    {"lag_ms": "300"},
-    {"lag_ms": "700"},
-    {"restart_at_s": "61"},
-)
+_TOO_LATE: Final = ("changes after three reads", "silent restart at 1.6 s", "mute")
+"""What happens after the last reading, which ends the report; and where nothing is written."""
+WRITE_LIES: Final = {
+    name: one.options
+    for name, one in TROUBLES.items()
+    if one.accident is None and not one.forges and name not in _TOO_LATE
+}
 WANTED: tuple[dict[str, Value], ...] = (
     {"freefall_time": 1.2},
     {"attitude_threshold": 130},

@@ -1,11 +1,13 @@
-"""Errors of the system and of pyserial are translated to our own; listing ports ends in time."""
+"""Real ports, on pseudo-terminals: errors of the system and of pyserial become our own, and everything ends in time."""
 
 import errno
 import os
+import signal
 import subprocess
 import sys
 import termios
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,11 +19,17 @@ import serial
 from app.engine import ports, transport
 from app.engine.ports import PortInfo, list_ports
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
+from app.engine.worker import CLOSING_LIMIT_S, Batch, Job, PortState, Worker
+from app.procedures.read import read_everything
+from app.procedures.stream import StreamSwitch, watch
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
-from tests.support.patience import in_time
-from tests.support.processes import ENVIRONMENT, ROOT
-from tests.support.terminals import STATUS_FRAME, Terminal
+from protocol.events import Rejected
+from protocol.link_states import Presence
+from tests.support.line.batches import Batches
+from tests.support.patience import PATIENCE_S, in_time
+from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, RunningModule
+from tests.support.terminals import CLOSING_S, STATUS_FRAME, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 pytest_plugins = ["tests.support.port_fixtures"]
@@ -203,3 +211,71 @@ def test_a_slow_list_of_ports_is_abandoned_in_time(monkeypatch: pytest.MonkeyPat
 
 def test_the_ports_of_this_machine_are_listed() -> None:
     assert isinstance(list_ports(5.0), list)
+
+
+# An open port: it is closed in time with one of our messages and no invented value
+
+
+def is_open(batch: Batch) -> bool:
+    return batch.connection.state is PortState.OPEN
+
+
+def trouble_of(batch: Batch) -> PortTrouble | None:
+    return None if batch.connection.trouble is None else batch.connection.trouble.trouble
+
+
+def is_online(batch: Batch) -> bool:
+    return is_open(batch) and batch.device.presence is Presence.ONLINE
+
+
+def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:
+    worker.open(module.port, 115200, lambda: watch(StreamSwitch()))
+    batches.until(is_online)
+    job = worker.submit(Job(read_everything()))
+    module.process.kill()  # its pseudo-terminal goes with it
+    lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
+    assert all(known.is_stale for known in lost.device.values.values())
+    assert job.wait(PATIENCE_S)
+
+
+def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, terminal: Terminal) -> None:
+    worker.open(terminal.name, 115200)
+    batches.until(is_open)
+    batches.mark()
+    worker.close()
+    closed = batches.until(lambda batch: batch.connection.state is PortState.CLOSED)
+    terminal.send(STATUS_FRAME * 10)
+    worker.open(terminal.name, 115200)
+    batches.mark()
+    batches.until(is_open)
+    terminal.send(b"\x00")
+    seen = batches.until(lambda batch: any(isinstance(event, Rejected) for event in batch.events))
+    assert closed.device.values == {}
+    assert seen.device.known("tilt_deg", seen.at) is None
+
+
+def test_writing_and_closing_end_within_half_a_second() -> None:
+    assert transport.WRITE_LIMIT_S <= CLOSING_S - 0.1
+    assert CLOSING_LIMIT_S <= CLOSING_S - 0.05
+
+
+def test_sigterm_ends_in_time_and_switches_the_stream_off(module: RunningModule) -> None:
+    command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "30"]
+    with subprocess.Popen(
+        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as first:
+        assert first.stdout is not None
+        assert first.stdout.readline()
+        with in_time(2.0):
+            first.send_signal(signal.SIGTERM)
+            _, said = first.communicate(timeout=PATIENCE_S)
+    assert "Traceback" not in said
+    line = open_line(module.port, 115200)
+    try:
+        end_s = time.monotonic() + 0.3
+        came = b""
+        while time.monotonic() < end_s:
+            came += line.read(0.01, 0.0)
+        assert len(came) <= 2 * len(STATUS_FRAME)  # the stream is off; at most what was on its way
+    finally:
+        line.close()
