@@ -14,6 +14,7 @@ import time
 from collections.abc import Sequence
 from importlib import import_module
 from itertools import takewhile
+from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
 from app.terminal import console
@@ -22,6 +23,9 @@ from app.terminal.left_active import left_active_said
 from app.terminal.port_choice import choose_port, refuse_unknown_address
 from app.text.i18n import set_language, system_language, tr
 from app.text.user_error import UserError
+
+if TYPE_CHECKING:
+    from app.records.labels import Paper
 
 DEBUG = "DPS_S_DEBUG"
 """Environment variable: with 1, errors show their traceback and the log goes to standard error."""
@@ -107,8 +111,8 @@ def _run(words: list[str]) -> int:
         return _open_window(args)
     if getattr(args, "json", False):
         _write_utf8()
-    if entry.name == "preflight":
-        args.printer = _print_report
+    if entry.name in _PRINTERS:
+        args.printer = _PRINTERS[entry.name]
     with left_active_said(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock"):
         code: int = import_module(entry.module).run(args)
     return code
@@ -175,6 +179,15 @@ def _print_report(body: str, attachment: bytes) -> bytes:
     from ui.files.report_printer import print_report
 
     return print_report(body, attachment)
+
+
+def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None = None) -> bytes:
+    from ui.files.report_printer import print_pages
+
+    return print_pages(bodies, paper, attachment)
+
+
+_PRINTERS = {"preflight": _print_report, "provision": _print_pages}
 
 
 def _prepare_output() -> None:

@@ -118,6 +118,10 @@
         <translation>线路不良会使数值缺失或错误。</translation>
     </message>
     <message>
+        <source>A batch does not change the baud rate: take it out of the profile.</source>
+        <translation>批量配置不更改波特率：请从配置文件中去掉。</translation>
+    </message>
+    <message>
         <source>A drifting sensor is loose or failing.</source>
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
@@ -138,12 +142,20 @@
         <translation>标签须有名称，长度不超过 {count}。</translation>
     </message>
     <message>
+        <source>A module answers: leave it plugged in.</source>
+        <translation>模块已应答：请勿拔下。</translation>
+    </message>
+    <message>
         <source>A person said that it is new.</source>
         <translation>已由人员确认为新模块。</translation>
     </message>
     <message>
         <source>A program error closed the port.</source>
         <translation>程序错误导致串口关闭。</translation>
+    </message>
+    <message>
+        <source>A setting changed without being written, or could not be read again.</source>
+        <translation>有参数未经写入而变化，或无法重新读取。</translation>
     </message>
     <message>
         <source>A value changed without being written.</source>
@@ -476,6 +488,10 @@
     <message>
         <source>Back to live</source>
         <translation>返回实时</translation>
+    </message>
+    <message>
+        <source>Batch {names}, profile {profile}: {count} of {all} done</source>
+        <translation>批次 {names}，配置文件 {profile}：已完成 {count}/{all}</translation>
     </message>
     <message>
         <source>Baud rate</source>
@@ -1082,6 +1098,10 @@
         <translation>每次检查或测试都会加入相应的模块。</translation>
     </message>
     <message>
+        <source>Each module plugged in gets these settings, has both triggers enabled, is checked and named:</source>
+        <translation>每个接入的模块将写入以下参数、启用两种触发、接受检查并命名：</translation>
+    </message>
+    <message>
         <source>Earlier values no longer count.</source>
         <translation>之前的数据不再有效。</translation>
     </message>
@@ -1542,6 +1562,10 @@
         <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
     </message>
     <message>
+        <source>It could not be read.</source>
+        <translation>无法读取。</translation>
+    </message>
+    <message>
         <source>It did not rearm: other directions not tested.</source>
         <translation>未复位：其他方向未测试。</translation>
     </message>
@@ -1556,6 +1580,10 @@
     <message>
         <source>It has never fired, or its memory was cleared.</source>
         <translation>从未触发，或记录已被清除。</translation>
+    </message>
+    <message>
+        <source>It is ACTIVE: it may fire. Lock it first.</source>
+        <translation>模块已激活：可能开伞。请先锁定。</translation>
     </message>
     <message>
         <source>It is being written: not deleted.</source>
@@ -1576,6 +1604,10 @@
     <message>
         <source>It is {module}</source>
         <translation>是 {module}</translation>
+    </message>
+    <message>
+        <source>It may be {module}, which is known: boot count and settings fit.</source>
+        <translation>可能是已登记的 {module}：开机次数和参数相符。</translation>
     </message>
     <message>
         <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>
@@ -2742,6 +2774,10 @@
         <translation>超过 {seconds:.2f} s：激活时会开伞。</translation>
     </message>
     <message>
+        <source>PLUG IN: {module}</source>
+        <translation>请接入：{module}</translation>
+    </message>
+    <message>
         <source>PWM trigger after</source>
         <translation>PWM 触发（启动后）</translation>
     </message>
@@ -3214,6 +3250,10 @@
         <translation>运行所有检查。READY：通过且已锁定。GO：通过且已激活。</translation>
     </message>
     <message>
+        <source>SET ASIDE</source>
+        <translation>搁置</translation>
+    </message>
+    <message>
         <source>SIMULATED MODULE: no evidence.</source>
         <translation>模拟模块：不能作为依据。</translation>
     </message>
@@ -3420,6 +3460,10 @@
     <message>
         <source>Set the driver's latency timer to 1 ms.</source>
         <translation>请在驱动设置中将延迟计时器设为 1 ms。</translation>
+    </message>
+    <message>
+        <source>Set up a batch of new modules</source>
+        <translation>批量配置新模块</translation>
     </message>
     <message>
         <source>Settings</source>
@@ -3910,6 +3954,10 @@
         <translation>该串口只能按名称识别，现在可能已是另一个适配器：请手动重新连接。</translation>
     </message>
     <message>
+        <source>The profile demands manual checks or guided tests, which a batch does not have.</source>
+        <translation>配置文件要求人工检查或引导测试，批量配置无法完成。</translation>
+    </message>
+    <message>
         <source>The program may not write into {file}.</source>
         <translation>程序无权写入 {file}。</translation>
     </message>
@@ -4126,6 +4174,10 @@
         <translation>时间</translation>
     </message>
     <message>
+        <source>Time (UTC)</source>
+        <translation>时间（UTC）</translation>
+    </message>
+    <message>
         <source>Time of day</source>
         <translation>时刻</translation>
     </message>
@@ -4268,6 +4320,10 @@
     <message>
         <source>UNKNOWN STATION: signed, but not by a known station.</source>
         <translation>未知站点：已签名，但不是已知站点。</translation>
+    </message>
+    <message>
+        <source>UNPLUG, NEXT</source>
+        <translation>请拔下，换下一个</translation>
     </message>
     <message>
         <source>UNSIGNED, missing: {missing}.</source>
@@ -4688,6 +4744,10 @@
     <message>
         <source>after the impact</source>
         <translation>已在撞击之后</translation>
+    </message>
+    <message>
+        <source>all are new, also those that resemble a known module</source>
+        <translation>全部为新模块，包括与已登记模块相似的</translation>
     </message>
     <message>
         <source>all records reviewed</source>
@@ -5206,6 +5266,10 @@
         <translation>标签</translation>
     </message>
     <message>
+        <source>labels of the modules that are done</source>
+        <translation>已完成模块的标签</translation>
+    </message>
+    <message>
         <source>late</source>
         <translation>响应延迟</translation>
     </message>
@@ -5328,6 +5392,10 @@
     <message>
         <source>name of the profile</source>
         <translation>配置文件的名称</translation>
+    </message>
+    <message>
+        <source>names to give</source>
+        <translation>要使用的名称</translation>
     </message>
     <message>
         <source>nested too deeply.</source>
@@ -5642,6 +5710,10 @@
         <translation>仅显示将要更改的内容</translation>
     </message>
     <message>
+        <source>open</source>
+        <translation>未完成</translation>
+    </message>
+    <message>
         <source>optional</source>
         <translation>可选</translation>
     </message>
@@ -5660,6 +5732,10 @@
     <message>
         <source>over {value}°</source>
         <translation>超过 {value}°</translation>
+    </message>
+    <message>
+        <source>paper of the labels: width in mm, or sheets</source>
+        <translation>标签纸：宽度（mm）或整页</translation>
     </message>
     <message>
         <source>parts: {count}</source>
@@ -5986,6 +6062,10 @@
         <translation>帧不完整</translation>
     </message>
     <message>
+        <source>the list of the batch, and FILE.csv</source>
+        <translation>批次清单，另存 FILE.csv</translation>
+    </message>
+    <message>
         <source>the module answers</source>
         <translation>模块已应答</translation>
     </message>
@@ -6306,6 +6386,10 @@
         <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
     </message>
     <message>
+        <source>{file} exists and is of no batch: choose another name.</source>
+        <translation>{file} 已存在且不属于批次：请另选名称。</translation>
+    </message>
+    <message>
         <source>{file} exists: use --append or --force.</source>
         <translation>{file} 已存在：请使用 --append 或 --force。</translation>
     </message>
@@ -6396,6 +6480,10 @@
     <message>
         <source>{minutes} min {seconds} s</source>
         <translation>{minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{module} is the name of another module: left out.</source>
+        <translation>{module} 已是另一模块的名称：跳过。</translation>
     </message>
     <message>
         <source>{module} was left ACTIVE on {time}.</source>

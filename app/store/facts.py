@@ -46,6 +46,8 @@ class FactKind(Enum):
     """An act as versions before layout 10 logged it: its start, or start and outcome."""
     SETTLEMENT = "settlement"
     """A person's decision whether two modules are the same one."""
+    PROVISIONED = "provisioned"
+    """A module of a batch: named, or set aside with the reason. Its link is the batch."""
     MIGRATED = "migrated"
     """The facts before it were taken over from a store of another layout."""
 

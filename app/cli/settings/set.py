@@ -38,7 +38,7 @@ from protocol.translatable import marked
 
 def run(args: argparse.Namespace) -> int:
     wishes = _requested_values(args.wishes, args.profile)
-    _warn(wishes)
+    warn(wishes)
     if args.dry_run:
         return _show(wishes, args)
     if any(wish.risks for wish in wishes) and not args.accept_risk:
@@ -81,7 +81,7 @@ def _requested_values(words: Sequence[str], profile: str | None) -> list[Setting
     return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings_of_profile(Path(profile)).items()]
 
 
-def _warn(wishes: Sequence[SettingChange]) -> None:
+def warn(wishes: Sequence[SettingChange]) -> None:
     """What a value takes away is told, accepted or not."""
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):

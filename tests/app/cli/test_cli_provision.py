@@ -1,0 +1,209 @@
+"""`dps-s provision`: a batch of modules, one after the other at one port."""
+
+import csv
+import signal
+from collections.abc import Callable, Iterable
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app.cli.commands import BY_NAME
+from app.records.check_store import CheckStore
+from app.simulator.bench import SimulatedBench
+from app.store.database import StoreFault, StoreTrouble
+from app.store.facts import FactKind, Facts
+from app.store.store import open_store
+from app.terminal import console
+from protocol.frame import decode_request
+from tests.support.cli_line import Printed, bench_of, falls_after, run_here
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "brief")
+SETTINGS = "attitude_threshold_deg = 65\nfreefall_time_s = 1.4\n"
+Plug = Callable[[SimulatedBench], object]
+Batch = Callable[..., list[str]]
+
+
+def new(boots: int, then: Plug = lambda bench: None) -> Plug:
+    """Another module, as it comes from the vendor."""
+
+    def plug(bench: SimulatedBench) -> None:
+        bench.module.memory.boot_count = boots - 1
+        bench.module.memory.reset_settings()
+        bench.restart()
+        then(bench)
+
+    return plug
+
+
+def active(bench: SimulatedBench) -> None:
+    bench.module.activate(is_active=True)
+
+
+@pytest.fixture
+def batch(monkeypatch: pytest.MonkeyPatch, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Batch:
+    """Runs a batch of M-001 and M-002, plugs in the next of `plugs` each time a person is told to; its lines."""
+    write = console.write_lines
+
+    def run(*words: str, plugs: Iterable[Plug] = (), code: int = 0, profile: str = SETTINGS) -> list[str]:
+        left, lines = iter(plugs), list[str]()
+        (tmp_path / "p.toml").write_text(f"format = 1\nname = 'Survey'\n[settings]\n{profile}", encoding="utf-8")
+
+        def hear(told: Iterable[str]) -> None:
+            lines.extend(told := list(told))
+            write(told)
+            if told == ["UNPLUG, NEXT"]:
+                next(left)(bench_of(port))
+
+        monkeypatch.setattr(console, "write_lines", hear)
+        names = [] if "--names" in words else ["--names", "M-001..M-002"]
+        run_here(capsys, ["provision", "-p", port, "--profile", str(tmp_path / "p.toml"), *names, *words], code)
+        assert next(left, None) is None, "not everything was plugged in"
+        return lines
+
+    return run
+
+
+ALLOWED = ("--yes", "--enable-triggers", "--records-reviewed")
+
+
+def _sets(wire: list[bytes]) -> list[str]:
+    return [request.command.name for request in map(decode_request, wire) if not request.is_repeatable]
+
+
+def _verdicts(module: str | None) -> list[str]:
+    with closing(open_store()) as store:
+        return [check.verdict for check in CheckStore(store.database).checks(module)]
+
+
+def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
+    batch: Batch, tmp_path: Path, port: str, wire: list[bytes]
+) -> None:
+    bench_of(port).module.memory.boot_count = 4
+    files = ("--list", str(tmp_path / "list.pdf"), "--labels", str(tmp_path / "labels.pdf"), "--who", "Li Wei")
+    again = lambda bench: bench.restart()  # noqa: E731  the same module, plugged in once more
+    dark = lambda bench: bench.set_bay(is_open=True)  # noqa: E731
+    lines = batch(
+        *ALLOWED,
+        *files,
+        plugs=[again, new(3, active), new(2, dark), new(7, lambda bench: bench.set_bay(is_open=False))],
+    )
+    aside = [line for line in lines if line.startswith("SET ASIDE")]
+    assert aside[0] == "SET ASIDE: It may be M-001, which is known: boot count and settings fit."
+    assert aside[1] == "SET ASIDE: It is ACTIVE: it may fire. Lock it first."
+    assert aside[2].startswith("SET ASIDE: ")
+    assert (len(aside), _sets(wire)) == (
+        3,
+        ["attitude_threshold", "freefall_time", "attitude_trigger", "freefall_trigger"] * 3,
+    )
+    assert (_verdicts("M-001"), _verdicts("M-002"), _verdicts(None)) == (["READY"], ["READY"], ["NO-GO"])
+    rows = list(csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines()))
+    assert [(row["name"], row["result"], row["boot_count"]) for row in rows] == [
+        ("M-001", "ready", "4"), ("M-002", "ready", "7"), ("", "set aside", "5"), ("", "set aside", "3"),
+        ("", "set aside", "2"),
+    ]  # fmt: skip
+    assert all((tmp_path / name).read_bytes().startswith(b"%PDF-") for name in ("list.pdf", "labels.pdf"))
+    with closing(open_store()) as store:
+        assert store.evidence("M-002").is_complete
+
+
+def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
+    lines = batch(*ALLOWED, plugs=[lambda bench: signal.raise_signal(signal.SIGINT)], code=130)
+    assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
+    lines = batch(*ALLOWED, plugs=[new(2)])
+    assert "PLUG IN: M-001" not in lines
+    assert [line.split()[:2] for line in lines[-3:]] == [["M-001", "READY"], ["M-002", "READY"], ["SET", "ASIDE"]]
+    assert batch(*ALLOWED)[2].startswith("M-002  READY")  # nothing is left, and nothing is waited for
+
+
+@pytest.mark.parametrize("frame", [24, 34, 60])
+def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: str, frame: int) -> None:
+    """Another one with the same settings, from its restart on."""
+
+    def exchange() -> None:
+        bench_of(port).module.memory.attitude_threshold, bench_of(port).module.memory.freefall_time = 65, 140
+        bench_of(port).restart()
+
+    stop = lambda bench: signal.raise_signal(signal.SIGINT)  # noqa: E731
+    with falls_after(bench_of(port), frame, exchange):
+        lines = batch(*ALLOWED, plugs=[stop], code=130)
+    assert any(line.startswith("SET ASIDE") for line in lines)
+    assert _verdicts("M-001") == []
+    with closing(open_store()) as store:
+        assert store.modules() == ()
+
+
+def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
+    batch: Batch, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    add = Facts.add
+
+    def full(self: Facts, kind: FactKind, *args: object, **values: object) -> int:
+        if kind is FactKind.PROVISIONED:
+            raise StoreTrouble(StoreFault.FULL, self.database.path)
+        return add(self, kind, *args, **values)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Facts, "add", full)
+        assert batch(*ALLOWED, code=4)[-2].split() == ["M-001", "open"]
+    assert _verdicts("M-001") == []
+    assert batch(*ALLOWED, plugs=[new(2)])[-1].startswith("M-002  READY")
+
+
+@pytest.mark.parametrize(
+    ("words", "profile", "code"),
+    [
+        (ALLOWED[1:], SETTINGS, 2),  # nothing without --yes
+        (ALLOWED[:1], SETTINGS, 2),  # the profile does not enable the triggers
+        (ALLOWED, SETTINGS + "freefall_trigger = false\n", 2),  # takes protection away
+        (ALLOWED, SETTINGS + "baud_rate = 9600\n", 2),
+        (ALLOWED, SETTINGS + "[tests]\ntilt = 180\n", 2),
+        (ALLOWED, SETTINGS + "[[manual]]\ntext = 'Bridle free'\nrequired = true\n", 2),
+        ((*ALLOWED, "--list", "missing/list.pdf"), SETTINGS, 2),
+        ((*ALLOWED, "--names", "M-001..M-1\x1b[2J"), SETTINGS, 2),
+    ],
+)
+def test_without_consent_or_where_no_module_can_pass_nothing_is_sent(
+    batch: Batch, wire: list[bytes], words: tuple[str, ...], profile: str, code: int
+) -> None:
+    batch(*words, profile=profile, code=code)
+    assert wire == []
+
+
+def test_a_name_that_is_known_is_left_out(batch: Batch, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+    with closing(open_store()) as store:
+        store.register_module("M-001")
+    assert batch(*ALLOWED, "--names", "M-001", code=1)[-1].split() == ["M-001", "open"]
+    assert wire == []
+
+
+def test_a_file_that_is_no_list_is_not_replaced(batch: Batch, tmp_path: Path, wire: list[bytes]) -> None:
+    for name in ("list.pdf", "list.csv"):
+        (tmp_path / name).write_text("mine", encoding="utf-8")
+        batch(*ALLOWED, "--list", str(tmp_path / "list.pdf"), code=2)
+        assert (tmp_path / name).read_text(encoding="utf-8") == "mine"
+        (tmp_path / name).unlink()
+    assert wire == []
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("M-008..M-011", ("M-008", "M-009", "M-010", "M-011")),
+        ("9..10", ("9", "10")),
+        ("伞仓", ("伞仓",)),
+        *((wrong, None) for wrong in ("", " ", "M-2..M-1", "M-1..N-2", "M-1..", "..M-1", "a..b", "M-1..M-1001",
+                                      "M-01..M-1",
+                                      "M-1\n", "\u202eM-1", "M" * 61, "M-1..M-999999999999")),
+    ],
+)  # fmt: skip
+def test_names_count_upwards(text: str, names: tuple[str, ...] | None, capsys: pytest.CaptureFixture[str]) -> None:
+    parser = BY_NAME["provision"].parser()
+    words = ["--profile", "p.toml", f"--names={text}"]
+    if names is not None:
+        assert parser.parse_words(words).names == names
+        return
+    with pytest.raises(SystemExit):
+        parser.parse_words(words)
+    assert Printed(capsys).err
