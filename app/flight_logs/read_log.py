@@ -5,10 +5,14 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
-from app.flight_logs.assembly import assembled
+import numpy as np
+
+from app.flight_logs.assembly import Reports, assembled, flight_of_reports
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, LogFormat, Progress, unreadable
+from app.text.messages import message
 from app.text.sentences import error_text
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 SUFFIXES: Final = {
@@ -52,11 +56,34 @@ def _read(path: Path, columns: CsvColumns | None, on_progress: Progress) -> Flig
 
             return assembled(read_dataflash(path))
         case LogFormat.RECORDING:
-            from app.flight_logs.module_reports import read_session
-
-            return read_session(path)
+            return _read_session(path)
         case None:
             raise unreadable(marked("unknown kind of file"))
+
+
+def _read_session(path: Path) -> FlightLog:
+    """A flight that a module measured. Raises `UserError`."""
+    from app.recordings.library import entry_of
+    from app.recordings.markers import STATE_LOST
+    from app.recordings.recording import open_recording
+
+    entry = entry_of(path)
+    try:
+        with open_recording(entry) as recording:
+            excerpt = recording.excerpt(recording.start_s, recording.end_s)
+            reports = Reports(
+                np.array(excerpt.time_s, np.float64),
+                np.array(excerpt.tilt_deg, np.float64),
+                np.array(excerpt.acceleration_g, np.float64),
+                tuple(marker.time_s for marker in excerpt.markers if marker.kind in STATE_LOST),
+            )
+            problems = [] if recording.damage is None else [recording.damage]
+    except UserError as error:
+        cause = error.__cause__
+        raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
+    if entry.was_cut_off:
+        problems.append(message(marked("cut off")))
+    return flight_of_reports(str(path), LogFormat.RECORDING, reports, problems)
 
 
 def format_of(path: Path) -> LogFormat | None:
