@@ -5,18 +5,12 @@ from dataclasses import dataclass, field
 from itertools import chain
 
 from app.engine.identity import Identity, IdentityEvidence, Trust, same_module, went_back
-from app.limits.expectations import Past
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
 from app.settings.identity_words import differences
 from app.store.store import Store
 from app.text.i18n import tr
 from protocol.fields import Value
-
-
-def past_of(store: Store, name: str) -> Past:
-    """What is known of the module of this name. Raises `StoreTrouble`."""
-    return CheckStore(store.database).past(name)
 
 
 def say_new(store: Store, names: Iterable[str]) -> None:

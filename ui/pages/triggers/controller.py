@@ -14,7 +14,7 @@ from app.preflight.module_checks import RecordsWord
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, SeenRecord, Visit
-from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, past_of, say_new
+from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, say_new
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
@@ -211,7 +211,7 @@ class TriggersController(QObject):
         if store is None or not name:
             return plain
         try:
-            past = past_of(store, name)
+            past = CheckStore(store.database).past(name)
         except StoreTrouble as trouble:
             return Notice(Meaning.DANGER, _not_stored_text(trouble), dismiss=self.job.dismiss)
         if past.last_answer is not None:
