@@ -29,7 +29,7 @@ from app.safety.journal import Journal, NoJournal, Outcome
 from app.safety.permit import Origin, Permit
 from app.settings.profile_file import read_profile
 from app.store.store import Store
-from app.store.store_journal import KnownAs, StoreJournal
+from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
 from app.terminal.colours import Colour, coloured
 from app.terminal.command_journal import adapter_of, open_store_or_notify
@@ -233,8 +233,8 @@ def _collect_evidence(
     evidence = found.evidence
     journal: Journal = NoJournal()
     if store is not None:
-        name = clean((args.module or "").strip())
-        journal = StoreJournal(store, port=port, origin="preflight", adapter=found.adapter, known_as=KnownAs(name))
+        known_as = KnownAs(clean((args.module or "").strip()), new_run())
+        journal = StoreJournal(store, port=port, origin="preflight", adapter=found.adapter, known_as=known_as)
     with (
         connected(
             port, args.baud, on_batch=lambda batch: found.log.feed(batch.events), interruption=interruption

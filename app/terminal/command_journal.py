@@ -11,7 +11,7 @@ from app.engine.snapshots import Snapshot
 from app.safety.journal import Journal
 from app.store.database import FILE_NAME, StoreTrouble
 from app.store.store import Store, open_store
-from app.store.store_journal import journal_for
+from app.store.store_journal import KnownAs, journal_for, new_run
 from app.system.folders import data_folder
 from app.terminal.console import notify
 from app.text.i18n import tr
@@ -81,7 +81,8 @@ def records_of(port: str, adapter: str = "") -> Iterator[Records]:
     opened = _opened()
     store = None if isinstance(opened, StoreTrouble) else opened
     try:
-        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter), store, port)
+        known_as = KnownAs(run=new_run())
+        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter, known_as=known_as), store, port)
     finally:
         if store is not None and store.close():
             notify(tr("The audit log is incomplete."))

@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
+from datetime import UTC, datetime
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -23,37 +24,37 @@ _NO_MODULE = ("sim:", "loop:")
 @contextmanager
 def left_active_said(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[None]:
     """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`."""
-    if not is_locking:
-        _say(ports, module, is_locking=False)
+    ports = [port for port in ports if not port.startswith(_NO_MODULE)]
+    began_at = datetime.now(UTC).isoformat(timespec="milliseconds")
+    if ports and not is_locking:
+        _say(ports, module)
     try:
         yield
     finally:
-        if is_locking:
-            _say(ports, module, is_locking=True)
+        if ports and is_locking and _say(ports, module, before=began_at):
+            note(tr("If it is this module, add {option}.", option="--same-module"))
 
 
-def _say(ports: Sequence[str], module: str, *, is_locking: bool) -> None:
-    ports = [port for port in ports if not port.startswith(_NO_MODULE)]
-    if not ports or not data_folder().exists():  # nothing of the store is loaded where there is none
-        return
+def _say(ports: Sequence[str], module: str, before: str = "") -> bool:
+    """What was left; with `before`, an ISO time in UTC, only what was left before. Whether there is any."""
+    if not data_folder().exists():  # nothing of the store is loaded where there is none
+        return False
     from app.store.database import StoreTrouble
-    from app.store.store_journal import RUN
     from app.terminal.command_journal import existing_store
 
     store = existing_store()
     if store is None:
-        return
+        return False
     try:
         with closing(store):
             every = dict.fromkeys(one for port in ports for one in left_here(store, port, module))
     except StoreTrouble as error:
         notify(error.sentence)
-        return
-    earlier = [one for one in every if not (is_locking and one.known_as.run == RUN)]  # this run says its own
+        return False
+    earlier = [one for one in every if not before or one.at < before]  # a run says its own
     for one in earlier:
         notify(one.sentence)
-    if earlier and is_locking:
-        note(tr("If it is this module, add {option}.", option="--same-module"))
+    return bool(earlier)
 
 
 def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...]:

@@ -7,7 +7,7 @@ import pytest
 
 import app.__main__ as program
 from app.records.record import Record, as_text
-from app.safety.acts import EFFECTS, REQUESTS, Act
+from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
@@ -15,7 +15,7 @@ from app.store.store import open_store
 from app.system.folders import data_folder
 from tests.app.records.test_filing import FRAME, file_one
 from tests.app.records.test_record import checked_record
-from tests.support.cli_line import Printed, bench_of, run_here
+from tests.support.cli_line import bench_of, run_here
 from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
 
@@ -37,17 +37,6 @@ def recorded() -> list[tuple[Act, Outcome]]:
 
 
 @pytest.mark.parametrize("name", ["activate", "lock", "zero", "shutdown"])
-def test_without_yes_it_says_what_would_happen(
-    name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    printed = run_here(capsys, [name, "--port", port], 2)
-    assert printed.out == f"{EFFECTS[Act(name)]}\n"
-    assert printed.err == "Nothing was done. Add --yes to do it.\n"
-    assert wire == []
-    assert recorded() == []
-
-
-@pytest.mark.parametrize("name", ["activate", "lock", "zero", "shutdown"])
 def test_with_yes_it_is_done_once_and_recorded(
     name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
@@ -61,31 +50,6 @@ def test_with_yes_it_is_done_once_and_recorded(
     assert module.memory.zero_tilt_deg == (4 if name == "zero" else 0)
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "why"),
-    [
-        ("activate", "tilt=70", "Tilt 70° (threshold 60°): it would fire at once."),
-        ("activate", "active=yes", "The module is ACTIVE: lock it first."),
-        ("zero", "active=yes", "The module is ACTIVE: lock it first."),
-        ("zero", "tilt=12", "Tilt 12°: lay it level (≤ 10°)."),
-        ("shutdown", "active=yes", "The module is ACTIVE: lock it first."),
-    ],
-)
-def test_an_open_condition_is_named(
-    name: str, options: str, why: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    printed = run_here(capsys, [name, "--port", f"{port}?{options}", "--yes"], 1)
-    assert printed.out == ""
-    assert printed.err == f"Nothing was sent. {why}\n"
-    assert acts(wire) == []
-
-
-def test_what_is_not_confirmed_is_not_done(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["zero", "--port", f"{port}?mute_codes=25", "--yes"]) == 1
-    assert Printed(capsys).err == "Sent, not confirmed. Tilt now 0°.\n"
-    assert recorded() == [(Act.ZERO, Outcome.UNKNOWN)]
-
-
 def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_text("in the way", encoding="utf-8")
@@ -93,18 +57,6 @@ def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureF
     assert acts(wire) == []
     assert program.main(["lock", "--port", port, "--yes"]) == 0
     assert acts(wire) == [REQUESTS[Act.LOCK].encode()]
-
-
-@pytest.mark.parametrize("name", ["activate", "lock", "zero", "shutdown"])
-def test_no_link(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, [name, "--port", "/dev/no-such-port", "--yes"], 3)
-    assert printed.err.startswith("There is no port")
-    assert recorded() == []
-
-
-def test_there_is_no_deploy(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    assert program.main(["deploy", "--port", port, "--yes"]) == 2
-    assert wire == []
 
 
 # `dps-s verify`: its exit codes, whose signatures it believes, and the audit log.
@@ -183,9 +135,3 @@ def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
     tamper(data_folder() / FILE_NAME, "DELETE FROM facts WHERE number = 2")
     assert program.main(["verify", "--log"]) == 1
     assert capsys.readouterr().out == "Entry 2 was removed.\n"
-
-
-@pytest.mark.parametrize("words", [[], ["x", "--log"], ["--log", "--stations"], ["--trust", "x"]])
-def test_what_does_not_go_together_is_used_wrongly(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["verify", *words]) == 2
-    assert "--trust" in capsys.readouterr().err

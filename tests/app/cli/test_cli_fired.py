@@ -110,26 +110,6 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(
     assert printed.err == f"{bad}: unknown kind of file.\n"
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        [],
-        ["/no/such/log"],
-        ["a\0b"],
-        ["a.ulg", "--thresholds", "freefall_time_s=1.234"],
-        ["a.ulg", "--thresholds", "freefall_time_s=1", "freefall_time_s=2"],
-        ["a.ulg", "--thresholds", "freefall_acceleration_g=1.6"],
-        ["a.ulg", "--column", "speed=x"],
-        ["a.ulg", "--must", "--must-not"],
-    ],
-)
-def test_used_wrongly(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    code, printed = fired(capsys, *words)
-    assert code == 2
-    assert printed.out == ""
-    assert printed.err
-
-
 def test_a_csv_file_with_chosen_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.csv"
     path.write_text("when,angle\n" + "".join(f"{n / 50},{n % 100}\n" for n in range(200)), encoding="utf-8")

@@ -208,16 +208,6 @@ def test_what_is_added_stands_behind_what_was_there(port: str, tmp_path: Path) -
     assert not any(row["time_utc"] == "time_utc" for row in rows(path))
 
 
-@pytest.mark.parametrize(
-    "words", [["--append", "x.mcap"], ["x.txt"], ["no/folder/x.csv"], ["--append", "--force", "x.csv"]]
-)
-def test_used_wrongly(words: list[str], port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert program.main(["record", "--port", port, *words]) == 2
-    assert list(tmp_path.iterdir()) == []
-    assert RecordingLibrary().entries() == ()
-
-
 def test_where_the_line_goes_dead_what_came_is_kept(
     port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -290,20 +280,6 @@ def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pyte
     assert (first["valid"], first["direction"]) == (False, "module_to_host")
     assert last["command"] == "status"
     assert printed.err == "Line 3 is left out: no time, direction and bytes.\n"
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "code", "said"),
-    [
-        ("bytes.txt", "\n41 75 32 07 0A\n00 01 44\n", 0, "status: tilt 7°"),
-    ],
-)
-def test_a_file_is_decoded_or_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, code: int, said: str
-) -> None:
-    (tmp_path / name).write_text(text, "utf-8")
-    printed = run_here(capsys, ["decode", str(tmp_path / name)], code)
-    assert said in (printed.err if code else printed.out)
 
 
 def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.CaptureFixture[str]) -> None:

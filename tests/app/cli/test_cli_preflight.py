@@ -76,27 +76,6 @@ def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire:
     _assert_only_questions(wire, flags=2)
 
 
-def test_no_go_names_everything_and_sends_questions_only(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    bench_of(port).set_cell(3.5)
-    bench_of(port).set_tilt(20)
-    out = run_here(capsys, ["preflight", "--port", port], 1).out
-    assert out.startswith("NO-GO: do not fly\n")
-    assert "3.50 V (≥ 3.80 V)" in out
-    assert "20° (≤ 5°)" in out
-    assert "Charge it" in out
-    assert "not enabled in this connection" in out
-    _assert_only_questions(wire, flags=0)
-
-
-def test_no_module_is_no_link_and_never_go(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, ["preflight", "--port", f"{port}?mute=yes", "--json", "--enable-triggers"], 3)
-    assert printed.out == ""
-    assert is_one_sentence(printed.err)
-    assert run_here(capsys, ["preflight", "--port", "/dev/none", "--json"], 3).out == ""
-
-
 @pytest.mark.parametrize("number", [3, 15, 60])
 def test_lost_in_the_middle_is_no_go(port: str, capsys: pytest.CaptureFixture[str], number: int) -> None:
     bench = bench_of(port)

@@ -80,22 +80,6 @@ def test_json_is_one_object_of_the_last_verdict(port: str, capsys: pytest.Captur
     assert (shown["verdict"], shown["read"]["status"]["active"]) == ("GO", True)
 
 
-def test_without_yes_it_says_what_would_happen_and_sends_nothing(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    printed = run_here(capsys, ["preflight", "--activate", "--port", port], 2)
-    assert printed.out
-    assert "Add --yes to do it." in printed.err
-    assert wire == []
-
-
-def test_several_ports_are_never_activated_by_one_command(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    run_here(capsys, [*ACTIVATE[:3], "--port", port, "--port", f"{port}b"], 2)
-    assert wire == []
-
-
 def _disable_light(port: str) -> None:
     bench_of(port).set_bay(is_open=True)
 

@@ -196,14 +196,6 @@ def test_a_port_that_another_program_has(module: RunningModule) -> None:
     assert f"{module.port} is in use by" in run.stderr
 
 
-def test_the_wrong_rate() -> None:
-    with run_module("--baud", "57600", "--stream-at-boot", "yes") as module:
-        run = dps_s("history", "--port", module.port)
-        assert (run.returncode, run.stdout) == (3, "")
-        assert_one_sentence(run.stderr)
-        assert "dps-s find" in run.stderr
-
-
 def test_find_is_interrupted_like_any_program() -> None:
     """No result, so 130; and within the time that a person waits for Ctrl-C."""
     master, slave = os.openpty()

@@ -1,19 +1,13 @@
 """No link, used wrongly, errors of our own: a sentence and an exit code, never a traceback."""
 
 import argparse
-import doctest
 import errno
 import io
 import json
 import os
 import re
-import shlex
-import subprocess
 import sys
 import threading
-from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 import serial
@@ -28,20 +22,9 @@ from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from tests.documents.test_translations import GENERATE
 from tests.support.cli_line import Printed, is_one_sentence, run_here
-from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
-
-
-@pytest.mark.parametrize("command", ["read", "history", "monitor", "find"])
-def test_no_such_port(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, [command, "--port", "/dev/no-such-port", "--json"], 3)
-    assert printed.out == ""
-    assert printed.err == (
-        "There is no port /dev/no-such-port. Plug the adapter in. If no port appears, install its driver "
-        "(dps-s ports).\n"
-    )
 
 
 def test_no_permission(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,38 +53,6 @@ def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkey
     printed = Printed(capsys)
     assert "/dev/ttyS9 does not open within" in printed.err
     assert is_one_sentence(printed.err)
-
-
-def test_nobody_answers(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, ["read", "--port", f"{port}?mute=yes", "--json"], 3)
-    assert printed.out == ""
-    assert printed.err.startswith(f"No module answers on {port}?mute=yes at 115200 baud. ")
-    assert is_one_sentence(printed.err)
-
-
-def test_the_wrong_rate_names_the_way_out(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, ["monitor", "--port", f"{port}?baud=9600&stream_at_boot=yes"], 3)
-    assert "dps-s find" in printed.err
-    assert is_one_sentence(printed.err)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["deploy", "--port", "sim://"],
-        ["read", "--port", ""],
-        ["read", "--port", "sim://", "--baud", "7"],
-        ["history", "--port", "sim://", "--json", "--csv", "x.csv"],
-        ["monitor", "--port", "sim://", "--seconds", "-1"],
-        ["gui", "--lang", "xx"],
-        ["set", "--port", "sim://"],
-        ["lock", "--yes", "--port", "sim://a", "--port", "sim://b"],
-    ],
-)
-def test_used_wrongly(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, words, 2)
-    assert printed.out == ""
-    assert printed.err
 
 
 @pytest.mark.parametrize(
@@ -225,64 +176,6 @@ def test_a_reader_that_ended_takes_no_answer_for_yes(
 # docs/command-line.md: every example is run, and says what the page says.
 
 
-PAGE = ROOT / "docs" / "command-line.md"
-SHOWN_PORT = "/tmp/dps-s"
-_BLOCK = re.compile(r"```console\n(.*?)```", re.DOTALL)
-
-
-class Example(NamedTuple):
-    words: list[str]
-    said: str
-
-
-def examples(text: str) -> Iterator[Example]:
-    for block in _BLOCK.findall(text):
-        for piece in re.split(r"^\$ dps-s ", block, flags=re.MULTILINE)[1:]:
-            command, _, said = piece.partition("\n")
-            yield Example(shlex.split(command), said)
-
-
-def say(words: list[str], home: Path, port: str) -> str:
-    """What a terminal shows: both outputs, and the exit code where it is not 0."""
-    environment = {**ENVIRONMENT, "LC_ALL": "C.UTF-8", "COLUMNS": "120", "XDG_DATA_HOME": str(home)}
-    done = subprocess.run(
-        [*PROGRAM, *(port if word == SHOWN_PORT else word for word in words)],
-        cwd=ROOT, env=environment, text=True, timeout=60, check=False,
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    )  # fmt: skip
-    code = f"(exit code {done.returncode})\n" if done.returncode else ""
-    return (done.stdout + code).replace(port, SHOWN_PORT)
-
-
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no pseudo-terminals")
-def test_every_example_says_what_the_page_says(tmp_path: Path) -> None:
-    found = list(examples(PAGE.read_text(encoding="utf-8")))
-    assert len(found) > 15
-    judge = doctest.OutputChecker()
-    with run_module("--link", str(tmp_path / "dps-s"), "--history", "2"):
-        for words, said in found:
-            says = say(words, tmp_path, str(tmp_path / "dps-s"))
-            assert judge.check_output(said, says, doctest.ELLIPSIS), f"dps-s {shlex.join(words)} says now:\n{says}"
-
-
-def _rewrite(folder: Path) -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    with run_module("--link", str(folder / "dps-s"), "--history", "2"):
-        for block in _BLOCK.findall(text):
-            shown = [line for line in block.splitlines() if line.startswith("$ ")]
-            lines = [f"{line}\n{say(shlex.split(line)[2:], folder, str(folder / 'dps-s'))}" for line in shown]
-            text = text.replace(block, "".join(lines))
-    PAGE.write_text(text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as home:
-        _rewrite(Path(home))
-    sys.exit()
-
-
 # Chinese on the command line has full-width punctuation throughout.
 
 
@@ -329,37 +222,3 @@ def test_no_help_has_one(
     assert said.startswith(f"用法：{' '.join(('dps-s', *words))}")
     assert "选项：" in said
     assert half_width(re.sub(r"主机:端口", "", said)) == []
-
-
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        (["read", "--port", "PORT?cell=3.5"], 0),
-        (["read", "--port", "PORT?mute_codes=34"], 4),
-        (["history", "--port", "PORT?history=3"], 0),
-        (["find", "--port", "PORT", "-v"], 0),
-        (["set", "freefall_acceleration_g=0.9", "--port", "PORT"], 2),
-        (["set", "freefall_acceleration_g=0.9", "--accept-risk", "--port", "PORT"], 0),
-        (["set", "tilt=3", "x", "--port", "PORT"], 2),
-        (["set", "freefall_time_s=1.2", "--port", "PORT?active=yes"], 1),
-        (["lock", "--port", "PORT"], 2),
-        (["preflight", "--port", "PORT"], 1),
-        (["decode", "41", "75", "32", "07", "0A", "00", "01", "45"], 4),
-        (["decode", "zz"], 2),
-        (["read", "--port", "/dev/no-such-port"], 3),
-        (["read", "--port", "PORT", "--baud", "3"], 2),
-        (["recordings", "delete", "none"], 2),
-        (["verify"], 2),
-        (["bogus"], 2),
-    ],
-    ids=lambda value: " ".join(value[:3]) if isinstance(value, list) else str(value),
-)
-@pytest.mark.usefixtures("user_files", "hasty")
-def test_no_output_has_one(
-    words: list[str], code: int, port: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    assert program.main([word.replace("PORT", port) for word in words]) == code
-    printed = capsys.readouterr()
-    assert re.search(_HAN, printed.out + printed.err)
-    assert half_width(printed.out + printed.err) == []

@@ -80,110 +80,25 @@ def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFi
     assert "baud_rate: Against the vendor's advice: Do not change it." in printed.err
 
 
-def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?clamps=yes"]
-    assert run_here(capsys, words, 1).out.splitlines() == [
-        "freefall_time_s    0.1: NOT verified (the module holds another value → 0.5)",
-        "light_threshold_v  1.8 → 2: verified",
-    ]
-
-
-@pytest.mark.parametrize(
-    ("ways", "read_back", "error"),
-    [
-        ("keeps=no", 1.6, "acknowledged, but not kept"),
-        ("refuses=yes", 1.6, "refused; the old value stands"),
-        ("mute_codes=22", None, "could not be read back"),
-        (
-            "active=yes",
-            None,
-            "not sent: The module is ACTIVE: lock it first.",
-        ),
-    ],
-)
-def test_what_does_not_stand_is_said(
-    ways: str, read_back: float | None, error: str, port: str, hasty: None, capsys: pytest.CaptureFixture[str]
+def test_a_profile_that_takes_protection_away_needs_accept_risk(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], tmp_path: Path
 ) -> None:
-    assert program.main(["set", "freefall_time_s=1.2", "--port", f"{port}?{ways}", "--json"]) == 1
-    result = json.loads(Printed(capsys).out)["results"]["freefall_time_s"]
-    assert (result["verified"], result["read_back"], result["error"]) == (False, read_back, error)
-
-
-def test_an_active_module_is_written_when_unlocked(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["set", "freefall_time_s=1.2", "--port", f"{port}?active=yes", "--unlock"]) == 0
-    assert bench_of(port).module.memory.freefall_time == 120
-
-
-@pytest.mark.parametrize(
-    ("word", "said"),
-    [
-        ("attitude_trigger=false", "No protection when it tips over."),
-        ("freefall_trigger=false", "No protection in free fall."),
-        ("attitude_threshold_deg=54", "Against the vendor's advice: 55° or more."),
-        ("attitude_threshold_deg=200", "No protection: no aircraft tilts by 200°."),
-        ("freefall_acceleration_g=0.7", "Against the vendor's advice: Below 0.7 g."),
-        ("freefall_time_s=0.1", "A jolt may fire it."),
-    ],
-)
-@pytest.mark.parametrize("is_profile", [False, True])
-def test_what_takes_protection_away_needs_accept_risk(
-    word: str, said: str, is_profile: bool, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes],
-    tmp_path: Path,
-) -> None:  # fmt: skip
-    words = [word, "light_threshold_v=2"]
-    if is_profile:
-        key, _, text = word.partition("=")
-        value = False if text == "false" else float(text)
-        save_profile(tmp_path / "a b.toml", Profile(name="Show", settings={key: value, "light_threshold_v": 2.0}))
-        words = ["--profile", str(tmp_path / "a b.toml")]
-    printed = run_here(capsys, ["set", *words, "--port", port, "--json"], 2)
-    assert printed.out == ""
-    assert f"Warning: {word.partition('=')[0]}: {said}" in printed.err
-    assert "Nothing was done. Add --accept-risk to do it." in printed.err
-    assert wire == []
-    assert 'error": null' in run_here(capsys, ["set", *words, "--port", port, "--json", "--accept-risk"]).out
+    path = tmp_path / "a b.toml"
+    save_profile(path, Profile(name="Show", settings={"attitude_trigger": False, "light_threshold_v": 2.0}))
+    words = ["set", "--profile", str(path), "--port", port, "--json"]
+    printed = run_here(capsys, words, 2)
+    assert (printed.out, wire) == ("", [])
+    assert printed.err.splitlines() == [
+        "Warning: attitude_trigger: No protection when it tips over.", "Nothing was done. Add --accept-risk to do it.",
+    ]  # fmt: skip
+    assert 'error": null' in run_here(capsys, [*words, "--accept-risk"]).out
     assert len(sets(wire)) == 2
 
 
-def test_a_rate_that_comes_at_the_next_start_is_not_verified(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["set", "baud_rate=9600", "--port", f"{port}?baud_ack=restart", "--json"]) == 1
-    result = json.loads(Printed(capsys).out)["results"]["baud_rate"]
-    assert (result["acknowledged"], result["read_back"], result["verified"]) == (True, 115200, False)
-    assert "restart the module" in result["error"]
-
-
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        (["freefall_acceleration_g=0.55", "freefall_time_s=1.2"], ["0.55: the nearest steps", "0.5 g and 0.6 g"]),
-        (["freefall_time_s=1.605"], ["1.60 s and 1.61 s"]),
-        (["freefall_time_s=2.56"], ["2.56 is outside 0.00 s to 2.55 s"]),
-        (["freefall_time_s=-0.01"], ["outside"]),
-        (["freefall_time_s=nan"], ["a number is needed"]),
-        (["freefall_time_s=1,6"], ["a number is needed"]),
-        (["freefall_time_s=1.60000000000000000001"], ["too many digits"]),
-        (["attitude_threshold_deg=60.5"], ["60° and 61°"]),
-        (["attitude_threshold_deg=9" + "9" * 5000], ["a number is needed"]),
-        (["baud_rate=12345"], ["12345 is not one of 4800, 9600"]),
-        (["attitude_trigger=1"], ["expected true, false"]),
-        (["deploy=true"], ["deploy: expected "]),
-        (["freefall_time=1.2"], ["freefall_time: expected "]),
-        (["freefall_time_s=1.2", "freefall_time_s=1.3"], ["given twice"]),
-        (["freefall_time_s"], ["NAME=VALUE"]),
-        ([], ["--profile FILE"]),
-        (["freefall_time_s=1.2", "--profile", "x.toml"], ["NAME=VALUE", "--profile"]),
-        (["--profile", "/no/such/file.toml"], ["cannot be read"]),
-    ],
-)
-def test_one_bad_word_and_nothing_is_sent(
-    words: list[str], parts: list[str], port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    printed = run_here(capsys, ["set", *words, "--port", port, "--json"], 2)
-    assert printed.out == ""
-    assert all(part in printed.err for part in parts)
-    assert "Traceback" not in printed.err
+def test_an_endless_number_is_refused_in_a_sentence(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    printed = run_here(capsys, ["set", "attitude_threshold_deg=9" + "9" * 5000, "--port", port, "--json"], 2)
+    assert "a number is needed" in printed.err
     assert len(printed.err) < 400
-    assert wire == []
 
 
 def test_a_profile_is_written_and_proven(
@@ -322,57 +237,3 @@ def test_what_is_saved_says_its_origin_and_can_be_written_again(
     assert profile.settings == {key: value for key, value in shown["settings"].items() if value is not None}
     assert "unchanged" in run_here(capsys, ["set", "--profile", str(path), "-p", port, "--dry-run"]).out
     assert run_here(capsys, ["save", "-p", port, "-"]).out.endswith(text[text.index("[settings]") :])
-
-
-def test_a_file_is_replaced_only_with_force(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "a.toml"
-    path.write_text("precious", encoding="utf-8")
-    assert "--force" in run_here(capsys, ["save", "-p", port, str(path)], 2).err
-    assert path.read_text(encoding="utf-8") == "precious"
-    run_here(capsys, ["save", "-p", port, str(path), "--force"])
-    assert read_profile(path).settings
-
-
-def test_a_setting_that_is_not_read_is_left_out_and_said(
-    port: str, hasty: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "a.toml"
-    port = f"{port}?mute_codes=22"
-    assert "freefall_time_s" in run_here(capsys, ["save", "-p", port, str(path)], 4).err
-    assert "freefall_time_s" not in read_profile(path).settings
-    assert "# freefall_time_s: no reply" in path.read_text(encoding="utf-8")
-    shown = run_here(capsys, ["set", "freefall_time_s=1.4", "--dry-run", "-p", port], 4).out
-    assert shown == "freefall_time_s  unknown → 1.4: not written (dry run)\n"
-    profile = tmp_path / "b.toml"
-    profile.write_text("freefall_time_s = 1.6\nattitude_threshold_deg = 60\n", encoding="utf-8")
-    assert run_here(capsys, ["diff", str(profile), "-p", port], 4).out.splitlines()[1:] == [
-        f"freefall_time_s  1.6{' ' * (len(str(profile)) - 3)}  unknown"
-    ]
-
-
-def test_a_dry_run_writes_nothing(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    words = ["set", "freefall_time_s=1.4", "light_threshold_v=1.8", "attitude_trigger=true", "-p", port, "--dry-run"]
-    assert run_here(capsys, words).out.splitlines() == [
-        "freefall_time_s    1.6 → 1.4: not written (dry run)",
-        "light_threshold_v  1.8: unchanged",
-        "attitude_trigger   unknown → true: not written (dry run)",
-    ]
-    shown = json.loads(run_here(capsys, [*words, "--json"]).out)["results"]
-    assert (shown["freefall_time_s"]["before"], shown["freefall_time_s"]["wanted"]) == (1.6, 1.4)
-    assert shown["freefall_time_s"]["verified"] is None
-    assert not [frame for frame in wire if frame[3] == 0x02]
-    assert bench_of(port).module.memory.freefall_time == 160
-
-
-def test_differences(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    one, other = tmp_path / "1.toml", tmp_path / "2.toml"
-    one.write_text("freefall_time_s = 1.6\n", encoding="utf-8")
-    other.write_text("freefall_time_s = 1.4\nattitude_trigger = true\n", encoding="utf-8")
-    assert run_here(capsys, ["diff", str(one), "-p", port]).out == "The settings are equal.\n"
-    assert run_here(capsys, ["diff", str(one), str(one)]).out == "The settings are equal.\n"
-    rows = [line.split() for line in run_here(capsys, ["diff", str(one), str(other)], 1).out.splitlines()]
-    assert rows == [[str(one), str(other)], ["freefall_time_s", "1.6", "1.4"], ["attitude_trigger", "–", "true"]]
-    shown = json.loads(run_here(capsys, ["diff", str(other), "-p", port, "--json"], 1).out)
-    assert shown == {"differences": {"freefall_time_s": [1.4, 1.6], "attitude_trigger": [True, None]}}
-    run_here(capsys, ["diff", str(one), str(other), "-p", port], 2)
-    run_here(capsys, ["diff", str(tmp_path / "none.toml"), "-p", port], 2)

@@ -1,7 +1,5 @@
 """What the sub-commands print, byte for byte: the contract that other programs are written against."""
 
-import argparse
-import csv
 import io
 import json
 import os
@@ -14,22 +12,15 @@ import pytest
 
 from app.cli import history as records
 from app.cli import read as found
-from app.cli.settings import set as setting
-from app.engine.setting_changes import ChangedSetting
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
-from app.procedures.write import SetReply, Written
-from app.procedures.write_all import SettingChange, WriteReport
-from app.settings.values import parse_value
+from app.procedures.write_all import SettingChange
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.arguments import RATES, seconds
+from app.terminal.arguments import RATES
 from app.terminal.setting_words import parse_settings
 from app.text import i18n
 from app.text.durations import stopwatch
-from app.text.messages import message
-from app.text.user_error import UserError
-from app.trigger_records.fields import fields_of
 from protocol.catalogue import BAUD_RATES, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Unanswered
 from protocol.messages import TriggerRecord, decode_record
@@ -75,37 +66,6 @@ def chinese(tmp_path: Path) -> Iterator[None]:
     i18n.set_language(i18n.ENGLISH)
 
 
-def test_read_json_is_the_contract() -> None:
-    values = {key: value for key, value in EVERYTHING.items() if key != "cell_voltage_v"}
-    why = found.unanswered_reason(Unanswered(BY_NAME["cell_voltage"].query(), 3, 1.0, 0.0))
-    findings = found.Findings("/dev/ttyUSB0", 115200, 0.00287, values, {"cell_voltage_v": why})
-    assert console.as_json(found.json_of(findings)) == (
-        '{"link": {"port": "/dev/ttyUSB0", "baud_rate": 115200, "round_trip_ms": 2.9}, '
-        '"status": {"tilt_deg": 7, "acceleration_g": 1.0, "triggered": false, "active": false}, '
-        '"boot_count": 37, "cell_voltage_v": null, "charging": false, "light_v": 0.3, '
-        '"settings": {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, '
-        '"light_threshold_v": 1.8, "attitude_trigger": null, "freefall_trigger": null, "serial_output": null, '
-        '"baud_rate": 115200}, '
-        '"errors": {"cell_voltage_v": "no reply within 1.0 s, asked 3 times"}}'
-    )
-
-
-def test_read_json_keeps_its_shape_with_nothing_known() -> None:
-    shape = found.json_of(found.Findings("p", 9600))
-    assert shape["status"] == dict.fromkeys(("tilt_deg", "acceleration_g", "triggered", "active"))
-    assert shape["link"] == {"port": "p", "baud_rate": 9600, "round_trip_ms": None}
-    assert list(shape) == [
-        "link",
-        "status",
-        "boot_count",
-        "cell_voltage_v",
-        "charging",
-        "light_v",
-        "settings",
-        "errors",
-    ]
-
-
 @pytest.mark.parametrize(
     ("attempts", "text"),
     [
@@ -128,36 +88,6 @@ def test_setting_keys_are_the_catalogues() -> None:
     assert RATES == BAUD_RATES
 
 
-def test_the_page_shows_units_and_says_unknown() -> None:
-    values = EVERYTHING | {"serial_output": True, "triggered": True}
-    del values["light_v"]
-    why = message("no reply within {seconds:.1f} s, asked {attempts} times", seconds=1.0, attempts=3)
-    page = "\n".join(found.page_of(found.Findings("/dev/ttyUSB0", 115200, 0.0029, values, {"light_v": why})))
-    assert page == (
-        "/dev/ttyUSB0, 115200 baud, 2.9 ms\n"
-        "\n"
-        "Status\n"
-        "  Tilt                              7°\n"
-        "  Acceleration                      1.0 g\n"
-        "  Triggered                         triggered\n"
-        "  Active                            locked\n"
-        "  Cell voltage                      4.00 V\n"
-        "  Charging                          no\n"
-        "  Light                             unknown (no reply within 1.0 s, asked 3 times)\n"
-        "  Boot count                        37\n"
-        "\n"
-        "Settings\n"
-        "  Attitude threshold                60°\n"
-        "  Free-fall acceleration threshold  0.5 g\n"
-        "  Free-fall time                    1.60 s\n"
-        "  Light threshold                   1.8 V\n"
-        "  Attitude trigger                  unknown (cannot be read)\n"
-        "  Free-fall trigger                 unknown (cannot be read)\n"
-        "  Serial output                     yes\n"
-        "  Baud rate                         115200 baud"
-    )
-
-
 def test_chinese_columns_line_up(chinese: None) -> None:
     lines = found.page_of(found.Findings("p", 115200, None, EVERYTHING))
     columns = {
@@ -170,37 +100,6 @@ def test_chinese_columns_line_up(chinese: None) -> None:
         )
     }
     assert len(columns) == 1
-
-
-def test_history_json_is_the_contract(record: TriggerRecord) -> None:
-    assert console.as_json(records.json_of(History((record,), 0, is_confirmed=True, is_answered=True))) == (
-        '{"records": [{"boot_count": 1, "uptime_s": 108, "sources": ["attitude"], "attitude_threshold_deg": 60, '
-        '"freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, "serial_connected": true, "charging": false, '
-        '"light_v": 1.2, "cell_voltage_v": 4.7, "implausible": ["cell_voltage_v"], '
-        '"raw": "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E", "confirmed": true}], "empty_slots": 0, '
-        '"answered": true, "complete": true}'
-    )
-    assert records.json_of(History((), 9, is_answered=True)) == {
-        "records": [],
-        "empty_slots": 9,
-        "answered": True,
-        "complete": False,
-    }
-    once = records.json_of(History(seen_once=(record,), is_answered=True))["records"]
-    assert isinstance(once, list)
-    assert [one["confirmed"] for one in once] == [False]
-
-
-def test_csv_has_units_in_its_head(record: TriggerRecord) -> None:
-    rows = list(csv.reader(io.StringIO(records.csv_of(History((record,))))))
-    assert rows == [
-        [*fields_of(record), "confirmed"],  # the names of the JSON
-        [
-            *("1", "108", "attitude", "60", "0.5", "1.6", "true", "false", "1.2", "4.7", "cell_voltage_v"),
-            "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E",
-            "true",
-        ],
-    ]
 
 
 def test_csv_file_is_replaced_as_a_whole(tmp_path: Path, record: TriggerRecord) -> None:
@@ -263,60 +162,9 @@ def test_durations(seconds: int, text: str) -> None:
     assert stopwatch(seconds) == text
 
 
-def test_set_json_is_the_contract() -> None:
-    written = Written(command=SERIAL_OUTPUT, wanted=True, heard=SetReply.ECHO)
-    found = WriteReport(results=(written,), changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
-    assert console.as_json(setting.json_of(found)) == (
-        '{"results": {"serial_output": {"wanted": true, "before": null, "acknowledged": true, '
-        '"read_back": null, "verified": null, "verified_age_s": null, "error": null}}, '
-        '"changed": {"freefall_time_s": {"before": 1.6, "after": 0.2}}, "unread": []}'
-    )
-
-
 @pytest.mark.parametrize(("text", "value"), [("true", True), ("False", False), ("on", True), ("off", False)])
 def test_flags_are_read(text: str, value: bool) -> None:
     assert parse_settings([f"serial_output={text}"]) == [SettingChange(SERIAL_OUTPUT, value)]
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["serial_output"],
-        ["serial_output="],
-        ["serial_output=1"],
-        ["serial_output=true", "serial_output=false"],
-        ["attitude_threshold_deg=60.5"],
-        ["deploy=true"],
-        ["activation=true"],
-    ],
-)
-def test_unfit_wishes_are_refused(words: list[str]) -> None:
-    with pytest.raises(console.Refused):
-        parse_settings(words)
-
-
-def test_all_faults_are_said_at_once() -> None:
-    with pytest.raises(console.Refused) as caught:
-        parse_settings(["serial_output=true", "serial_output=maybe", "nonsense", "x=1"])
-    assert len(str(caught.value).splitlines()) == 3
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "value"),
-    [("freefall_time", "1.6", 1.6), ("attitude_threshold", "60", 60), ("baud_rate", "9600", 9600)],
-)
-def test_numbers_go_through_the_catalogue(name: str, text: str, value: float) -> None:
-    field = BY_NAME[name].write
-    assert field is not None
-    assert parse_value(field, text) == value
-
-
-@pytest.mark.parametrize(("name", "text"), [("freefall_time", "1.605"), ("light_threshold", "26"), ("baud_rate", "x")])
-def test_what_a_byte_cannot_carry_is_refused(name: str, text: str) -> None:
-    field = BY_NAME[name].write
-    assert field is not None
-    with pytest.raises(UserError):
-        parse_value(field, text)
 
 
 def test_widths_count_columns() -> None:
@@ -331,9 +179,3 @@ def test_json_of_a_broken_name_is_json() -> None:
     out.write(console.as_json({"port": "/tmp/\udcff"}))
     out.flush()
     assert json.loads(raw.getvalue()) == {"port": "/tmp/\udcff"}
-
-
-@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "soon"])
-def test_seconds_are_above_zero(text: str) -> None:
-    with pytest.raises(argparse.ArgumentTypeError):
-        seconds(text)

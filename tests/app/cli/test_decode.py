@@ -38,30 +38,6 @@ def test_every_frame_of_the_table(vector: Vector, capsys: pytest.CaptureFixture[
     assert objects(capsys.readouterr().out) == [place | vector.means]
 
 
-def test_rejected_bytes_have_a_line_with_the_reason_and_exit_code_4(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("--json", STATUS, MISPRINT, STATUS) == 4
-    first, rejected, last = objects(capsys.readouterr().out)
-    assert rejected == {"offset": 8, "hex": MISPRINT, "valid": False, "reason": "checksum 50, the sum is 5D"}
-    assert (first["offset"], last["offset"]) == (0, 14)
-    values = ["tilt_deg", "acceleration_g", "triggered", "active"]
-    assert list(first) == ["offset", "hex", "valid", "direction", "command", *values]
-
-
-def test_lines_for_people(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("42 61 32 01 00 33", STATUS, MISPRINT) == 4
-    assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
-        "0 host 42 61 32 01 00 33 query: status",
-        f"6 module {STATUS} status: tilt 7°, 1.0 g, not triggered, active",
-        f"14 - {MISPRINT} no frame: checksum 50, the sum is 5D",
-    ]
-
-
-def test_a_long_run_is_shown_to_people_by_its_beginning(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("FF" * 300) == 4
-    (line,) = capsys.readouterr().out.splitlines()
-    assert line.split() == ["0", "-", *["FF"] * 16, "…", "300", "B:", "no", "frame:", "no", "frame", "header"]
-
-
 def test_what_was_asked_is_taken_from_the_host(capsys: pytest.CaptureFixture[str]) -> None:
     ask_voltage, ask_records = BY_ID["cell-voltage-query"].hex, BY_ID["trigger-records-query"].hex
     voltage = LIKE_A_VOLTAGE[: 6 * 3]
@@ -92,42 +68,6 @@ def test_with_nothing_known_a_whole_record_wins(capsys: pytest.CaptureFixture[st
     assert record["command"] == "trigger_records"
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        [STATUS],
-        STATUS.split(),
-        [STATUS.lower().replace(" ", "")],
-        ["0x41,0x75,0x32,0x07", "0X0A, 00, 01 44"],
-        ["41\n75\t32 07\r\n0A 00 01 44"],
-    ],
-)
-def test_bytes_as_people_write_them(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("--json", *words) == 0
-    assert [one["hex"] for one in objects(capsys.readouterr().out)] == [STATUS]
-
-
-@pytest.mark.parametrize(
-    ("words", "named"),
-    [
-        (["41", "7"], "7: neither hex nor a file"),
-        (["417", "532"], "7: neither hex nor a file"),
-        (["4175zz"], "zz: neither hex nor a file"),
-        (["hello", "41"], "hello: neither hex nor a file"),
-        (["41", "-"], "-: neither hex nor a file"),
-        (["0x"], "0x: neither hex nor a file"),
-    ],
-)
-def test_what_is_no_hex_is_refused_by_name_before_anything_is_printed(
-    words: list[str], named: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run(*words) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert named in printed.err
-    assert len(printed.err.splitlines()) == 1
-
-
 @pytest.mark.parametrize("name", ["not-there.dpscap", "no-folder/41", "folder"])
 def test_a_file_that_cannot_be_read_is_named(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -148,16 +88,6 @@ def test_a_pipe_with_a_name_is_read(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert run("--json", str(pipe)) == 0
     writer.join()
     assert [one["hex"] for one in objects(capsys.readouterr().out)] == [STATUS]
-
-
-def test_no_bytes_at_all_is_a_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run() == 2
-    assert "41 75 32, FILE, -" in capsys.readouterr().err
-
-
-def test_a_name_that_is_no_command_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("--asked", "voltage", "41") == 2
-    assert "cell_voltage" in capsys.readouterr().err
 
 
 def test_standard_input_is_read_to_its_end(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pytest
@@ -268,57 +269,31 @@ class Watched:
         return None if found is None else found.cause
 
 
-def silent_line() -> Watched:
-    watched = Watched({"mute": "yes"})
-    watched.run(handshake())
-    return watched
-
-
-def echoing_line() -> Watched:
-    watched = Watched({"mute": "yes", "echo": "yes"})
-    watched.run(handshake())
-    return watched
-
-
-def wrong_rate() -> Watched:
-    watched = Watched({"baud": "9600", "stream_at_boot": "yes"})
-    watched.run(handshake())
+def greeted(greetings: int = 1, wait_s: float = 0.0, **options: str) -> Watched:
+    watched = Watched(options)
+    for _ in range(greetings):
+        watched.run(handshake())
+    watched.wait(wait_s)
     return watched
 
 
 def rate_changed_later() -> Watched:
-    watched = Watched({})
-    watched.run(handshake())
+    watched = greeted()
     watched.rig.bench.module.baud_rate = 19200
     watched.rig.bench.module.start_stream(watched.rig.clock.now_s)
     watched.wait(20)
     return watched
 
 
-def bad_line() -> Watched:
-    watched = Watched({"corrupt": "0.05", "rate": "200", "stream_at_boot": "yes", "uptime": "60"})
-    watched.run(handshake())
-    watched.wait(5)
-    return watched
-
-
-def deaf_module() -> Watched:
-    watched = Watched({"direction": "to-module", "drop": "1", "rate": "50", "stream_at_boot": "yes"})
-    watched.run(handshake())
-    return watched
-
-
 def pulled_from_the_adapter() -> Watched:
-    watched = Watched({})
-    watched.run(handshake())
+    watched = greeted()
     watched.rig.bench.change(mute=True)
     watched.wait(20)
     return watched
 
 
 def shut_down() -> Watched:
-    watched = Watched({})
-    watched.run(handshake())
+    watched = greeted()
 
     def act() -> Procedure[None]:
         yield Ask(BY_NAME["shutdown"].set(True), is_deliberate=True)
@@ -328,25 +303,18 @@ def shut_down() -> Watched:
     return watched
 
 
-def slow_adapter() -> Watched:
-    watched = Watched({"delay_ms": "15"})
-    for _ in range(5):
-        watched.run(handshake())
-    return watched
-
-
 @pytest.mark.parametrize(
     ("make", "cause"),
     [
-        (silent_line, Cause.NOTHING),
-        (echoing_line, Cause.ECHO),
-        (wrong_rate, Cause.WRONG_RATE),
+        (partial(greeted, mute="yes"), Cause.NOTHING),
+        (partial(greeted, mute="yes", echo="yes"), Cause.ECHO),
+        (partial(greeted, baud="9600", stream_at_boot="yes"), Cause.WRONG_RATE),
         (rate_changed_later, Cause.WRONG_RATE),
-        (bad_line, Cause.BAD_LINE),
+        (partial(greeted, 1, 5.0, corrupt="0.05", rate="200", stream_at_boot="yes", uptime="60"), Cause.BAD_LINE),
         (pulled_from_the_adapter, Cause.FELL_SILENT),
         (shut_down, Cause.SHUT_DOWN),
-        (slow_adapter, Cause.SLOW_ADAPTER),
-        (deaf_module, Cause.DEAF),
+        (partial(greeted, 5, delay_ms="15"), Cause.SLOW_ADAPTER),
+        (partial(greeted, direction="to-module", drop="1", rate="50", stream_at_boot="yes"), Cause.DEAF),
     ],
 )
 def test_what_happens_on_the_line_is_recognised(make: Callable[[], Watched], cause: Cause) -> None:

@@ -57,42 +57,6 @@ def test_options_may_stand_between_other_words(words: str, attribute: str, capsy
         assert capsys.readouterr().err.startswith(usage)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["raed"], "There is no command raed (did you mean read?)."),
-        (["deploy"], "Deploying is possible in the window only"),
-        (["deploy", "--yes", "--port", "sim://x"], "Deploying is possible in the window only"),
-        (["read", "--jsn"], "usage: dps-s read "),
-        (["read", "--jsn"], "unrecognized arguments: --jsn (did you mean --json?)"),
-        (["archive", "status", "--jsno"], "usage: dps-s archive status "),
-        (["archive", "statu"], "(did you mean status?)"),
-        (["schema", "raed"], "(did you mean read?)"),
-        (["set", "freefal_time_s=1", "--port", "sim://x"], "(did you mean freefall_time_s?)"),
-        (["gui", "--lang", "de"], "(choose from 'en', 'zh_CN')"),
-        (["history", "--port", "sim://x", "--module", " "], "argument --module: expected NAME"),
-        (["preflight", "--port", "sim://x", "--module", ""], "argument --module: expected NAME"),
-        (["archive", "report", "--module", ""], "argument --module: expected NAME"),
-    ],
-)
-def test_what_is_mistyped_is_answered_with_the_way(
-    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    printed = run_here(capsys, words, 2)
-    assert printed.out == ""
-    assert said in printed.err
-
-
-def test_short_options(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_here(capsys, ["find", "-p", f"{port}?baud=9600", "-b", "9600"]).out.endswith(", 9600 baud\n")
-
-
-def test_a_refused_connection_is_no_missing_port(capsys: pytest.CaptureFixture[str]) -> None:
-    assert (
-        "socket://127.0.0.1:1: connection refused." in run_here(capsys, ["read", "-p", "socket://127.0.0.1:1"], 3).err
-    )
-
-
 def test_colours_only_on_a_terminal_that_takes_them(
     port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -23,7 +23,7 @@ from ui.core.texts import Texts
 from ui.forms.table_kit import list_rows, select_row
 from ui.pages.diagnosis.traffic_model import MAX_MARKS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import TrafficSearch
-from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
+from ui.pages.diagnosis.traffic_texts import hex_of, meaning_of, shown
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, fixed_font, font
@@ -249,7 +249,8 @@ class TrafficPage(QWidget):
             self.detail.setText(tr("{count} selected", count=f"{count:,}") if count else tr("Select a row."))
             return
         event = self.model.event_at(selected[0][0])
-        self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")
+        seen = shown(event)
+        self.detail.setText(f"{seen.kind}  {hex_of(seen.raw, 96)}\n{meaning_of(event)}")
 
     def _apply_theme(self) -> None:
         fixed = fixed_font(Size.SMALL)

@@ -26,9 +26,8 @@ from ui.pages.diagnosis.traffic_texts import (
     icon_of,
     is_rejected,
     is_streamed,
-    kind_of,
     meaning_of,
-    raw_of,
+    shown,
     since_start,
     time_of_day,
     words_of,
@@ -83,8 +82,8 @@ class TrafficModel(RowsModel[Row]):
     def __init__(self, parent: QWidget | None = None) -> None:
         columns = (
             TableColumn[Row](marked("Time"), self.time_of),
-            TableColumn[Row](marked("Kind"), kind_of),
-            TableColumn[Row](marked("Bytes"), lambda row: hex_of(raw_of(row), SHOWN_BYTES)),
+            TableColumn[Row](marked("Kind"), lambda row: shown(row).kind),
+            TableColumn[Row](marked("Bytes"), lambda row: hex_of(shown(row).raw, SHOWN_BYTES)),
             TableColumn[Row](marked("Meaning"), meaning_of),
         )
         super().__init__(columns, id, words_of, parent)
@@ -250,7 +249,7 @@ class TrafficModel(RowsModel[Row]):
             return colour_of(row, is_time=column is Column.TIME)
         text = self.columns[index.column()].text(row)
         if role == _TOOLTIP and column is Column.BYTES:
-            return hex_of(raw_of(row))
+            return hex_of(shown(row).raw)
         if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
             return f"{text}{in_brackets(tr('Marked'))}"
         return text

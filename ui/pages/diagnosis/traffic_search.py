@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QLineEdit, QToolButton, QWidget
 
 from ui.core.texts import Texts
 from ui.pages.diagnosis.traffic_model import TrafficModel
-from ui.pages.diagnosis.traffic_texts import Row, kind_of, meaning_of, raw_of
+from ui.pages.diagnosis.traffic_texts import Row, meaning_of, shown
 from ui.style.icons import Icon, set_icon_size
 from ui.style.theme import Space
 from ui.widgets.controls import control
@@ -23,9 +23,10 @@ _MAX_KNOWN = 50_000
 
 def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
     """`wanted`: lower case. `wanted_hex`: its hex digits, "" where it is not hex."""
-    if wanted_hex and wanted_hex in raw_of(row).hex():
+    seen = shown(row)
+    if wanted_hex and wanted_hex in seen.raw.hex():
         return True
-    return wanted in meaning_of(row).lower() or wanted in kind_of(row).lower()
+    return wanted in meaning_of(row).lower() or wanted in seen.kind.lower()
 
 
 def hex_part(text: str) -> str:

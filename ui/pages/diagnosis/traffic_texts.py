@@ -2,6 +2,7 @@
 
 import time
 from functools import cache, lru_cache
+from typing import NamedTuple
 
 from PySide6.QtGui import QColor, QIcon
 
@@ -40,38 +41,39 @@ _ROLES = {
 }
 
 
-def kind_of(row: Row) -> str:
-    """Kind of row, in one word."""
-    match row:
-        case Explained(piece=Noise()):
-            return tr("invalid")
-        case Explained(way=way, piece=Frame(direction=direction)):
-            if way is Way.OUT:
-                return tr("sent")
-            return tr("echo") if direction is Direction.HOST_TO_MODULE else tr("received")
-        case Sent():
-            return tr("sent") if row.attempt == 1 else f"{tr('sent')} ({row.attempt})"
-        case Received():
-            return tr(_ROLES[row.role])
-        case Rejected():
-            return tr("invalid")
-        case _:
-            return tr("link")
+class Shown(NamedTuple):
+    """What a row shows besides its meaning: its kind, in one word; its bytes, which may be none; a picture for its
+    direction or a warning; and the colour of rows that need attention."""
+
+    kind: str
+    raw: bytes
+    picture: Icon
+    emphasis: Meaning | None = None
 
 
-def raw_of(row: Row) -> bytes:
-    """The bytes of a row; may be empty."""
+def shown(row: Row) -> Shown:
     match row:
-        case Explained():
-            return row.piece.raw
-        case Sent():
-            return row.raw
-        case Received():
-            return row.frame.raw
-        case Rejected():
-            return row.noise.raw
+        case Explained(piece=Noise() as noise) | Rejected(noise=noise):
+            return Shown(tr("invalid"), noise.raw, Icon.WARNING, Meaning.ATTENTION)
+        case Explained(way=Way.OUT, piece=piece):
+            return Shown(tr("sent"), piece.raw, Icon.CHEVRON_RIGHT)
+        case Explained(piece=Frame(direction=Direction.HOST_TO_MODULE, raw=raw)):
+            return Shown(tr("echo"), raw, Icon.CHEVRON_LEFT)
+        case Explained(piece=piece):
+            return Shown(tr("received"), piece.raw, Icon.CHEVRON_LEFT)
+        case Sent(attempt=attempt, raw=raw):
+            return Shown(tr("sent") if attempt == 1 else f"{tr('sent')} ({attempt})", raw, Icon.CHEVRON_RIGHT)
+        case Received(role=role, frame=frame):
+            is_odd = role in (Role.LATE, Role.DUPLICATE, Role.ECHO)
+            return Shown(tr(_ROLES[role]), frame.raw, Icon.CHEVRON_LEFT, Meaning.INFORMATION if is_odd else None)
+        case OutcomeUnknown() | Unanswered():
+            return Shown(tr("link"), b"", Icon.WARNING, Meaning.ATTENTION)
+        case WentOffline():
+            return Shown(tr("link"), b"", Icon.INFORMATION, Meaning.ATTENTION)
+        case Restarted():
+            return Shown(tr("link"), b"", Icon.INFORMATION, Meaning.INFORMATION)
         case _:
-            return b""
+            return Shown(tr("link"), b"", Icon.INFORMATION)
 
 
 def at_of(row: Row) -> float:
@@ -142,7 +144,8 @@ def hex_of(raw: bytes, longest: int | None = None) -> str:
 
 def words_of(row: Row) -> str:
     """Kind, all bytes and meaning, separated by tabs."""
-    return "\t".join((kind_of(row), hex_of(raw_of(row)), meaning_of(row)))
+    seen = shown(row)
+    return "\t".join((seen.kind, hex_of(seen.raw), meaning_of(row)))
 
 
 def since_start(at_s: float) -> str:
@@ -170,41 +173,17 @@ def is_streamed(row: Row) -> bool:
 _STATUS_BYTES = 8
 
 
-def emphasis_of(row: Row) -> Meaning | None:
-    """Colour of rows that need attention."""
-    match row:
-        case Explained():
-            return Meaning.ATTENTION if isinstance(row.piece, Noise) else None
-        case Rejected() | OutcomeUnknown() | Unanswered() | WentOffline():
-            return Meaning.ATTENTION
-        case Received(role=Role.LATE | Role.DUPLICATE | Role.ECHO) | Restarted():
-            return Meaning.INFORMATION
-        case _:
-            return None
-
-
 _picture = cache(icon)
 
 
 def icon_of(row: Row) -> QIcon:
-    """Direction, or a warning."""
-    emphasis = emphasis_of(row)
-    match row:
-        case Explained(piece=Frame()):
-            return _picture(Icon.CHEVRON_RIGHT if row.way is Way.OUT else Icon.CHEVRON_LEFT, None)
-        case Explained() | Rejected() | OutcomeUnknown() | Unanswered():
-            return _picture(Icon.WARNING, emphasis)
-        case Sent():
-            return _picture(Icon.CHEVRON_RIGHT, None)
-        case Received():
-            return _picture(Icon.CHEVRON_LEFT, emphasis)
-        case _:
-            return _picture(Icon.INFORMATION, emphasis)
+    seen = shown(row)
+    return _picture(seen.picture, seen.emphasis)
 
 
 def colour_of(row: Row, *, is_time: bool) -> QColor | None:
     """Colour of the text; None: default."""
-    emphasis = emphasis_of(row)
+    emphasis = shown(row).emphasis
     if emphasis is not None:
         return current().ink(emphasis)
     return current().ink(Meaning.UNKNOWN) if is_time or is_streamed(row) else None

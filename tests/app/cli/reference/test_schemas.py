@@ -24,8 +24,6 @@ from tests.support.cli_line import Printed, run_here
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "hasty")
 
-MIXED = "41753501010C3C05A00001020CEB7E42613401003541753501CA0042611102011441751101011341751601C8DD"
-
 
 def schema(name: str) -> Any:
     return json.loads((SCHEMAS / f"{name}.json").read_text(encoding="utf-8"))
@@ -60,38 +58,17 @@ def test_the_schemas_name_every_command_and_every_value() -> None:
     assert schema("decode")["oneOf"][0]["properties"]["command"]["enum"] == [*BY_NAME, None]
 
 
-@pytest.mark.parametrize(
-    ("name", "words", "code"),
-    [
-        ("read", ["read", "--port", "PORT"], 0),
-        ("read", ["read", "--port", "PORT?mute_codes=34"], 4),
-        ("set", ["set", "freefall_time_s=1.4", "attitude_trigger=true", "baud_rate=9600", "--port", "PORT"], 0),
-        ("set", ["set", "freefall_time_s=1.4", "--port", "PORT?active=yes"], 1),
-        ("history", ["history", "--port", "PORT?history=9"], 0),
-        ("monitor", ["monitor", "--port", "PORT", "--seconds", "0.2"], 0),
-        ("find", ["find", "--port", "PORT"], 0),
-        ("find", ["find", "--port", "PORT?mute=yes"], 3),
-        ("preflight", ["preflight", "--port", "PORT?history=1", "--enable-triggers"], 1),
-        ("decode", ["decode", "41", "75", "32", "07", "0A", "00", "01", "44", "FF"], 4),
-        (
-            "decode",
-            ["decode", MIXED],
-            4,
-        ),
-        ("ports", ["ports"], 0),
-        ("recordings", ["recordings", "list"], 0),
-    ],
-)
-def test_what_a_command_prints_is_as_its_schema_says(
-    name: str, words: list[str], code: int, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("name", ["monitor", "ports", "recordings"])
+def test_what_varies_is_as_its_schema_says(
+    name: str, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    words = {"monitor": ["--port", port, "--seconds", "0.2"], "recordings": ["list"]}.get(name, [])
     if name == "recordings":
         run_here(capsys, ["record", "--port", port, "--seconds", "0.1", str(tmp_path / "a.csv")])
-    assert program.main([*(word.replace("PORT", port) for word in words), "--json"]) == code
+    assert program.main([name, *words, "--json"]) == 0
     found = lines(capsys)
     assert found
-    for one in found:
-        assert faults(name, one) == []
+    assert [fault for one in found for fault in faults(name, one)] == []
 
 
 def test_a_decoded_capture_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
