@@ -51,94 +51,128 @@ def run(args: argparse.Namespace) -> int:
     if args.activate and not is_one:
         raise console.Refused(tr("--activate takes one port only."))
     if args.activate and not args.yes:
-        return _say_what_activating_does()
+        console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
+        return console.refuse_without("--yes")
     expectations = _expectations(args.profile, args.done)
     if args.report is not None:
         (check_target if is_one else check_set_target)(args.report)
     store = open_store_or_notify(tr("Not kept."))
     try:
+        checks = [_PortCheck(args, port, expectations, store) for port in ports]
         if not is_one:
-            return _check_several(args, ports, expectations, store)
-        found = _collect_evidence(args, ports[0], store, then=partial(_activate, args, expectations, store))
-        filed = found.filed or _file(args, found, expectations, store)
+            return _check_several(args, checks)
+        (check,) = checks
+        check.gather()
+        filed = check.file()
     finally:
         if store is not None:
             store.close()
-    code = _conclude(args, filed, found.trouble)
-    return console.ANSWER_NO if found.is_refused and code == console.SUCCESS else code
+    code = _conclude(args, filed, check.trouble, args.report)
+    return console.ANSWER_NO if check.is_refused and code == console.SUCCESS else code
 
 
-def _say_what_activating_does() -> int:
-    console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
-    return console.refuse_without("--yes")
+class _PortCheck:
+    """The check on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why nothing was read."""
 
-
-class _PortEvidence:
-    """What was read on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why there was none."""
-
-    def __init__(self, port: str) -> None:
-        self.evidence, self.log, self.adapter = Evidence(port=port), FrameLog(), adapter_of(port)
+    def __init__(self, args: argparse.Namespace, port: str, expectations: Expectations, store: Store | None) -> None:
+        self._args, self._expectations, self._store = args, expectations, store
+        self.port, self.adapter = port, adapter_of(port)
         self.trouble: str | None = None
         self.error: BaseException | None = None
-        self.past: Past | None = None
-        """The module's history before the check, where it was read already."""
-        self.filed: Filed | None = None
-        """Where it was judged in the same connection."""
         self.is_refused = False
         """The activation was not sent."""
+        self._evidence, self._log = Evidence(port=port), FrameLog()
+        self._past: Past | None = None
+        """The module's history before the check, where it was read already."""
+        self._filed: Filed | None = None
+        """Where it was judged already."""
 
+    def gather(self, interruption: Interruption | None = None) -> None:
+        """Run the check, and activate in the same connection. Raises the errors that mean "no link"."""
+        args, store = self._args, self._store
+        journal: Journal = NoJournal()
+        if store is not None:
+            known_as = KnownAs(clean((args.module or "").strip()), new_run())
+            journal = StoreJournal(store, port=self.port, origin="preflight", adapter=self.adapter, known_as=known_as)
+        with (
+            connected(
+                self.port, args.baud, on_batch=lambda batch: self._log.feed(batch.events), interruption=interruption
+            ) as conversation,
+            LinkTrouble() as link,
+        ):
+            is_enabling = (args.enable_triggers or args.activate) and not (
+                args.module and not args.same_module and may_be_another(conversation, store, args.module)
+            )
+            try:
+                conversation.run(run_preflight(self._evidence, is_enabling=is_enabling, journal=journal))
+                if args.activate:
+                    self._activate(conversation, journal)
+            except KeyboardInterrupt:
+                if is_enabling:
+                    console.notify(tr("Interrupted; may have been carried out."))
+                raise
+        if link.sentence is not None:
+            self.trouble = link.sentence
+            self._evidence.disturbance = self._evidence.disturbance or Disturbance.DISCONNECTED
+            self._filed = None
+        elif self._evidence.disturbance is Disturbance.SILENT:
+            self.trouble = module_is_silent(self.port, conversation.device)
 
-def _file(args: argparse.Namespace, found: _PortEvidence, expectations: Expectations, store: Store | None) -> Filed:
-    person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
-                    are_records_reviewed=args.records_reviewed, is_same_module=args.same_module,
-                    is_named_by_option=True)  # fmt: skip
-    return file_check(
-        found.evidence, expectations, person, found.log, store=store, program_version=version(), adapter=found.adapter,
-        past=found.past,
-    )  # fmt: skip
+    def file(self) -> Filed:
+        """Judge and keep it."""
+        if self._filed is None:
+            args = self._args
+            person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
+                            are_records_reviewed=args.records_reviewed, is_same_module=args.same_module,
+                            is_named_by_option=True)  # fmt: skip
+            self._filed = file_check(
+                self._evidence, self._expectations, person, self._log, store=self._store, program_version=version(),
+                adapter=self.adapter, past=self._past,
+            )  # fmt: skip
+        return self._filed
 
-
-def _activate(
-    args: argparse.Namespace, expectations: Expectations, store: Store | None, found: _PortEvidence,
-    conversation: Conversation, journal: Journal,
-) -> None:  # fmt: skip
-    """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
-
-    if not args.activate:
-        return
-    file = partial(_file, args, found, expectations, store)
-    filed = file() if store is None else conversation.run(await_while_asking(store.queue.submit(file)))
-    found.filed = filed
-    if filed.assessment.verdict is not Verdict.READY:
-        return
-    permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, time.monotonic())
-    performed, evidence = conversation.run(activate_ready(filed.assessment, journal, permit))
-    found.is_refused = performed.outcome is Outcome.NOT_SENT
-    (console.note if performed.outcome is Outcome.CONFIRMED else console.notify)(performed.sentence)
-    if not found.is_refused:
-        found.evidence, found.filed, found.past = evidence, None, filed.assessment.case.past
+    def _activate(self, conversation: Conversation, journal: Journal) -> None:
+        """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
+        store = self._store
+        filed = self.file() if store is None else conversation.run(await_while_asking(store.queue.submit(self.file)))
+        if filed.assessment.verdict is not Verdict.READY:
+            return
+        permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, time.monotonic())
+        performed, evidence = conversation.run(activate_ready(filed.assessment, journal, permit))
+        self.is_refused = performed.outcome is Outcome.NOT_SENT
+        (console.note if performed.outcome is Outcome.CONFIRMED else console.notify)(performed.sentence)
+        if not self.is_refused:
+            self._evidence, self._filed, self._past = evidence, None, filed.assessment.case.past
 
 
 # Several modules
 
 
-def _check_several(args: argparse.Namespace, ports: list[str], expectations: Expectations, store: Store | None) -> int:
+def _check_several(args: argparse.Namespace, checks: Sequence[_PortCheck]) -> int:
     """Check all ports at the same time; one that fails does not stop the others."""
-
-    gathered = _collect_all(args, ports, store)
+    _gather_all(checks)
     # All are filed before anything is printed, which fails where nobody reads.
-    checked = [(one, None if one.error is not None else _file(args, one, expectations, store)) for one in gathered]
+    filed = [None if check.error is not None else check.file() for check in checks]
     members: list[SetMember] = []
-    for found, filed in checked:
-        trouble = found.trouble if found.error is None else link_trouble(found.error)
-        if found.error is not None and trouble is None:
-            raise found.error
-        members.append(SetMember(found.evidence.port, "", filed, UserMessage(trouble) if trouble else None))
+    for check, one in zip(checks, filed, strict=True):
+        trouble = check.trouble if check.error is None else link_trouble(check.error)
+        if check.error is not None and trouble is None:
+            raise check.error
+        members.append(SetMember(check.port, "", one, UserMessage(trouble) if trouble else None))
     codes: list[int] = []
     try:
-        codes += [_print_member(args, one, is_first=one is members[0]) for one in members]
+        for member in members:
+            if not args.json:
+                console.write_lines([*([""] if codes else []), member.port])
+            trouble = None if member.trouble is None else member.trouble.translated()
+            if member.filed is None:
+                console.notify(trouble or "")
+                codes.append(console.NO_LINK)
+            else:
+                codes.append(_conclude(args, member.filed, trouble, None))
         if not args.json:
-            console.write_lines(["", *_summary_of(members)])
+            rows = [(word_of(one.verdict), one.port, one.why) for one in members]
+            console.write_lines(["", summary(members), *console.columns(rows)])
     finally:
         if args.report is not None and not _written(
             args.report, partial(write_set_reports, args.report, members, args.printer)
@@ -150,45 +184,30 @@ def _check_several(args: argparse.Namespace, ports: list[str], expectations: Exp
     )
 
 
-def _print_member(args: argparse.Namespace, member: SetMember, *, is_first: bool) -> int:
-    """Print one of several; returns its exit code."""
-    if not args.json:
-        console.write_lines([*([] if is_first else [""]), member.port])
-    trouble = None if member.trouble is None else member.trouble.translated()
-    if member.filed is None:
-        console.notify(trouble or "")
-        return console.NO_LINK
-    return _conclude(argparse.Namespace(**{**vars(args), "report": None}), member.filed, trouble)
-
-
-def _collect_all(args: argparse.Namespace, ports: list[str], store: Store | None) -> list[_PortEvidence]:
+def _gather_all(checks: Sequence[_PortCheck]) -> None:
     """One thread for each port; the main thread waits for all, and for Ctrl-C."""
-    gathered = {port: _PortEvidence(port) for port in ports}
     with Interruption() as interruption:
 
-        def gather(port: str) -> None:
+        def gather(check: _PortCheck) -> None:
             try:
-                gathered[port] = _collect_evidence(args, port, store, interruption)
+                check.gather(interruption)
             except BaseException as error:  # noqa: BLE001  reported or raised in the main thread
-                gathered[port].error = error
+                check.error = error
 
-        threads = [threading.Thread(target=gather, args=(port,), name=f"dps-s {port}", daemon=True) for port in ports]
+        threads = [
+            threading.Thread(target=gather, args=(one,), name=f"dps-s {one.port}", daemon=True) for one in checks
+        ]
         for thread in threads:
             thread.start()
         while alive := [thread for thread in threads if thread.is_alive()]:
-            console.show_progress(f"{len(ports) - len(alive)}/{len(ports)}")
+            console.show_progress(f"{len(checks) - len(alive)}/{len(checks)}")
             alive[0].join(_WAIT_S)
         console.clear_progress()
         interruption.check()
-    return list(gathered.values())
 
 
-def _summary_of(members: Sequence[SetMember]) -> list[str]:
-    """Which modules are GO, and why the others are not."""
-    return [summary(members), *console.columns([(word_of(one.verdict), one.port, one.why) for one in members])]
-
-
-def _conclude(args: argparse.Namespace, filed: Filed, trouble: str | None) -> int:
+def _conclude(args: argparse.Namespace, filed: Filed, trouble: str | None, report: Path | None) -> int:
+    """Print one check and write its report; returns the exit code."""
     try:
         console.emit(args, filed, lambda filed: contract_of(filed.assessment), page_of)
     finally:  # also where nobody reads
@@ -196,9 +215,7 @@ def _conclude(args: argparse.Namespace, filed: Filed, trouble: str | None) -> in
             console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
         if filed.station_trouble is not None:
             console.notify(join_sentences((filed.station_trouble.sentence, tr("The record is not signed."))))
-        is_reported = args.report is None or _written(
-            args.report, partial(write_report, args.report, filed.record, args.printer)
-        )
+        is_reported = report is None or _written(report, partial(write_report, report, filed.record, args.printer))
     if trouble is not None:
         console.notify(trouble)
         return console.NO_LINK
@@ -218,47 +235,6 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> Expectations:
     if wrong:
         raise console.Refused(tr("No manual item {number} in the profile.", number=wrong[0]))
     return expectations_of(found, dict.fromkeys(done, True))
-
-
-def _collect_evidence(
-    args: argparse.Namespace,
-    port: str,
-    store: Store | None,
-    interruption: Interruption | None = None,
-    then: Callable[[_PortEvidence, Conversation, Journal], None] | None = None,
-) -> _PortEvidence:
-    """Run the check on one port, and `then` in the same connection. Raises the errors that mean "no link"."""
-
-    found = _PortEvidence(port)
-    evidence = found.evidence
-    journal: Journal = NoJournal()
-    if store is not None:
-        known_as = KnownAs(clean((args.module or "").strip()), new_run())
-        journal = StoreJournal(store, port=port, origin="preflight", adapter=found.adapter, known_as=known_as)
-    with (
-        connected(
-            port, args.baud, on_batch=lambda batch: found.log.feed(batch.events), interruption=interruption
-        ) as conversation,
-        LinkTrouble() as link,
-    ):
-        is_enabling = (args.enable_triggers or args.activate) and not (
-            args.module and not args.same_module and may_be_another(conversation, store, args.module)
-        )
-        try:
-            conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
-            if then is not None:
-                then(found, conversation, journal)
-        except KeyboardInterrupt:
-            if is_enabling:
-                console.notify(tr("Interrupted; may have been carried out."))
-            raise
-    if link.sentence is not None:
-        found.trouble = link.sentence
-        evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
-        found.filed = None
-    elif evidence.disturbance is Disturbance.SILENT:
-        found.trouble = module_is_silent(port, conversation.device)
-    return found
 
 
 def _written(path: Path, write: Callable[[], Sequence[Path]]) -> bool:
