@@ -5,6 +5,7 @@ part if Wine is prepared. The results are in build/windows/results.md.
 """
 
 import argparse
+import re
 import sys
 import time
 import xml.etree.ElementTree as ET
@@ -53,7 +54,7 @@ def run_suite(suite: Suite, limit_s: float) -> Result:
     said = _on_linux(words, report, limit_s) if suite.platform is None else _on_windows(words, suite.platform, limit_s)
     seconds = time.monotonic() - started
     (wine.PLACE / "logs").mkdir(exist_ok=True)
-    name = suite.title.replace(" ", "-").replace(",", "").replace("'", "").lower()
+    name = re.sub(r"\W+", "-", suite.title).lower()
     (wine.PLACE / "logs" / f"{name}.txt").write_text(said, encoding="utf-8")
     if not report.is_file():
         return Result(suite, not_judged=len(untold), seconds=seconds, note="did not come to its end")

@@ -15,11 +15,11 @@ class Suite(NamedTuple):
 
 
 def _rooms() -> list[str]:
-    """The folders of tests that stand for a room or a group of pages, and the files beside them."""
-    tops = [*(ROOT / "tests" / "app").iterdir(), *(ROOT / "tests" / "ui").iterdir()]
+    """The folders of tests that stand for a room or a page, and the files beside them."""
+    tops = [path for top in ("app", "ui", "ui/pages") for path in (ROOT / "tests" / top).iterdir()]
     tops += [ROOT / "tests" / name for name in ("protocol", "scenarios", "gestures", "test_text_files.py")]
     files = (path for path in tops if path.is_dir() or path.name.startswith("test_"))
-    return sorted(path.relative_to(ROOT).as_posix() for path in files if path.name != "__pycache__")
+    return sorted(path.relative_to(ROOT).as_posix() for path in files if path.name not in ("__pycache__", "pages"))
 
 
 SUITES: Final = (

@@ -15,14 +15,21 @@ from app.engine.device import Device
 from app.engine.procedure import MAX_LOCKS
 from app.engine.run import Run
 from app.engine.session import Session
+from app.procedures.handshake import handshake
+from app.procedures.lock import lock
+from app.procedures.read import read_everything
+from app.procedures.write import write_verified
 from app.safety import interlocks as safety
 from app.safety.acts import Act
 from app.safety.interlocks import InterlockInputs
 from app.text.messages import UserMessage
-from protocol.catalogue import LOCK, Hazard, Request
+from protocol.catalogue import BY_NAME, LOCK, Hazard, Request
 from tests.gestures.clumsy import Clumsy, Report
 from tests.gestures.gesture_bench import gesture_bench
 from tests.gestures.gesture_table import ACTS, LANGUAGES, SIZES, is_possible, run_window
+from tests.support.line.lies import lying_bench
+from tests.support.line.sim_line import FakeClock, WatchedLine
+from tests.support.line.truth import Truth
 from tests.support.window.steps import find
 
 EVERY = 499
@@ -59,18 +66,29 @@ def test_a_menu_that_a_key_opens_is_closed(qapp: QApplication, tmp_path: Path) -
         assert QApplication.activePopupWidget() is None
 
 
-def test_the_links_own_heartbeat_holds_lock_back_neither_in_its_time_nor_beyond_it(
-    qapp: QApplication, tmp_path: Path
-) -> None:
-    """Found by the soak: 27 LOCKs in ten seconds instead of 50, and the last one 0.8 s later."""
-    with gesture_bench(qapp, tmp_path) as bench:
-        bench.bench.change(double=0.3, jitter_ms=50.0)
-        bench.settings.work.read_all()
-        bench.wait(0.02)
-        bench.bench.change(drop=0.1, mute=True)
-        bench.key(Qt.Key.Key_F12, is_press=True)
-        bench.wait(15.0)
-        locks = bench.truth.sent_since(LOCK, 0.0)
+def test_the_links_own_heartbeat_holds_lock_back_neither_in_its_time_nor_beyond_it() -> None:
+    """Found by the soak behind a write on a bad line: 44 LOCKs instead of 50, and a pause of more than a second."""
+    clock = FakeClock()
+    bench = lying_bench({"uptime": 0, "seed": 2, "rate": 2}, clock)
+    truth = Truth(bench, clock)
+    session = Session(WatchedLine(truth, clock, bench, 115200), clock)
+
+    def step(seconds: float) -> None:
+        ends_at_s = clock() + seconds
+        while clock() < ends_at_s:
+            session.step()
+
+    session.run(Run(handshake()))
+    session.run(Run(read_everything()))
+    step(1.0)
+    bench.change(double=0.3, jitter_ms=50.0)
+    session.run(Run(write_verified(BY_NAME["attitude_threshold"], 60)))
+    step(6.0)
+    session.run(Run(lock()), is_urgent=True)
+    step(0.02)
+    bench.change(mute=True)
+    step(15.0)
+    locks = truth.sent_since(LOCK, 0.0)
     assert len(locks) == MAX_LOCKS
     assert max(later - sooner for sooner, later in pairwise(locks)) < 0.2
 
