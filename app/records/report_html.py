@@ -48,6 +48,25 @@ def body(record: Record) -> str:
     return "\n".join((_head(record), _context_rows(record), *middle, _footer(record)))
 
 
+def guided_body(record: Record) -> str:
+    """What is printed of guided tests: those in `record`, with its module."""
+    title = tr("{setting}: {what}", setting=tr("Guided tests"), what=clean(str(record.get("module"))))
+    return "\n".join((_heading(title), _tests(record), _signature()))
+
+
+def _heading(title: str) -> str:
+    return (
+        f'<p style="margin:0"><font size="5"><b>{_escaped(title)}</b></font>'
+        f' <span style="color:{PALE}">DPS-S</span></p>'
+    )
+
+
+def _signature() -> str:
+    line = "_" * 28
+    signed = f"{_escaped(tr('Signature'))} {line} &nbsp; {_escaped(tr('Name, date'))} {line}"
+    return f'<p style="margin-top:12px;margin-bottom:4px">{signed}</p>'
+
+
 def _head(record: Record) -> str:
     void, verdict, checks = record.get("void"), recorded_verdict(record), list_in(record, "checks")
     failed = sum(_result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN) for one in checks)
@@ -67,8 +86,7 @@ def _head(record: Record) -> str:
         under = join_sentences((under, tr("Skipped: {count}.", count=skipped)))
     under = join_sentences([*(one.translated() for one in caveats(record)), under])
     return (
-        f'<p style="margin:0"><font size="5"><b>{_escaped(tr("Pre-flight check of a parachute module"))}</b></font>'
-        f' <span style="color:{PALE}">DPS-S</span></p>'
+        f"{_heading(tr('Pre-flight check of a parachute module'))}"
         '<table width="100%" cellpadding="6" cellspacing="0" border="0" style="margin-top:4px"><tr>'
         f'<td bgcolor="{colour}" style="background-color:{colour};color:#ffffff">'
         f'<font size="7" color="#ffffff"><b>{mark}&nbsp;{_escaped(word)}</b></font><br>'
@@ -195,8 +213,6 @@ def _measured_text(row: Mapping[object, object]) -> str:
 
 
 def _footer(record: Record) -> str:
-    line = "_" * 28
-    signed = f"{_escaped(tr('Signature'))} {line} &nbsp; {_escaped(tr('Name, date'))} {line}"
     note = tr(
         "This page shows the record that this file carries. “dps-s verify FILE” tells what that record says and who "
         "signed it. Keep this file with the aircraft's papers."
@@ -205,7 +221,7 @@ def _footer(record: Record) -> str:
     public = decoded(record.get("station"), KEY_BYTES)
     station = tr("none") if public is None else fingerprint_of(public)
     return (
-        f'<p style="margin-top:12px;margin-bottom:4px">{signed}</p>'
+        f"{_signature()}"
         f'<p style="margin:0;color:{PALE}"><small>{_escaped(tr("Station"))}: {_escaped(station)}<br>'
         f"SHA-256 {_cell(record.get('hash'))}<br>"
         f"{_escaped(tr('Previous record'))}: {_cell(previous)}<br>{_escaped(note)}</small></p>"

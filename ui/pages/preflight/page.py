@@ -49,8 +49,8 @@ class PreflightButtons(QWidget):
         super().__init__()
         self.setObjectName("preflight_buttons")
         self._texts = texts
-        self.run = control(QPushButton(), texts, "preflight_run", "Start",
-                           key="Ctrl+Return")  # fmt: skip
+        self.run = control(QPushButton(), texts, "preflight_run", "Start", key="Ctrl+Return",
+                           picture=Icon.CHECKLIST)  # fmt: skip
         self._main: QPushButton | None = None
         # Cancel disappears when the check ends: a press that comes too late must not enable anything.
         self.enable = control(StepButton(), texts, "preflight_enable", "Enable triggers and check")

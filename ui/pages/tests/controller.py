@@ -75,7 +75,8 @@ class GuidedController(QObject):
         """Why the last result was not kept."""
         self.owes_lock = False
         self.last: Mapping[GuidedKind, StoredTest] = {}
-        """The module's last results."""
+        """The last results of the module `last_of`."""
+        self.last_of = ""
         self._shown: Report | None = None
         self._job = RunningJob(services.connector, self)
         self._storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
@@ -265,6 +266,8 @@ class GuidedController(QObject):
     def load_last(self) -> None:
         """Load the module's last results from the store."""
         store, name = self._services.storage.store, self._connector.current.module.name
+        if name != self.last_of:
+            self.last_of, self.last = name, {}
         if not isinstance(store, Store) or not name:
             self._loading.cancel()
             self._on_last_tests({})

@@ -4,6 +4,9 @@ Leaving the page during a test (another page, a closed or minimised window, a pr
 the module if the test may have made it active.
 """
 
+from datetime import datetime
+from functools import partial
+from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer
@@ -16,6 +19,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
+    QPushButton,
     QSizePolicy,
     QStackedLayout,
     QWidget,
@@ -24,14 +28,21 @@ from PySide6.QtWidgets import (
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult
 from app.procedures.lock import SENTENCES
+from app.recordings.export import not_saved_text
+from app.records.labels import A4
+from app.records.record import Record, as_text
+from app.records.report_html import guided_body
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.ritual import Input
+from app.system.files import write_whole
 from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_guard import RitualGuard
+from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.files.report_printer import print_pages
 from ui.pages.tests.controller import FAILED, GuidedController, Stage
 from ui.pages.tests.widgets import (
     VERDICT_MEANINGS,
@@ -45,9 +56,10 @@ from ui.pages.tests.widgets import (
     live_reading,
 )
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.module_field import ModuleField
 from ui.services.page import Page
-from ui.style.icons import MEANING_ICONS, icon, set_icon_size
+from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control, named, rename, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
@@ -93,6 +105,11 @@ class TestsPage(Page):
                               slot=self.work.cancel)  # fmt: skip
         self.primary = control(StepButton(is_safe=True), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
                                slot=self._continue)  # fmt: skip
+        self.ask_path: AskPath = ask_path
+        self.export = control(QPushButton(), texts, "tests_export", "Export report…", key="Ctrl+P", picture=Icon.SAVE,
+                              slot=self._export)  # fmt: skip
+        self.exporting = Shortcut("tests_export_key", self, self.export)
+        self.exported = JobNotice(self)
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self.work.cancel
         )
@@ -135,6 +152,7 @@ class TestsPage(Page):
         with QSignalBlocker(self.list):
             self.list.setCurrentRow([test.kind for test in GUIDED_TESTS].index(self.work.kind))
         self.list.setEnabled(not self.work.is_running)
+        self.export.setEnabled(bool(self.work.last) and not self.work.is_running)
         self.known_by.setText(self._connector.current.module.known_by)
 
     def _show_stage(self) -> None:
@@ -198,12 +216,15 @@ class TestsPage(Page):
         locking = lock.notice()
         if locking is not None:
             return locking
+        if self._connector.current.is_active and not work.is_running:
+            return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
+        exported = None if work.is_running else self.exported.result_notice()
+        if exported is not None:
+            return exported
         if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
             return Notice(Meaning.GOOD, tr(SENTENCES[Outcome.CONFIRMED]))
         if work.trouble is not None:
             return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not kept.')}")
-        if self._connector.current.is_active and not work.is_running:
-            return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
             return None
         if not work.tested_as:
@@ -226,6 +247,23 @@ class TestsPage(Page):
         else:
             self._commit_names()
             self.work.start()
+
+    def _export(self) -> None:
+        """The last result of each test of this module."""
+        module = self.work.last_of
+        record: Record = {"module": module, "tests": [test.plain() for test in self.work.last.values()]}
+        suggested = Path.home() / default_name(module, ".pdf", datetime.now().astimezone())
+        self.ask_path(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), partial(self._write_report, record))
+
+    def _write_report(self, record: Record, path: Path) -> None:
+        try:
+            write_whole(path.with_suffix(".json"), as_text(record).encode())
+            write_whole(path, print_pages([guided_body(record)], A4))
+        except (OSError, RuntimeError) as error:
+            fault = error  # the name of an except clause ends with it
+            self.exported.notify(Meaning.DANGER, lambda: not_saved_text(path, fault))
+        else:
+            self.exported.notify(Meaning.GOOD, lambda: tr("Saved to {path}.", path=path))
 
     def _commit_names(self) -> None:
         self._connector.current.module.choose(self.module.currentText())
@@ -298,7 +336,7 @@ class TestsPage(Page):
         content = named(QWidget(), "tests_content")
         in_column(self._doing, self.result, of=content, spacing=0, margins=0)
         scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided tests")
-        foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
+        foot = in_row(self.export, 1, self.cancel, self.primary, spacing=Space.S)
         pane = in_column(self.title, self.instruction, (scroll, 1), self.said, foot, spacing=Space.S)
         body = in_row(in_column((self.list, 1), self.known_by, spacing=Space.S), (pane, 1), spacing=Space.M)
         in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))

@@ -1,17 +1,22 @@
-"""The Tests page on the smallest screen, in sunlight: what a person needs now is in sight, without scrolling; and the
-picture of each step."""
+"""The Tests page on the smallest screen, in sunlight: what a person needs now is in sight, without scrolling; the
+picture of each step; the printed results."""
+
+import json
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
 
 from app.guided.catalogue import GUIDED_TESTS
-from app.guided.results import GuidedKind
+from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
+from app.records.report_html import guided_body
+from app.text.messages import UserMessage
 from tests.gestures.gesture_bench import GestureBench
-from tests.support.window.steps import find
+from tests.support.window.steps import choosing, find
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.widgets import GuidedPicture
-from ui.style.theme import Choice
+from ui.style.theme import Choice, Meaning
 from ui.widgets.step_button import is_in_sight
 
 
@@ -75,3 +80,31 @@ def test_nothing_is_cut_off_at_the_smallest_size_in_either_language(bench: Gestu
             place = page.primary.mapTo(page, QPoint(0, 0))
             assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
     bench.assembly.language_switch.use("en")
+
+
+def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path) -> None:
+    page, name = bench.guided, "<M-07>"
+    bench.window.go_to("tests")
+    bench.refresh()
+    assert not page.export.isEnabled()
+    bench.assembly.storage.open_store()
+    page._services.preferences.who = "Li"
+    page._services.connector.current.module.choose(name)
+    angle = MeasuredValue(UserMessage("Tilt"), UserMessage("61°"), UserMessage("≤ 62°"), passed_if(True))
+    page.work._store_result(GuidedResult(GuidedKind.TILT, (angle,)))
+    bench.until(page.export.isEnabled, limit_s=10_000.0)
+    said = []
+    for path in (tmp_path / "results.pdf", tmp_path / "no folder" / "results.pdf"):
+        page.ask_path = choosing(path)
+        page.export.click()
+        notice = page.exported.result_notice()
+        assert notice is not None
+        said.append((notice.meaning, path.name in notice.text))
+    assert said == [(Meaning.GOOD, True), (Meaning.DANGER, True)]
+    assert (tmp_path / "results.pdf").read_bytes().startswith(b"%PDF")
+    assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["tests"][0]["verdict"] == "passed"
+    printed = guided_body({"module": name, "tests": [test.plain() for test in page.work.last.values()]})
+    assert "<M-07>" not in printed
+    assert all(
+        words in printed for words in ("&lt;M-07&gt;", "Attitude trigger", "passed", "Li, simulated", "61° (≤ 62°)")
+    )
