@@ -21,7 +21,6 @@ from ui.style.theme import Meaning, Size, Space, current, font, scaled
 
 _COMMA: Final = re.compile(", |，")
 _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-_RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 def parts_of(state: str) -> tuple[str, str]:
@@ -39,10 +38,8 @@ class Readout(PaintedWidget):
     def __init__(self, caption: str, *, unit: str = "", template: str = "000", size: Size = Size.NUMBER) -> None:
         super().__init__()
         self._caption, self._unit, self._template, self._size, self._limit = caption, unit, template, size, ""
-        self._text = ""
-        self._note = ""
+        self.text = self.note = self._widest_limit = ""
         self._notes: tuple[str, ...] = ()
-        self._widest_limit = ""
         self.meaning: Meaning | None = None
         self.freshness = Freshness.UNKNOWN
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
@@ -78,17 +75,17 @@ class Readout(PaintedWidget):
         self._show(Freshness.UNKNOWN, "", reason, None)
 
     def _show(self, freshness: Freshness, text: str, note: str, meaning: Meaning | None) -> None:
-        if (freshness, text, note, meaning) != (self.freshness, self._text, self._note, self.meaning):
-            self.freshness, self._text, self._note, self.meaning = freshness, text, note, meaning
+        if (freshness, text, note, meaning) != (self.freshness, self.text, self.note, self.meaning):
+            self.freshness, self.text, self.note, self.meaning = freshness, text, note, meaning
             self._changed()
 
     def _changed(self) -> None:
         gap = "" if self._unit == "°" else " "
-        value = tr("unknown") if self.freshness is Freshness.UNKNOWN else f"{self._text}{gap}{self._unit}"
+        value = tr("unknown") if self.freshness is Freshness.UNKNOWN else f"{self.text}{gap}{self._unit}"
         name = f"{self._caption}: {value}"
         if self._limit:
             name += f", {tr('limit {value}', value=self._limit)}"
-        self.announce(f"{name}, {self._note}" if self._note else name, name=self._caption)
+        self.announce(f"{name}, {self.note}" if self.note else name, name=self._caption)
 
     def _widths(self) -> tuple[float, float, float]:
         """Widths of the number, the gap and the unit."""
@@ -117,8 +114,10 @@ class Readout(PaintedWidget):
         return max((small.horizontalAdvance(one) for one in self._notes), default=0.0)
 
     def _number_room(self) -> QRectF:
-        """The line of the number; the caption is above, the note below."""
+        """The line of the number; the caption is above, if there is one, the note below."""
         small, number = QFontMetricsF(font(Size.SMALL)), QFontMetricsF(font(self._size, is_bold=True))
+        if not self._caption:
+            return QRectF(0, 0, self.width(), number.height())
         top = max(0.0, (self.height() - number.height()) / 2 - small.height())
         return QRectF(0, top + small.height(), self.width(), number.height())
 
@@ -141,11 +140,12 @@ class Readout(PaintedWidget):
         painter.setPen(QColor(theme.muted))
         body = self._number_room()
         painter.drawText(QRectF(0, body.top() - line_px, self.width(), line_px), _LEFT, self._caption)
-        if self._note:
+        if self.note:
             self._paint_note(painter, self._note_room())
         if self.freshness is Freshness.UNKNOWN:
             width = min(self.width(), max(sum(self._widths()), self._unknown_px()))
-            box = QRectF(0, body.top() + 2, width, body.height() - 4)
+            edge = 2 if self._caption else 0
+            box = QRectF(0, body.top(), width, body.height()).adjusted(0, edge, 0, -edge)
             unknown_box(painter, theme, box, tr("unknown"), font(Size.SMALL, is_bold=True))
         else:
             self._paint_number(painter, body)
@@ -159,20 +159,21 @@ class Readout(PaintedWidget):
             icons.draw(painter, icons.MEANING_ICONS[self.meaning], square, theme.ink(self.meaning))
             room = room.adjusted(side + Space.XS, 0, 0, 0)
         painter.setPen(theme.ink(self.meaning) if self.meaning else QColor(theme.muted))
-        painter.drawText(room, _LEFT, metrics.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))
+        painter.drawText(room, _LEFT, metrics.elidedText(self.note, Qt.TextElideMode.ElideRight, room.width()))
 
     def _paint_number(self, painter: QPainter, body: QRectF) -> None:
         theme = current()
         number_font = font(self._size, is_bold=True)
         metrics = QFontMetricsF(number_font)
         number, gap, unit = self._widths()
-        text_px = metrics.horizontalAdvance(self._text)
+        text = metrics.elidedText(self.text, Qt.TextElideMode.ElideRight, self.width())
+        text_px = metrics.horizontalAdvance(text)
         number = max(number, text_px)
         base = body.top() + (body.height() - metrics.height()) / 2 + metrics.ascent()
         is_stale = self.freshness is Freshness.STALE
         painter.setFont(number_font)
         painter.setPen(QColor(theme.muted) if is_stale else theme.ink(self.meaning))
-        painter.drawText(QPointF(0, base), self._text)
+        painter.drawText(QPointF(0, base), text)
         painter.setFont(font(self._unit_font_size()))
         painter.setPen(QColor(theme.muted))
         # A degree sign follows its number; other units stay in place.

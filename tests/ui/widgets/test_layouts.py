@@ -1,13 +1,32 @@
-"""Rows, columns, wrapping rows and elided texts."""
+"""Rows, columns, wrapping rows, elided texts and icons; the wheel changes only the value of a focused widget."""
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from pathlib import Path
+
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QWheelEvent
+from PySide6.QtWidgets import (
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QDoubleSpinBox,
+    QLineEdit,
+    QPushButton,
+    QScrollBar,
+    QVBoxLayout,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.cut_off import cut_off_in_paint
+from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.painted_text import watching
-from ui.style.theme import Space
-from ui.widgets.labels import ElidedLabel
+from tests.support.window.walk import walking
+from ui.style import appearance
+from ui.style.appearance import Appearance
+from ui.style.icons import Icon, icon, set_icon_size
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Space, Theme
+from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
 
 WIDTH, HEIGHT = 100, 30
@@ -132,3 +151,113 @@ def test_margins_are_equal_or_separate(qtbot: QtBot) -> None:
     even, odd = in_row(1, margins=2).contentsMargins(), in_row(1, margins=(1, 2, 3, 4)).contentsMargins()
     assert (even.left(), even.bottom()) == (2, 2)
     assert (odd.left(), odd.top(), odd.right(), odd.bottom()) == (1, 2, 3, 4)
+
+
+def colours(label: IconLabel) -> set[str]:
+    image = label.pixmap().toImage()
+    pixels = (image.pixelColor(x, y) for x in range(image.width()) for y in range(image.height()))
+    return {pixel.name().upper() for pixel in pixels if pixel.alpha() == 255}
+
+
+def test_it_follows_the_theme_by_itself(qapp: QApplication, qtbot: QtBot) -> None:
+    appearance.apply(qapp, LIGHT)
+    window = QWidget()
+    qtbot.addWidget(window)
+    label, muted = IconLabel("loud", 32), IconLabel("muted", 32)
+    layout = QVBoxLayout(window)
+    for one in (label, muted):
+        layout.addWidget(one)
+    label.show_icon(Icon.WARNING, Meaning.DANGER)
+    muted.show_icon(Icon.LIVE, is_muted=True)
+
+    def has_colours_of(theme: Theme) -> bool:
+        return QColor(theme.danger.ink).name().upper() in colours(label) and theme.muted in colours(muted)
+
+    assert has_colours_of(LIGHT)
+    appearance.apply(qapp, DARK)
+    qtbot.waitUntil(lambda: has_colours_of(DARK), timeout=WAIT_MS)
+    appearance.apply(qapp, LIGHT)
+    qtbot.waitUntil(lambda: has_colours_of(LIGHT), timeout=WAIT_MS)
+
+
+def test_icons_grow_with_the_text_in_sunlight(qapp: QApplication, qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    part = QWidget(window)
+    button, label = QPushButton(icon(Icon.LOCK), "LOCK"), IconLabel("sign", 16, keeps_place=True)
+    layout = QVBoxLayout(part)
+    layout.addWidget(button)
+    layout.addWidget(label)
+    look = Appearance(qapp, Choice.LIGHT)
+    look.apply_theme(window)
+    set_icon_size(button, 16)
+    window.show()
+    for theme, side in ((Choice.SUNLIGHT, round(16 * SUNLIGHT.scale)), (Choice.LIGHT, 16)):
+        look.choose(theme)
+        qtbot.waitUntil(lambda wanted=side: label.width() == wanted, timeout=WAIT_MS)  # type: ignore[misc]
+        assert button.iconSize().height() == side
+
+
+TURNED = QComboBox | QAbstractSpinBox | QAbstractSlider | QLineEdit
+ONE_NOTCH = 120
+
+
+def turned_by_wheel(root: QWidget) -> list[QWidget]:
+    return [
+        one
+        for one in root.findChildren(QWidget)
+        if isinstance(one, TURNED)
+        and not isinstance(one, QScrollBar)
+        and not isinstance(one.parent(), QComboBox | QAbstractSpinBox)
+        and not one.objectName().startswith("qt_")
+    ]
+
+
+def value_of(widget: QWidget) -> object:
+    match widget:
+        case QComboBox():
+            return widget.currentIndex()
+        case QAbstractSpinBox() | QLineEdit():
+            return widget.text()
+        case QAbstractSlider():
+            return widget.value()
+    raise TypeError(widget)
+
+
+def turn(widget: QWidget, notches: int) -> QWheelEvent:
+    centre = QPointF(widget.rect().center())
+    event = QWheelEvent(
+        centre, QPointF(widget.mapToGlobal(centre.toPoint())), QPoint(), QPoint(0, notches * ONE_NOTCH),
+        Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    event.ignore()
+    QApplication.sendEvent(widget, event)
+    return event
+
+
+def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    tried: set[str] = set()
+    with walking(qtbot, qapp, tmp_path) as walk:
+        walk.window.panel.hide()
+        walk.connect()
+        walk.press("live_would_fire")
+        walk.window.menus["simulator"].setChecked(True)
+        walk.settle()
+        walk.find(QWidget, "simulator_fold_line").click()  # type: ignore[attr-defined]
+        walk.window.navigation.setFocus()
+        for widget in turned_by_wheel(walk.window):
+            before = value_of(widget)
+            for notches in (1, -1, -1):
+                turn(widget, notches)
+                assert value_of(widget) == before, widget.objectName()
+            tried.add(type(widget).__name__)
+        walk.window.menus["simulator"].setChecked(False)
+        walk.window.go_to("settings")
+        walk.window.activateWindow()
+        qtbot.waitUntil(walk.window.isActiveWindow)
+        field = walk.find(QDoubleSpinBox, "attitude_threshold_number")
+        qtbot.waitUntil(field.isEnabled)
+        field.setFocus()
+        assert turn(field, 1).isAccepted()
+        qtbot.waitUntil(lambda: field.text() == "61")
+    assert {"QComboBox", "QDoubleSpinBox", "QSlider", "QLineEdit"} <= tried

@@ -1,16 +1,22 @@
-"""What voids a verdict of the Pre-flight page, visibly, while one looks."""
+"""What voids a verdict of the Pre-flight page, visibly, while one looks; a module exchanged behind the same port; a
+check that is filed by the store's own thread."""
 
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLineEdit
+from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.simulator import bench as benches
+from app.store.store import Store
+from app.trigger_records.history import Judgement
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
-from ui.pages.preflight.controller import Standing
+from ui.pages.preflight.controller import Standing, Statement
+from ui.pages.triggers.model import Column
 from ui.services.announcer import announcer
 
 
@@ -121,3 +127,94 @@ def test_a_new_check_shows_nothing_of_the_old_one(
         assert all(not row.measured.text() for row in page.list.rows.values())
         assert not page.buttons.print.isEnabled()
         bench.wait_standing(Standing.NO_GO)
+
+
+def exchange(bench: OnBench, *, is_active: bool) -> None:
+    """For a new module with the same boot count and settings, whose triggers were never enabled."""
+    connector = bench.assembly.connector
+    connector.current.disconnect_port()
+    bench.until(lambda: not connector.current.is_open)
+    benches.remove_bench(bench.name)
+    bench.bench = benches.module(bench.name)
+    bench.bench.module.activate(is_active=is_active)
+    bench.connect()
+    bench.until(lambda: bench.preflight.work.can_check and bench.preflight.work.reported_active is is_active)
+
+
+@pytest.mark.parametrize("is_active", [False, True])
+@pytest.mark.parametrize(("before", "after"), [("", ""), ("", "M-08"), ("M-07", ""), ("M-07", "M-07")])
+def test_a_twin_behind_the_same_port_is_never_ready_or_go(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, before: str, after: str, is_active: bool
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "twin") as bench:
+        if before:
+            name_module(bench, before)
+        assert bench.check() is Standing.READY
+        exchange(bench, is_active=is_active)
+        name_module(bench, after)
+        assert bench.check(is_enabling=False) in (Standing.NO_GO, Standing.VOID)
+        assessment = bench.preflight.work.assessment
+        assert assessment is not None
+        assert {"attitude_trigger", "freefall_trigger"} <= set(assessment.open_checks)
+
+
+def test_a_restart_that_is_not_counted_ends_ready_until_they_are_enabled_again(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "brown") as bench:
+        assert bench.check() is Standing.READY
+        bench.bench.module.memory.boot_count -= 1
+        bench.restart()
+        bench.wait_standing(Standing.VOID)
+        assert bench.check(is_enabling=False) is Standing.NO_GO
+        assert bench.check() is Standing.READY
+
+
+LIMIT_S = 60.0
+
+
+def test_the_window_does_not_wait_while_a_check_is_filed(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    release = threading.Event()
+    with on_bench(qtbot, qapp, tmp_path, "filing") as bench:
+        page, store = bench.preflight, bench.assembly.storage.store
+        assert isinstance(store, Store)
+        name_module(bench, "M-07")
+        try:
+            bench.click(page.buttons.run)
+            qtbot.waitUntil(lambda: page.work._job.is_running)
+            store.queue.submit(lambda: release.wait(LIMIT_S))
+            qtbot.waitUntil(lambda: page.work._filing.is_running)
+            assert page.work.standing is Standing.CHECKING
+            began = time.monotonic()
+            for _ in range(20):
+                QApplication.processEvents()
+                assert page.work.standing is Standing.CHECKING  # nothing is said before the record is kept
+            assert time.monotonic() - began < LIMIT_S / 2
+            assert kept(bench, "M-07") == []
+            assert not page.work.can_check
+        finally:
+            release.set()
+        qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING)
+        assert page.work.trouble is None
+        assert len(kept(bench, "M-07")) == 1
+
+
+def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "word", history=2) as bench:
+        name_module(bench, "M-07")
+        bench.read_triggers()
+        bench.triggers.table.selectRow(0)
+        bench.click(bench.triggers.detail.buttons[Judgement.FALSE])
+        assert bench.check() is Standing.NO_GO
+        bench.preflight.work.check(Statement(is_enabling=True, are_records_reviewed=True))
+        bench.wait_standing(Standing.READY)
+        bench.read_triggers()
+        assert [str(bench.triggers.table.filter.index(row, Column.JUDGED).data()) for row in range(2)] == [
+            "false trigger",
+            "reviewed",
+        ]
+        show = bench.find(QComboBox, "triggers_show")
+        show.setCurrentIndex(show.findText("Not reviewed"))
+        assert bench.triggers.table.filter.rowCount() == 0

@@ -1,10 +1,12 @@
-"""Files from the command line, the menu or a drop are opened by the page of their type."""
+"""Files from the command line, the menu or a drop are opened by the page of their type; printing."""
 
 import os
 import sys
 from pathlib import Path
+from threading import Thread
 
 import pytest
+from PySide6.QtCore import QMessageLogContext, QtMsgType, qInstallMessageHandler
 from PySide6.QtWidgets import QApplication, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -15,6 +17,7 @@ from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent
+from ui.files.report_printer import print_report
 from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX
 
@@ -130,3 +133,28 @@ def test_a_recent_file_shows_letters_that_would_be_invisible(qtbot: QtBot, tmp_p
     assert "\u202e" not in action.text() + action.toolTip()
     action.trigger()
     assert opened == [path]
+
+
+_PAGE = (
+    "<table width='100%' border='1'>"
+    + "<tr><td>CHUTE_A</td><td>NO-GO: the cell voltage is low</td></tr>" * 70
+    + "</table>"
+)
+
+
+def test_a_report_printed_in_a_background_thread_causes_no_warning_of_qt(qapp: object) -> None:
+    said: list[str] = []
+    printed: list[bytes] = []
+
+    def hear(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
+        said.append(text)
+
+    before = qInstallMessageHandler(hear)
+    try:
+        thread = Thread(target=lambda: printed.append(print_report(_PAGE, b"{}")))
+        thread.start()
+        thread.join()
+    finally:
+        qInstallMessageHandler(before)
+    assert [one[:5] for one in printed] == [b"%PDF-"]
+    assert said == []
