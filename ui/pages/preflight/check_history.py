@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.check_store import CheckStore, StoredCheck
 from app.stations.known import KnownStation, Stations
+from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
@@ -212,8 +213,10 @@ class CheckHistory(QWidget):
             self._fail(store)
 
     def _fail(self, error: Exception) -> None:
+        if not isinstance(error, StoreTrouble):
+            raise error
         self._show(())
-        self.count.setText(error_text(error))
+        self.count.setText(error.sentence)
 
     def _show(self, checks: Sequence[StoredCheck]) -> None:
         self.checks = tuple(checks)

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolBut
 from app.records.check_store import CheckStore
 from app.settings.profile_file import ProfileRefused, read_profile
 from app.settings.profiles import Profile
+from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -138,7 +139,11 @@ class PreflightForm(QWidget):
         store = self._services.storage.store
         if isinstance(store, Store):
             kept = CheckStore(store.database)
-            self._reading_aircraft.run(lambda _running: kept.aircraft(), self._offer_aircraft, lambda _error: None)
+            self._reading_aircraft.run(lambda _running: kept.aircraft(), self._offer_aircraft, self._offer_none)
+
+    def _offer_none(self, error: Exception) -> None:
+        if not isinstance(error, StoreTrouble):
+            raise error
 
     def _offer_aircraft(self, names: Sequence[str]) -> None:
         entered = self.aircraft.currentText()

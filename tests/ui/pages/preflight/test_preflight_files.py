@@ -16,6 +16,7 @@ from app.records.verification import RecordState, verify_file
 from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from app.stations.station import fingerprint_of
+from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH, tr
 from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
@@ -115,6 +116,12 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         qtbot.waitUntil(lambda: (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2))
         qtbot.keyClick(page, Qt.Key.Key_Escape)
         assert page.buttons.isVisible()
+        store = bench.assembly.storage.store
+        assert isinstance(store, Store)
+        store.close()
+        bench.click(page.buttons.history)
+        qtbot.waitUntil(lambda: history.count.text().endswith("cannot be used."))
+        assert history.checks == ()
 
 
 # Looks
