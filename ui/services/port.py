@@ -43,13 +43,13 @@ class Port(PortConnection):
         clock: Callable[[], float],
         parent: QObject,
     ) -> None:
-        self.recording = storage.new_recording()
+        self.recording = storage.new_recording(self)
         make_worker = make_worker or self.recording.recorded_workers(Worker)
         super().__init__(watcher, storage.stream_memory, make_worker=make_worker, clock=clock, parent=parent)
         self._storage = storage
         self.module = ModuleName(self, storage, before_new)
         self.lock = PortLock(self, self.journal)
-        self.recording.bind(self)
+        self.recording.bind()
         self.module.changed.connect(lambda: self.recording.name_module(self.module.name))
 
     def expected_at(self, target: Target) -> Expected | None:

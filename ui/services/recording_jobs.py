@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Iterable
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -15,7 +16,6 @@ from app.text.sentences import error_text, join_sentences
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.job_notice import JobNotice, progress_notice
-from ui.services.session_recording import SessionRecording
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -47,9 +47,9 @@ class RecordingJobs(JobNotice):
     closing = Signal(object)
     """These files (`frozenset` of paths) are about to be deleted: close what is shown of them."""
 
-    def __init__(self, sessions: SessionRecording) -> None:
+    def __init__(self, folder: Path | None) -> None:
         super().__init__()
-        self._sessions = sessions
+        self._folder = folder
         self.entries: tuple[RecordingEntry, ...] = ()
         self.is_known = False
         """The list was read at least once."""
@@ -66,9 +66,11 @@ class RecordingJobs(JobNotice):
         self.is_shown = is_shown
         self.changed.emit()
 
-    @property
+    @cached_property
     def library(self) -> "RecordingLibrary":
-        return self._sessions.library
+        from app.recordings.library import RecordingLibrary
+
+        return RecordingLibrary(self._folder)
 
     @property
     def is_running(self) -> bool:

@@ -82,13 +82,12 @@ class RecordingState:
 class SessionRecording:
     """Of one port. `recorded_workers` puts it in front of the window's bridge; `bind` is called once that is made."""
 
-    def __init__(self, folder: Path | None = None) -> None:
-        self._folder = folder
+    def __init__(self, port: PortConnection, folder: Path | None = None) -> None:
+        self._port, self._folder = port, folder
         self._recorder: Recorder | None = None
         """From the first session on."""
         self._session = SessionTracker()
         self._lock = threading.Lock()
-        self._port: PortConnection | None = None
         self._module = ""
         """The name of the module that is connected."""
 
@@ -113,11 +112,10 @@ class SessionRecording:
 
         return made
 
-    def bind(self, port: PortConnection) -> None:
-        """Follow this connection: its adapter, and when a person closes its port."""
-        self._port = port
-        port.changed.connect(self._on_connection_changed)
-        port.invalidated.connect(self._on_another_module)
+    def bind(self) -> None:
+        """Follow the connection: its adapter, and when a person closes its port."""
+        self._port.changed.connect(self._on_connection_changed)
+        self._port.invalidated.connect(self._on_another_module)
 
     @property
     def sign(self) -> RecordingState:
@@ -140,20 +138,15 @@ class SessionRecording:
 
     def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
-        port, connection = self._port, batch.connection
         with self._lock:
-            if self._session.begins(connection, None if port is None else port.target):
-                self._begin(connection)
+            if self._session.begins(batch.connection, self._port.target):
+                self._begin(batch.connection)
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
             if self._session.is_over:
                 self._end()
-            self._hold_stream(port)
-
-    def _hold_stream(self, port: PortConnection | None) -> None:
-        """A recording needs every report, whatever page is shown."""
-        if port is not None:
-            port.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
+            # A recording needs every report, whatever page is shown.
+            self._port.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
 
     def _begin(self, connection: Connection) -> None:
         from app.recordings.recorder import Heading, Recorder
@@ -168,8 +161,7 @@ class SessionRecording:
 
     def _on_connection_changed(self) -> None:
         """A lost port that is no longer wanted ends the session."""
-        port = self._port
-        if port is None or port.is_requested or port.is_open:
+        if self._port.is_requested or self._port.is_open:
             return
         with self._lock:
             self._session.end()
@@ -178,19 +170,15 @@ class SessionRecording:
 
     def _on_another_module(self) -> None:
         """A person says that another module answers on the open port: it has a recording of its own."""
-        port = self._port
         with self._lock:
-            recorder = self._recorder
-            if port is not None and port.is_open and recorder is not None and recorder.is_recording:
+            if self._port.is_open and self._recorder is not None and self._recorder.is_recording:
                 self._module = ""
-                self._begin(port.connection)
+                self._begin(self._port.connection)
 
     def name_module(self, name: str) -> None:
         """The name belongs to the adapter chosen now, which may differ from the one still being closed. A recording
         keeps its name while it is in doubt which module answers."""
-        port = self._port
         with self._lock:
             self._module = name
-            is_ours = port is not None and self._session.is_of(port.target)
-            if name and is_ours and self._recorder is not None:
+            if name and self._session.is_of(self._port.target) and self._recorder is not None:
                 self._recorder.name_module(name)

@@ -18,6 +18,7 @@ from app.store.store import Store, open_store
 from app.store.store_journal import THIS_RUN, KnownAs, journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.system.folders import data_folder
+from ui.core.port_connection import PortConnection
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
 
@@ -37,10 +38,14 @@ class Storage:
         """Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`."""
         self._folder = folder
         self._recorded: list[SessionRecording] = []
-        self.recordings = RecordingJobs(self.new_recording())
+        self.recordings = RecordingJobs(self._recordings_folder)
         self._store: Store | StoreTrouble | None = None
         self._opening = threading.Lock()
         self._is_closed = False
+
+    @property
+    def _recordings_folder(self) -> Path | None:
+        return None if self._folder is None else self._folder / RECORDINGS
 
     @property
     def folder(self) -> Path:
@@ -74,9 +79,9 @@ class Storage:
         notice = store.notice if isinstance(store, Store) else store.message
         return None if notice is None else notice.translated()
 
-    def new_recording(self) -> SessionRecording:
+    def new_recording(self, port: PortConnection) -> SessionRecording:
         """Of one more port, into the same library; ended by `close`."""
-        recording = SessionRecording(None if self._folder is None else self._folder / RECORDINGS)
+        recording = SessionRecording(port, self._recordings_folder)
         self._recorded.append(recording)
         return recording
 

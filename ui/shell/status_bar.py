@@ -93,7 +93,8 @@ class StatusBar(QFrame):
         self._reserve()
         self._share()
         connector.batch.connect(self.on_batch)
-        connector.invalidated.connect(lambda: self.show_message(""))
+        for is_over in (connector.invalidated, connector.disconnected):
+            is_over.connect(lambda: self.show_message(""))
         VisibilityTimer(self, retranslate=self._retranslate, restyle=self._reserve)
 
     def _reserve(self) -> None:

@@ -328,7 +328,6 @@ def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> 
     assert any("Said of it" in one for one in _look(rig))
     rig.show_a()
     rig.connector.current.disconnect_port()
-    rig.assembly.window.status_bar._message_end.start(0)  # a passing message has passed
     rig.worker.hand_over()
     rig.settle()
     assert [one for one in _look(rig) if "Said of it" in one or "The module answers" in one] == []

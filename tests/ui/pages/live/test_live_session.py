@@ -88,9 +88,9 @@ class Bench:
 
     def __init__(self, folder: Path) -> None:
         self.handed_on: list[Batch] = []
-        self.sessions = SessionRecording(folder)
         self.link = Link()
-        self.sessions.bind(self.link)  # type: ignore[arg-type]
+        self.sessions = SessionRecording(self.link, folder)  # type: ignore[arg-type]
+        self.sessions.bind()
         self.sessions.name_module("Left wing")
         made: list[Callable[[Batch], None]] = []
         make: Any = made.append
