@@ -9,6 +9,7 @@ from app.archive.fact_file import export_facts, import_facts
 from app.archive.local_facts import LocalFacts, open_facts
 from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
 from app.archive.server_url import server_url
+from app.limits.service import Service
 from app.stations.known import Stations
 from app.stations.station import Station, encoded, own_station
 from app.store.database import Clock, utc_now
@@ -100,6 +101,13 @@ class Archive:
         return frozenset(encoded(station.public) for station in self.known.known() if not station.is_revoked) | {
             self.public
         }
+
+    def keep_service(self, module: str, service: Service) -> None:
+        """Keep what a person did to a module. Raises `UserError`."""
+        content = service.content()
+        with self.store.database.transaction():
+            self.store.register_module(module)
+            self.store.facts.add(FactKind.SERVICE, content, module=module)
 
     def settle(self, one: NamedModule, other: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
         """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts

@@ -147,6 +147,10 @@ _SHAPES: Final[Mapping[str, Mapping[str, Callable[[object], bool]]]] = {
     FactKind.SNAPSHOT.value: {**_OF_MODULE, "settings": _is_object},
     FactKind.CHECK.value: {**_OF_MODULE, "record": _is_record},
     FactKind.GUIDED_TEST.value: {**_OF_MODULE, "test": _is_text, "verdict": _is_text},
+    FactKind.SERVICE.value: {
+        "module": _is_name, "service": _is_text, "on": _is_text, "due": _is_text_or_none, "who": _is_text,
+        "note": _is_text,
+    },
     FactKind.PROVISIONED.value: {**_OF_MODULE, "name": _is_name},
     FactKind.AUDIT.value: {**_OF_MODULE, "entry": _is_entry, "previous": _is_text, "hash": _is_text},
     FactKind.ACT.value: {**_OF_MODULE, "act": _is_text, "frame": _is_text},

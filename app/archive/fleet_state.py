@@ -11,6 +11,7 @@ from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
 from app.guided.results import RETIRED_KINDS, TITLES, GuidedVerdict
+from app.limits.service import due_services
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.records.verification import RecordState, verify
@@ -33,6 +34,7 @@ class DueKind(Enum):
     TRIGGER_RECORDS = "trigger_records"
     TEST = "test"
     OLD_TEST = "old_test"
+    SERVICE = "service"
     CONFLICT = "conflict"
 
 
@@ -118,6 +120,9 @@ def fleet_state(
         state.unjudged = len(records - _judged(mine[FactKind.JUDGEMENT]))
         state.tests = _last_tests(mine[FactKind.GUIDED_TEST])
         state.due = _due(state, names, now, check_days, test_days)
+        done = sorted(mine[FactKind.SERVICE], key=lambda fact: (fact.content["on"], fact.made_at, fact.id))
+        due = due_services((fact.content for fact in done), now.astimezone().date())
+        state.due += [Due(DueKind.SERVICE, service.text) for service in due]
     return found
 
 

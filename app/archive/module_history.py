@@ -11,6 +11,7 @@ from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, decided_by, decision_text, module_of_fact, settlement_of
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
+from app.limits.service import service_of
 from app.records.check_store import measured_in
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
@@ -127,6 +128,8 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
                 raise TypeError(content)
             outcome = message(_OUTCOMES[act.outcome])
             return message(marked("{act}: {outcome}."), act=_act(act), outcome=outcome)
+        case FactKind.SERVICE:
+            return service_of(content).told()
         case FactKind.SETTLEMENT:
             settlement = settlement_of(fact)
             who, station = decided_by(settlement)

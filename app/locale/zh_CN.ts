@@ -1030,6 +1030,14 @@
         <translation>不要触碰飞行器；检查模块的固定。</translation>
     </message>
     <message>
+        <source>Done by</source>
+        <translation>执行人</translation>
+    </message>
+    <message>
+        <source>Done on</source>
+        <translation>日期</translation>
+    </message>
+    <message>
         <source>Drawing (*.svg)</source>
         <translation>矢量图 (*.svg)</translation>
     </message>
@@ -1044,6 +1052,10 @@
     <message>
         <source>Due</source>
         <translation>到期</translation>
+    </message>
+    <message>
+        <source>Due again on</source>
+        <translation>下次日期</translation>
     </message>
     <message>
         <source>Duplicate replies</source>
@@ -1116,6 +1128,10 @@
     <message>
         <source>Edit profile…</source>
         <translation>编辑配置文件…</translation>
+    </message>
+    <message>
+        <source>Ejector</source>
+        <translation>弹射装置</translation>
     </message>
     <message>
         <source>Ejector and rotors are off</source>
@@ -1342,6 +1358,10 @@
         <translation>触发角度，{direction}</translation>
     </message>
     <message>
+        <source>Firmware</source>
+        <translation>固件</translation>
+    </message>
+    <message>
         <source>First seen {time}</source>
         <translation>首次读取于 {time}</translation>
     </message>
@@ -1560,6 +1580,10 @@
     <message>
         <source>It answered before: read its label, restart it and check again.</source>
         <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
+    </message>
+    <message>
+        <source>It cannot be due again on the day on which it was done, or before.</source>
+        <translation>下次日期不能是完成当天或更早。</translation>
     </message>
     <message>
         <source>It could not be read.</source>
@@ -3166,6 +3190,14 @@
         <translation>移除</translation>
     </message>
     <message>
+        <source>Repack</source>
+        <translation>重新叠伞装仓</translation>
+    </message>
+    <message>
+        <source>Repacked, ejector, cell, firmware</source>
+        <translation>叠伞装仓、弹射装置、电芯、固件</translation>
+    </message>
+    <message>
         <source>Report</source>
         <translation>报告</translation>
     </message>
@@ -3428,6 +3460,14 @@
     <message>
         <source>Server</source>
         <translation>服务器</translation>
+    </message>
+    <message>
+        <source>Service of {module}</source>
+        <translation>{module} 的维护</translation>
+    </message>
+    <message>
+        <source>Service…</source>
+        <translation>维护…</translation>
     </message>
     <message>
         <source>Session (*.mcap)</source>
@@ -4494,6 +4534,10 @@
         <translation>这是什么？点击查看</translation>
     </message>
     <message>
+        <source>What was done</source>
+        <translation>维护内容</translation>
+    </message>
+    <message>
         <source>When</source>
         <translation>时间</translation>
     </message>
@@ -5006,6 +5050,14 @@
         <translation>文件头损坏</translation>
     </message>
     <message>
+        <source>day on which it is due again</source>
+        <translation>下次日期</translation>
+    </message>
+    <message>
+        <source>day on which it was done [today]</source>
+        <translation>完成日期 [今天]</translation>
+    </message>
+    <message>
         <source>delete one permanently</source>
         <translation>永久删除一条</translation>
     </message>
@@ -5260,6 +5312,10 @@
     <message>
         <source>its station did not sign it</source>
         <translation>并非由所属站点签名</translation>
+    </message>
+    <message>
+        <source>keep what was done to a module, and when it is due again</source>
+        <translation>记录对模块的维护及下次日期</translation>
     </message>
     <message>
         <source>label</source>
@@ -5756,6 +5812,10 @@
     <message>
         <source>paused, {time} behind</source>
         <translation>已暂停，落后 {time}</translation>
+    </message>
+    <message>
+        <source>person who did it</source>
+        <translation>执行人姓名</translation>
     </message>
     <message>
         <source>pinned</source>
@@ -6860,6 +6920,18 @@
     <message>
         <source>{what} ({done} of {total})</source>
         <translation>{what}（{done}/{total}）</translation>
+    </message>
+    <message>
+        <source>{what} due on {date}, days left: {days}.</source>
+        <translation>{what}将于 {date} 到期，剩余天数：{days}。</translation>
+    </message>
+    <message>
+        <source>{what} on {date} by {who}, due again: {due}.</source>
+        <translation>{what}：{date}，执行人 {who}，下次：{due}。</translation>
+    </message>
+    <message>
+        <source>{what} overdue since {date}.</source>
+        <translation>{what}已逾期（{date} 到期）。</translation>
     </message>
     <message>
         <source>{what} {uptime} after power-on of boot {boot}, {link}, {voltage}</source>

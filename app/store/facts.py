@@ -46,6 +46,8 @@ class FactKind(Enum):
     """An act as versions before layout 10 logged it: its start, or start and outcome."""
     SETTLEMENT = "settlement"
     """A person's decision whether two modules are the same one."""
+    SERVICE = "service"
+    """What a person did to a module: repacked it, changed a part; and when it is due again."""
     PROVISIONED = "provisioned"
     """A module of a batch: named, or set aside with the reason. Its link is the batch."""
     MIGRATED = "migrated"

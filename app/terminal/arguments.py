@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from datetime import date
 from typing import TYPE_CHECKING, Any, Final
 
 from app.terminal.console import did_you_mean, flush_messages
@@ -191,6 +192,12 @@ def seconds(text: str) -> float:
         if 0 < (value := float(text)) < math.inf:
             return value
     raise expected("S > 0")
+
+
+def day(text: str) -> date:
+    with suppress(ValueError):
+        return date.fromisoformat(text)
+    raise expected("YYYY-MM-DD")
 
 
 def whole_days(text: str) -> int:

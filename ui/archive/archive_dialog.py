@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,7 @@ from app.archive.exchange import Exchanged
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import HistoryEvent, module_history
 from app.archive.module_names import Conflict
+from app.limits.service import Service
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences
@@ -30,6 +32,7 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, last_time, opened_archive
 from ui.archive.archive_tables import history_table, modules_table, short_station
+from ui.archive.service_form import ServiceForm
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import ThenPath, ask_open, ask_path
 from ui.forms.table_kit import select_row
@@ -91,6 +94,8 @@ class ArchiveDialog(QDialog):
         label = control(QLabel(), texts, "archive_server_label", "Server")
         label.setBuddy(self.server)
         self._lay_out_question()
+        self.service = control(QPushButton(), texts, "archive_service", "Service…", picture=Icon.CLOCK,
+                               tip="Repacked, ejector, cell, firmware", slot=self._ask_service)  # fmt: skip
         self.modules, self.life = modules_table(texts), history_table(texts)
         self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
         split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
@@ -104,7 +109,7 @@ class ArchiveDialog(QDialog):
         self._views.addWidget(self.empty)
         in_column(
             in_row(label, (self.server, 1), self.use, spacing=Space.S),
-            in_row(self.sign, (self.state, 1), self.sync, self.export, self.import_, spacing=Space.S),
+            in_row(self.sign, (self.state, 1), self.service, self.sync, self.export, self.import_, spacing=Space.S),
             self.question, (self._views, 1),
             of=self, spacing=Space.M, margins=Space.L,
         )  # fmt: skip
@@ -160,6 +165,24 @@ class ArchiveDialog(QDialog):
             self, lambda path: self._exchange.run(lambda archive, on_page: archive.import_file(path, on_page=on_page))
         )
 
+    def _ask_service(self) -> None:
+        chosen = self.modules.chosen()
+        if chosen:
+            name = chosen[0].module.name
+            ServiceForm(
+                self,
+                self._services.texts,
+                clean(name),
+                self._services.preferences.who,
+                partial(self._keep_service, name),
+            )
+
+    def _keep_service(self, module: str, service: Service) -> None:
+        def keep(archive: Archive, _on_page: object) -> None:
+            archive.keep_service(module, service)
+
+        self._exchange.run(keep)
+
     def _settle(self, name_of: int | None) -> None:
         """`name_of`: the module whose name is used for both; None: they are different."""
         if not self._conflicts or self._exchange.is_running:
@@ -183,6 +206,7 @@ class ArchiveDialog(QDialog):
         self.sync.setEnabled(is_free and exchange.server is not None)
         for button in (self.export, self.import_, self.use):
             button.setEnabled(is_free)
+        self.service.setEnabled(is_free and bool(self.modules.chosen()))
         self._refresh_buttons()
         if not is_free:
             self._show_message(tr("Exchanging…"), None)
@@ -243,6 +267,7 @@ class ArchiveDialog(QDialog):
 
     def _show_life(self) -> None:
         chosen = self.modules.chosen()
+        self.service.setEnabled(bool(chosen) and not self._exchange.is_running)
         if not chosen:
             self.life.show_rows(())
             return

@@ -17,6 +17,8 @@ from app.archive.server_url import server_url, store_server, stored_server
 from app.cli.archive import report
 from app.cli.archive.opened import member_json, opened_archive, shown_member, shown_station
 from app.cli.commands import SERVER
+from app.limits.service import Service, ServiceKind
+from app.records.filing import local_now
 from app.stations.station import fingerprint_of
 from app.system.folders import data_folder
 from app.terminal import console
@@ -30,6 +32,7 @@ def run(args: argparse.Namespace) -> int:
     acts = {
         "sync": run_sync, "export": run_export, "import": run_import, "status": run_status,
         "conflicts": run_conflicts, "settle": run_settle, "report": report.run,
+        "service": run_service,
     }  # fmt: skip
     return acts[args.act](args)
 
@@ -60,6 +63,20 @@ def run_status(args: argparse.Namespace) -> int:
         "conflicts": status.conflicts, "chains": [_chain_json(one) for one in chains],
     }, lambda _: page)  # fmt: skip
     return console.SUCCESS if is_sound else console.ANSWER_NO
+
+
+def run_service(args: argparse.Namespace) -> int:
+    """Keep what a person did to a module; print what is due."""
+    service = Service(kind=ServiceKind(args.what), on=args.on or local_now().date(), due=args.due, who=args.who,
+                      note=args.note)  # fmt: skip
+    with opened_archive() as archive:
+        archive.collect()
+        if not archive.names().named(args.module):
+            console.notify(tr("{file}: {why}", file=args.module, why=tr("none")))
+            return console.ANSWER_NO
+        archive.keep_service(args.module, service)
+    console.write_lines([service.told().translated()])
+    return console.SUCCESS
 
 
 def run_sync(args: argparse.Namespace) -> int:

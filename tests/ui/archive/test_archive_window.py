@@ -7,13 +7,15 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QDate
+from PySide6.QtWidgets import QApplication, QTableView
 from pytestqt.qtbot import QtBot
 
 from app.archive.archive import Archive, open_archive
 from app.archive.exchange import Exchanged
 from app.archive.module_history import module_history
 from app.archive.server_url import store_server
+from app.limits.service import ServiceKind
 from app.safety.acts import Act
 from app.settings.form import RowState
 from app.store.store import Store
@@ -24,6 +26,7 @@ from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import Desk, desk, state, type_into, write
 from tests.support.window.steps import choosing
 from ui.archive.archive_dialog import ArchiveDialog
+from ui.archive.service_form import ServiceForm
 from ui.main import Assembly
 
 pytestmark = pytest.mark.qt_log_ignore("does not support", extend=True)
@@ -208,3 +211,29 @@ def _told(store: object) -> dict[str, list[str]]:
             module.name: [event.text.in_english() for event in module_history(archive.facts, module).events]
             for module in archive.names().modules
         }
+
+
+def test_what_was_done_to_a_module_is_entered_in_a_form_and_is_due_again(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, here: ArchiveStation
+) -> None:
+    here.meet("M-07")
+    with window(qapp, tmp_path) as assembly:
+        dialog = _dialog(qtbot, assembly)
+        qtbot.waitUntil(dialog.service.isEnabled)
+        dialog.service.click()
+        form = dialog.findChildren(ServiceForm)[0]
+        assert form.is_due.isChecked()
+        form.who.setText("Li Wei")
+        form.kind.setCurrentIndex(form.kind.findData(ServiceKind.CELL))
+        form.due.setDate(QDate.currentDate().addDays(12))
+        form.accept()
+        _wait(qtbot, dialog)
+        qtbot.waitUntil(lambda: "Cell due on" in _texts(dialog.modules))
+        assert "days left: 12" in _texts(dialog.modules)
+        assert "Cell on" in _texts(dialog.life)
+
+
+def _texts(table: QTableView) -> str:
+    model = table.model()
+    cells = (model.index(row, column) for row in range(model.rowCount()) for column in range(model.columnCount()))
+    return "\n".join(str(cell.data()) for cell in cells)

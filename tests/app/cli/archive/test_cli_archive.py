@@ -193,3 +193,20 @@ def test_a_record_that_was_altered_in_its_own_store_is_named(
     (chain,) = [one for one in told(capsys, "status", "status", code=1)["chains"] if one["faults"]]
     assert (chain["module"], chain["count"], chain["missing"]) == ("M-07", 2, 0)
     assert chain["faults"] == ["ALTERED: the content is not what was recorded."]
+
+
+def test_what_a_person_did_to_a_module_is_kept_and_what_is_due_is_listed(
+    here: ArchiveStation, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.meet("M-07")
+    say(capsys, "service", "M-08", "--what", "repack", "--who", "Li Wei", code=1)
+    words = ("service", "M-07", "--what", "repack", "--who", "Li Wei", "--on", "2020-01-01")
+    say(capsys, *words, "--due", "2019-12-31", code=2)
+    assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
+    said = say(capsys, *words, "--due", "2020-06-01").out
+    assert said == "Repack on 2020-01-01 by Li Wei, due again: 2020-06-01.\n"
+    assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check", "service"]}
+    assert "Repack overdue since 2020-06-01." in say(capsys, "report").out
+    assert "Repack on 2020-01-01 by Li Wei" in say(capsys, "report", "--module", "M-07").out
+    say(capsys, *words, "--due", "2999-01-01")
+    assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
