@@ -65,14 +65,14 @@ class Clumsy:
         for _ in range(self.dice.randint(3, 9)):
             self._act()
         if self._is_down:
-            self._up()
+            self.let_go()
         self._key_up()
         self.wait(0.3)
         self.report.sequences += 1
 
     def _act(self) -> None:
         actions = (
-            (self._go_somewhere, 6), (self.click, 7), (self._double_click, 3), (self._down, 2), (self._up, 2),
+            (self._go_somewhere, 6), (self.click, 7), (self._double_click, 3), (self.press_down, 2), (self.let_go, 2),
             (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2), (self._scroll, 1),
             (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_module, 1),
             (self._whole_gesture, 1), (self._check, 0.15), (self._guided_test, 0.5), (self.press_lock, 0.5),
@@ -122,31 +122,31 @@ class Clumsy:
             under = under.parentWidget()
         return True
 
-    def _down(self, *, is_double: bool = False) -> None:
+    def press_down(self, *, is_double: bool = False) -> None:
         if self._is_down or not self._is_safe_place():
             return
         self._is_down = True
         self.observer.mouse_down(is_double=is_double)
         (self.bench.double_press if is_double else self.bench.press)()
 
-    def _up(self) -> None:
+    def let_go(self) -> None:
         if self._is_down:
             self._is_down = False
             self.observer.mouse_up()
             self.bench.release()
 
     def click(self) -> None:
-        self._down()
+        self.press_down()
         self._settle()
-        self._up()
+        self.let_go()
 
     def _double_click(self) -> None:
         self.click()
         self._settle()
         self.bench.hand_s += self.dice.choice((0.0, 0.06, 0.2, 0.35))
-        self._down(is_double=True)
+        self.press_down(is_double=True)
         self._settle()
-        self._up()
+        self.let_go()
 
     def _pause(self) -> None:
         self.wait(self.dice.choice((0.0, 0.05, 0.2, 0.4, 0.5, 0.6, 0.6, 0.9, 2.3)))
@@ -231,11 +231,11 @@ class Clumsy:
         self.point_at(one)
         if not one.isVisible():
             return
-        self._down()
+        self.press_down()
         if one.objectName() == HOLD:
             self.wait(2.4)
         self._settle()
-        self._up()
+        self.let_go()
 
     def _check(self) -> None:
         """Run a whole pre-flight check of a locked module, which leads to the activation if it ends READY."""

@@ -22,6 +22,7 @@ from app.procedures.write import write_verified
 from app.safety import interlocks as safety
 from app.safety.acts import Act
 from app.safety.interlocks import InterlockInputs
+from app.safety.permit import Permit
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME, LOCK, Hazard, Request
 from tests.gestures.clumsy import Clumsy, Report
@@ -123,7 +124,15 @@ def hold_lock_back(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(Session, "run", run_in_turn)
 
 
-def activate_then_lock(hands: Clumsy) -> None:
+def hold_briefly(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("app.safety.ritual.HOLD_S", 0.8)
+
+
+def forget_age(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Permit, "age_s", lambda permit, now: 0.0)
+
+
+def activate(hands: Clumsy, *, is_behind_a_reading: bool) -> None:
     hands.accidents.put_in_order(hands.wait)
     hands.bench.window.go_to("commands")
     hands.bench.refresh()
@@ -131,9 +140,34 @@ def activate_then_lock(hands: Clumsy) -> None:
     hands.do_whole(confirm.ask)
     hands.point_at(confirm.go)
     hands.accidents.slow_down()
+    if is_behind_a_reading:
+        hands.bench.settings.work.read_all()
     hands.click()
+
+
+def activate_then_lock(hands: Clumsy) -> None:
+    activate(hands, is_behind_a_reading=False)
     hands.press_lock()
     hands.wait(8.0)
+
+
+def activate_late(hands: Clumsy) -> None:
+    activate(hands, is_behind_a_reading=True)
+    hands.wait(30.0)
+
+
+def let_go_early(hands: Clumsy) -> None:
+    ritual = hands.bench.commands.ritual
+    hands.bench.window.go_to("commands")
+    hands.bench.settle_module(is_active=True)
+    hands.bench.refresh()
+    hands.do_whole(ritual.choose)
+    hands.do_whole(ritual.arm)
+    hands.point_at(ritual.hold)
+    hands.press_down()
+    hands.wait(1.2)
+    hands.let_go()
+    hands.wait(2.0)
 
 
 def write_to_the_deaf(hands: Clumsy) -> None:
@@ -170,6 +204,8 @@ def pull_the_plug(hands: Clumsy) -> None:
     [
         (go_on_after_lock, activate_then_lock),
         (hold_lock_back, activate_then_lock),
+        (forget_age, activate_late),
+        (hold_briefly, let_go_early),
         (send_sets_again, write_to_the_deaf),
         (keep_values, restart_it),
         (keep_values, pull_the_plug),
