@@ -65,7 +65,9 @@ class UncaughtErrors(QObject):
         self._say(tr("Unexpected error: {error}. Nothing is armed.", error=error.summary))
         count = self._counts.get(error.details, 0)
         self._counts[error.details] = count + 1
-        if not count:
+        if count:
+            self._attention.refresh()
+        else:
             self._attention.queue_notice(lambda: self._notice(error))
 
     def _notice(self, error: UncaughtError) -> Notice:
