@@ -3,12 +3,14 @@
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from app.guided.kept_test import StoredTest
-from app.guided.results import GuidedKind
-from app.settings.fingerprint import fingerprint
 from app.settings.profiles import LIMITS, ActivatedBy, Profile
 from protocol.fields import Value
+
+if TYPE_CHECKING:  # reading loads none of it
+    from app.guided.kept_test import StoredTest
+    from app.guided.results import GuidedKind
 
 Fingerprint = Callable[[Mapping[str, Value]], str]
 """Computes a short code of settings, given by key."""
@@ -55,7 +57,7 @@ class Expectations:
     is_light_inverted: bool = False
     """A calibration found that more light reads lower (E11)."""
     manual: tuple[ManualItem, ...] = ()
-    tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
+    tests_within_days: Mapping["GuidedKind", int] = field(default_factory=dict)
     """Guided tests that must have passed, and their maximum age."""
 
 
@@ -63,7 +65,7 @@ class Expectations:
 class LastTested:
     """The last result of a guided test. `age_days`: at the check; None if unknown."""
 
-    stored: StoredTest
+    stored: "StoredTest"
     age_days: float | None
 
 
@@ -96,12 +98,14 @@ class Past:
     """A person said that it is new and has no records; it has not reported a trigger since."""
     fingerprint: str | None = None
     """Of its last GO."""
-    tests: Mapping[GuidedKind, LastTested] = field(default_factory=dict)
+    tests: Mapping["GuidedKind", LastTested] = field(default_factory=dict)
     """The last result of each guided test; those of simulated modules only count for a simulated one."""
 
 
 def settings_code(settings: Mapping[str, Value]) -> str:
     """The settings code for people."""
+    from app.settings.fingerprint import fingerprint
+
     return fingerprint(settings).code or ""
 
 

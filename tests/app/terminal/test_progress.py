@@ -21,7 +21,7 @@ from app.terminal.console import OutputLost, write
 from app.terminal.interruption import print_after_signal
 from app.terminal.port_choice import PORT
 from app.text.user_error import UserError
-from tests.support.cli_line import Printed, run_here
+from tests.support.cli_line import run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
@@ -188,18 +188,26 @@ def test_the_environment_names_it(
     assert run_here(capsys, ["find", "--quiet"]).err == ""
 
 
-def test_of_several_none_is_taken(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    found(monkeypatch, ADAPTER, OTHER)
-    assert program.main(["activate", "--yes"]) == 2
-    assert Printed(capsys).err == "There are several adapters: sim://only, /dev/ttyUSB9. Give --port.\n"
-
-
-@pytest.mark.parametrize("ports", [(), (BOARD,)])
-def test_without_an_adapter_there_is_no_link(
-    ports: tuple[PortInfo, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("words", "ports", "code", "said"),
+    [
+        (["activate", "--yes"], (ADAPTER, OTHER), 2,
+         "There are several adapters: sim://only, /dev/ttyUSB9. Give --port.\n"),
+        (["read"], (), 3, "There is no USB adapter. Plug it in, or give --port.\n"),
+        (["read"], (BOARD,), 3, "There is no USB adapter. Plug it in, or give --port.\n"),
+        (["lock"], (), 2, "Nothing was done. Add --yes to do it.\n"),  # looks for no port
+    ],
+)  # fmt: skip
+def test_without_the_only_adapter_none_is_taken(
+    words: list[str],
+    ports: tuple[PortInfo, ...],
+    code: int,
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     found(monkeypatch, *ports)
-    assert "There is no USB adapter." in run_here(capsys, ["read"], 3).err
+    assert run_here(capsys, words, code).err == said
 
 
 def test_where_the_system_lists_none_nothing_is_taken(
@@ -211,13 +219,6 @@ def test_where_the_system_lists_none_nothing_is_taken(
     found(monkeypatch)
     monkeypatch.setattr(port_list, "list_ports", refuse)
     assert "did not list its serial ports" in run_here(capsys, ["read"], 3).err
-
-
-def test_an_act_without_yes_looks_for_no_port(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    found(monkeypatch)
-    assert run_here(capsys, ["lock"], 2).err == "Nothing was done. Add --yes to do it.\n"
 
 
 @pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])
