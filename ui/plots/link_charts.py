@@ -1,8 +1,7 @@
 """Charts of link statistics: round trips, invalid bytes by reason, and both over time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
@@ -15,7 +14,7 @@ from app.text.i18n import tr
 from protocol.frame import Reason
 from protocol.translatable import marked
 from ui.plots.static_plot import StaticPlot, apart_from_each_other
-from ui.style.theme import Meaning, Theme, scaled
+from ui.style.theme import Meaning, Theme, current, scaled
 
 REASON_WORDS: Final = {
     Reason.NO_HEADER: marked("no header"),
@@ -122,8 +121,7 @@ class ReasonBars(StaticPlot):
         self.show_ticks("left", list(zip(rows, words, strict=True)))
 
 
-@dataclass(frozen=True, slots=True)
-class Stretch:
+class Stretch(NamedTuple):
     """The time line from `now_s - length_s` to `now_s`."""
 
     now_s: float
@@ -133,13 +131,12 @@ class Stretch:
     """It ends with a file."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Band:
+class _Band(NamedTuple):
     title: str
-    meaning: Meaning | None
-    values: tuple[float, ...]
     text: str
     """Shown for the highest value."""
+    values: Sequence[float]
+    ink: QColor
 
 
 class OverTime(StaticPlot):
@@ -155,40 +152,39 @@ class OverTime(StaticPlot):
 
     def show_stretch(self, stretch: Stretch) -> None:
         self._stretch = stretch
-        restarts, losses = sum(one.restarts for one in stretch.slices), sum(one.losses for one in stretch.slices)
-        name = tr(
-            "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
-            time=duration(stretch.length_s),
-            lanes="; ".join(f"{band.title} {band.text}" for band in self._bands()),
-            restarts=restarts,
-            losses=losses,
+        self.announce(
+            tr(
+                "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
+                time=duration(stretch.length_s),
+                lanes="; ".join(f"{band.title} {band.text}" for band in reversed(self._bands())),
+                restarts=sum(one.restarts for one in stretch.slices),
+                losses=sum(one.losses for one in stretch.slices),
+            )
         )
-        self.announce(name)
         self.redraw()
 
     def _bands(self) -> tuple[_Band, ...]:
         """From below upwards."""
-        slices = self._stretch.slices
-        slowest = tuple(one.slowest_s or 0.0 for one in slices)
-        missed, rejected = tuple(one.time_outs for one in slices), tuple(one.rejected_bytes for one in slices)
+        theme, slices = current(), self._stretch.slices
+        slowest, missed = [one.slowest_s or 0.0 for one in slices], [one.time_outs for one in slices]
+        rejected, ink = [one.rejected_bytes for one in slices], theme.ink(Meaning.ATTENTION)
         worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "–"
         return (
-            _Band(tr("Slowest answer"), None, slowest, worst),
-            _Band(tr("Without reply"), Meaning.ATTENTION, missed, f"{sum(missed):,}"),
-            _Band(tr("Invalid bytes"), Meaning.ATTENTION, rejected, f"{sum(rejected):,}"),
+            _Band(tr("Invalid bytes"), f"{sum(rejected):,}", rejected, ink),
+            _Band(tr("Without reply"), f"{sum(missed):,}", missed, ink),
+            _Band(tr("Slowest answer"), worst, slowest, QColor(theme.curves[0])),
         )
 
     def draw(self, theme: Theme) -> None:
         stretch, bands = self._stretch, self._bands()
         begins = np.array([one.begins_s for one in stretch.slices]) - stretch.now_s
         widths = np.full(len(begins), max(1.0, _MIN_PX * stretch.length_s / max(1, self.width())))
-        for number, band in enumerate(reversed(bands)):
+        for number, band in enumerate(bands):
             self.add(pg.InfiniteLine(number, angle=0, pen=pg.mkPen(theme.divider, width=theme.border_px)))
             values = np.array(band.values, np.float64)
             if values.any():
                 heights = np.where(values, np.maximum(values / values.max(), _LEAST), 0) * 0.8
-                ink = QColor(theme.curves[0]) if band.meaning is None else theme.ink(band.meaning)
-                self.add(_bars(ink, x0=begins, y0=number, width=widths, height=heights))
+                self.add(_bars(band.ink, x0=begins, y0=number, width=widths, height=heights))
         for place, one in zip(begins + 0.5, stretch.slices, strict=True):
             if one.restarts or one.losses:
                 ink = theme.ink(Meaning.DANGER if one.losses else Meaning.INFORMATION)
@@ -196,8 +192,7 @@ class OverTime(StaticPlot):
                 mark = pg.ScatterPlotItem([place], [len(bands)], symbol=symbol, size=scaled(8), brush=ink, pen=None)
                 self.add(pg.InfiniteLine(place, pen=pg.mkPen(ink, width=theme.line_px, dash=(4, 3))), mark)
         self.set_range((-stretch.length_s, 0.0), (0.0, len(bands) + 0.1))
-        words = [(n + 0.4, f"{band.title}\n{band.text}") for n, band in enumerate(reversed(bands))]
-        self.show_ticks("left", words)
+        self.show_ticks("left", [(n + 0.4, f"{band.title}\n{band.text}") for n, band in enumerate(bands)])
         length = duration(stretch.length_s)
         begin, end = (f"−{length}", tr("end")) if stretch.is_recorded else (tr("{time} ago", time=length), tr("now"))
         self.show_ticks("bottom", [(-stretch.length_s, begin), (0.0, end)])

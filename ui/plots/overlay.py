@@ -1,7 +1,6 @@
 """Words, marks and cursor above the curves, painted by one item of the scene; no word covers another."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF, Qt
@@ -45,7 +44,7 @@ class Overlay(QGraphicsItem):
         """Hides what is below it."""
         self.frame: QRectF | None = None
         """The focus."""
-        self._sizes: dict[Tag, QSizeF] = {}
+        self.restyle(QRectF())
 
     def boundingRect(self) -> QRectF:
         return self.whole
@@ -54,24 +53,21 @@ class Overlay(QGraphicsItem):
         """After a change of size, theme or font."""
         self.prepareGeometryChange()
         self.whole = whole
-        self._sizes.clear()
+        self._fonts = font(Size.SMALL), font(Size.SMALL, is_bold=True)
+        self._metrics = [QFontMetricsF(one) for one in self._fonts]
 
     def begin(self) -> None:
         self.shown, self.lines, self.dots, self.cover = [], [], [], QRectF()
         self.update()
 
     def size(self, tag: Tag) -> QSizeF:
-        if tag not in self._sizes:
-            metrics = QFontMetricsF(font(Size.SMALL, is_bold=tag.is_bold))
-            width, height = metrics.horizontalAdvance(tag.text), metrics.height()
-            if tag.ground:
-                width, height = width + 2 * _PAD_PX, height + 4
-            if tag.icon is not None:
-                width, height = width + ICON_PX + (_ICON_GAP_PX if tag.text else 0), max(height, ICON_PX)
-            if len(self._sizes) > 500:  # times of day
-                self._sizes.clear()
-            self._sizes[tag] = QSizeF(width, height)
-        return self._sizes[tag]
+        metrics = self._metrics[tag.is_bold]
+        width, height = metrics.horizontalAdvance(tag.text), metrics.height()
+        if tag.ground:
+            width, height = width + 2 * _PAD_PX, height + 4
+        if tag.icon is not None:
+            width, height = width + ICON_PX + (_ICON_GAP_PX if tag.text else 0), max(height, ICON_PX)
+        return QSizeF(width, height)
 
     def put(self, tag: Tag, *places: QPointF, gap_px: float = 0.0, is_above: bool = False) -> QRectF | None:
         """Shows `tag` at the first of `places`, its upper left corners, where it is `gap_px` from all others, or where
@@ -99,7 +95,6 @@ class Overlay(QGraphicsItem):
         for place, colour in self.dots:
             painter.setBrush(QColor(colour))
             painter.drawEllipse(place, _DOT_PX, _DOT_PX)
-        fonts = font(Size.SMALL), font(Size.SMALL, is_bold=True)
         for tag, whole in self.shown:
             room = QRectF(whole.topLeft().toPoint(), whole.size())
             if tag.ground:
@@ -111,25 +106,21 @@ class Overlay(QGraphicsItem):
                 top = room.top() + (room.height() - ICON_PX) / 2
                 icons.draw(painter, tag.icon, QRectF(room.left(), top, ICON_PX, ICON_PX), tag.ink)
                 room.setLeft(room.left() + ICON_PX + _ICON_GAP_PX)
-            painter.setFont(fonts[tag.is_bold])
+            painter.setFont(self._fonts[tag.is_bold])
             painter.setPen(QColor(tag.ink))
             painter.drawText(room, _LEFT, tag.text)
 
 
 def apart(places: Sequence[float], distance: float, top: float, bottom: float) -> list[float]:
     """`places` pushed apart to at least `distance`, between `top` and `bottom` if they fit."""
-    order = sorted(range(len(places)), key=lambda n: places[n])
-    moved = list(places)
-    for _ in range(4 * len(order)):  # pushing two apart may push one onto a third
-        for upper, lower in pairwise(order):
-            lacking = distance - (moved[lower] - moved[upper])
-            if lacking > 0:
-                moved[upper] -= lacking / 2
-                moved[lower] += lacking / 2
-    if order:
-        down = max(0.0, top - moved[order[0]])
-        up = max(0.0, moved[order[-1]] + down - bottom)
-        moved = [place + down - up for place in moved]
+    order, moved = sorted(range(len(places)), key=lambda n: places[n]), list(places)
+    least, most = top, bottom
+    for n in order:
+        moved[n] = max(moved[n], least)
+        least = moved[n] + distance
+    for n in reversed(order):
+        moved[n] = min(moved[n], most)
+        most = moved[n] - distance
     return moved
 
 
