@@ -1,7 +1,7 @@
 """Expected values before a flight: from the profile, else the vendor's advice, and the module's history."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ from protocol.fields import Value
 if TYPE_CHECKING:  # reading loads none of it
     from app.guided.kept_test import StoredTest
     from app.guided.results import GuidedKind
+    from app.limits.service import DueService
 
 Fingerprint = Callable[[Mapping[str, Value]], str]
 """Computes a short code of settings, given by key."""
@@ -59,6 +60,8 @@ class Expectations:
     manual: tuple[ManualItem, ...] = ()
     tests_within_days: Mapping["GuidedKind", int] = field(default_factory=dict)
     """Guided tests that must have passed, and their maximum age."""
+    is_service_required: bool = False
+    """What is overdue stands against GO."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +103,8 @@ class Past:
     """Of its last GO."""
     tests: Mapping["GuidedKind", LastTested] = field(default_factory=dict)
     """The last result of each guided test; those of simulated modules only count for a simulated one."""
+    due: Sequence["DueService"] = ()
+    """What a person has to do to the module."""
 
 
 def settings_code(settings: Mapping[str, Value]) -> str:
@@ -123,6 +128,7 @@ def expectations_of(profile: Profile, ticked: Mapping[int, bool] | None = None) 
         activated_by=profile.activated_by,
         is_light_inverted=profile.is_light_inverted,
         tests_within_days=profile.tests_within_days,
+        is_service_required=profile.is_service_required,
         manual=tuple(
             ManualItem(line.text, said.get(number), line.is_required) for number, line in enumerate(profile.manual, 1)
         ),

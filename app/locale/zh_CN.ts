@@ -146,6 +146,10 @@
         <translation>模块已应答：请勿拔下。</translation>
     </message>
     <message>
+        <source>A parachute, its ejector and its cell age.</source>
+        <translation>降落伞、弹射装置和电芯会老化。</translation>
+    </message>
+    <message>
         <source>A person said that it is new.</source>
         <translation>已由人员确认为新模块。</translation>
     </message>
@@ -1016,6 +1020,10 @@
     <message>
         <source>Dismiss</source>
         <translation>不再提醒</translation>
+    </message>
+    <message>
+        <source>Do it, and keep it in the archive: Service…</source>
+        <translation>请执行维护，并在归档的“维护…”中记录。</translation>
     </message>
     <message>
         <source>Do not change it.</source>
@@ -2798,6 +2806,10 @@
         <translation>超过 {seconds:.2f} s：激活时会开伞。</translation>
     </message>
     <message>
+        <source>Overdue service is NO-GO</source>
+        <translation>维护逾期即禁止飞行</translation>
+    </message>
+    <message>
         <source>PLUG IN: {module}</source>
         <translation>请接入：{module}</translation>
     </message>
@@ -3460,6 +3472,10 @@
     <message>
         <source>Server</source>
         <translation>服务器</translation>
+    </message>
+    <message>
+        <source>Service due</source>
+        <translation>到期维护</translation>
     </message>
     <message>
         <source>Service of {module}</source>
@@ -5732,6 +5748,10 @@
     <message>
         <source>nothing due</source>
         <translation>没有到期事项</translation>
+    </message>
+    <message>
+        <source>nothing overdue</source>
+        <translation>无逾期</translation>
     </message>
     <message>
         <source>now</source>

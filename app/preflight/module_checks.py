@@ -203,6 +203,18 @@ def guided_tests(case: Case) -> Finding:
     return Finding(result, len(against), shown, limit)
 
 
+def service(case: Case) -> Finding:
+    """What a person has to do to the module: overdue is a warning, or not met where the profile says so."""
+    due = case.past.due
+    limit = _under_name(case, message(marked("nothing overdue")))
+    if case.past.module is None and case.expectations.is_service_required:
+        return unknown(NOT_NAMED, limit)
+    shown = joined([service.text for service in due], between=" ") if due else message(marked("none"))
+    is_against = case.expectations.is_service_required and any(service.is_overdue for service in due)
+    result = CheckResult.FAIL if is_against else CheckResult.WARN if due else CheckResult.PASS
+    return Finding(result, len(due), shown, limit)
+
+
 def _holds(last: LastTested | None, days: int) -> bool:
     is_passed = last is not None and last.stored.verdict is GuidedVerdict.PASSED
     return is_passed and last is not None and last.age_days is not None and last.age_days <= days
@@ -254,4 +266,7 @@ MODULE_CHECKS: Final = (
     Check("guided_tests", marked("Guided tests"), guided_tests,
           marked("Only a test by hand proves the sensors."),
           marked("Name the module; do them on the Tests page.")),
+    Check("service", marked("Service due"), service,
+          marked("A parachute, its ejector and its cell age."),
+          marked("Do it, and keep it in the archive: Service…")),
 )  # fmt: skip

@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from app.guided.guided_store import GuidedStore
 from app.guided.results import RETIRED_KINDS, GuidedKind
 from app.limits.expectations import Expectations, LastTested, Past, settings_code
+from app.limits.service import DueService, due_services
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, CheckResult
 from app.preflight.module_checks import RecordsWord, records_word
@@ -20,6 +21,7 @@ from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
 from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble
+from app.store.facts import FactKind
 from app.store.store import Store
 from app.system.folders import data_folder
 from app.system.wall_clock import age_days
@@ -88,7 +90,7 @@ def file_check(
             if store is not None and name is not None:
                 with _damage_as_trouble(store):
                     tests = _tests(store, name, evidence, at)
-                    past = replace(_past(store, name, evidence), tests=tests)
+                    past = replace(_past(store, name, evidence), tests=tests, due=_due(store, name, at))
         except StoreTrouble as error:
             trouble = error
     case = Case(
@@ -140,6 +142,11 @@ def _past(store: Store, name: str, evidence: Evidence) -> Past:
     slots = None if history is None else [one.raw for one in history.records]
     past = checks.past(name, slots, is_confirmed=history is not None and history.is_confirmed)
     return replace(past, settings=store.evidence(name).settings)
+
+
+def _due(store: Store, name: str, at: datetime) -> list[DueService]:
+    done = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
+    return due_services(sorted((fact.content for fact in done), key=lambda content: str(content["on"])), at.date())
 
 
 def _tests(store: Store, name: str, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:

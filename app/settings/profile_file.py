@@ -48,6 +48,7 @@ _KEYS = frozenset(
         "manual",
         "approved_fingerprint",
         "light_inverted",
+        "service_required",
         "expectations",
         "tests",
         "expect_active",  # of older files
@@ -215,6 +216,7 @@ class _Reader:
             manual=tuple(self._manual(tables.get("manual", []))),
             approved_fingerprint=fingerprint,
             is_light_inverted=self._flag(tables, ("light_inverted",)),
+            is_service_required=self._flag(tables, ("service_required",)),
             activated_by=self._activated_by(self._table(tables, "expectations")),
             tests_within_days=dict(self._tests(self._table(tables, "tests"))),
         )

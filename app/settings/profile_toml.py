@@ -10,7 +10,7 @@ from tomlkit.items import AoT, Item, Table
 from app.settings.profiles import FORMAT, LIMITS, SETTINGS_BY_KEY, ActivatedBy, Profile
 
 _TABLES = ("settings", "expectations", "limits", "tests")
-_OWN_KEYS = ("name", "airframe", "notes", "approved_fingerprint", "light_inverted")
+_OWN_KEYS = ("name", "airframe", "notes", "approved_fingerprint", "light_inverted", "service_required")
 
 
 def toml_of(profile: Profile, source: str = "") -> str:
@@ -40,7 +40,7 @@ def _tables_of(profile: Profile) -> dict[str, Any]:
     """Without what needs not be said."""
     own = {
         "airframe": profile.airframe, "notes": profile.notes, "approved_fingerprint": profile.approved_fingerprint,
-        "light_inverted": profile.is_light_inverted,
+        "light_inverted": profile.is_light_inverted, "service_required": profile.is_service_required,
     }  # fmt: skip
     is_person = profile.activated_by is ActivatedBy.PERSON
     return {

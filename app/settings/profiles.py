@@ -117,6 +117,8 @@ class Profile:
     """Of a module that was checked with this profile: see `app.settings.fingerprint`."""
     is_light_inverted: bool = False
     """The calibration found that more light reads as a lower voltage (E11)."""
+    is_service_required: bool = False
+    """A repack, ejector or cell that is overdue stands against GO; else it is a warning."""
     activated_by: ActivatedBy = ActivatedBy.PERSON
     tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
     """Guided tests that the pre-flight check requires, with the maximum age of the last one passed."""

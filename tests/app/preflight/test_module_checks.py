@@ -11,10 +11,11 @@ from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedVerdict
 from app.limits.expectations import Expectations, LastAnswer, LastTested, Past
 from app.limits.limits import SETTING_BOUNDS
+from app.limits.service import DueService
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult, Finding
-from app.preflight.module_checks import RecordsWord, guided_tests, records_word, settings_fingerprint
+from app.preflight.module_checks import RecordsWord, guided_tests, records_word, service, settings_fingerprint
 from app.procedures.history import History
 from app.text.messages import UserMessage
 from protocol.fields import Value
@@ -247,6 +248,26 @@ def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_
     )  # fmt: skip
     limits = {check.id: check.judge(case).limit.in_english() for check in CHECKS}
     said = {id_: limit for id_, limit in limits.items() if limit.endswith(f"; {known}")}
-    assert said.keys() == {"trigger_records", "boot_count", "fingerprint", "guided_tests"}
+    assert said.keys() == {"trigger_records", "boot_count", "fingerprint", "guided_tests", "service"}
     approved = replace(case, expectations=Expectations(approved_fingerprint="CODE"))
     assert settings_fingerprint(approved).limit.in_english() == "CODE"  # by the profile, under no name
+
+
+SOON, LATE = DueService(UserMessage("Repack due"), False), DueService(UserMessage("Cell overdue"), True)
+
+
+@pytest.mark.parametrize(
+    ("due", "result", "required"),
+    [([], PASS, PASS), ([SOON], WARN, WARN), ([LATE], WARN, FAIL), ([SOON, LATE], WARN, FAIL)],
+)
+def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says(
+    due: list[DueService], result: CheckResult, required: CheckResult
+) -> None:
+    past = Past(module="M-07", due=due)
+    for is_required, expected in ((False, result), (True, required)):
+        expectations = Expectations(is_service_required=is_required)
+        found = service(Case(evidence=Evidence(), expectations=expectations, past=past))
+        assert found.result is expected
+        assert found.shown.in_english() == (" ".join(one.text.in_english() for one in due) or "none")
+    unnamed = Case(evidence=Evidence(), expectations=expectations, past=Past())
+    assert service(unnamed).result is UNKNOWN

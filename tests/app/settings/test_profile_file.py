@@ -227,6 +227,7 @@ PROFILES = st.builds(
     manual=st.lists(st.builds(ManualLine, TEXTS.filter(str.strip), st.booleans()), max_size=3).map(tuple),
     approved_fingerprint=st.sampled_from([None, fingerprint({"freefall_time_s": 1.6}).code]),
     is_light_inverted=st.booleans(),
+    is_service_required=st.booleans(),
     activated_by=st.sampled_from(ActivatedBy),
 )
 

@@ -162,6 +162,8 @@ class ProfileEditor(QWidget):
             line.setMaxLength(MAX_NAME_LENGTH)
             line.textEdited.connect(self.refresh)
         self.activated_by = control(QComboBox(), texts, "profile_editor_activated_by", says="Activated by")
+        self.service = control(QCheckBox(), texts, "profile_editor_service", "Overdue service is NO-GO")
+        self.service.toggled.connect(self.refresh)
         for who in _ACTIVATED:
             self.activated_by.addItem("", who)
         guard.guard(self.activated_by)
@@ -198,6 +200,7 @@ class ProfileEditor(QWidget):
         self.name.setText(one.name)
         self.airframe.setText(one.airframe)
         self.activated_by.setCurrentIndex(self.activated_by.findData(one.activated_by))
+        self.service.setChecked(one.is_service_required)
         for name, number in self.limits.items():
             number.show_value(one.limits.get(name))
         for kind, number in self.tests.items():
@@ -219,6 +222,7 @@ class ProfileEditor(QWidget):
             name=self.name.text().strip(),
             airframe=self.airframe.text().strip(),
             activated_by=self.activated_by.currentData() or ActivatedBy.PERSON,
+            is_service_required=self.service.isChecked(),
             limits=limits,
             tests_within_days=tests,
             manual=tuple(row.line for row in self.manual),
@@ -335,6 +339,7 @@ class ProfileEditor(QWidget):
         column.addWidget(_card("profile_limits", list(self.limits.values())))
         column.addWidget(self._caption("tests", marked("Guided tests")))
         column.addWidget(_card("profile_tests", list(self.tests.values())))
+        column.addWidget(self.service)
         column.addWidget(self._caption("manual", marked("Manual checks")))
         column.addWidget(manual)
         column.addWidget(self.add, 0, Qt.AlignmentFlag.AlignLeft)
