@@ -80,28 +80,31 @@ def no_leaked_thread() -> Iterator[None]:
         pytest.fail(f"threads still running after the test: {names}", pytrace=False)
 
 
-_windows_tests = count(1)
-
-
 @pytest.fixture(autouse=True)
 def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
     """Qt's objects may only be freed in the thread where they live: not in that of a later test's worker.
 
-    What outlives a test is passed over from then on, since going through all that is loaded takes 0.1 s: it is gone
-    through after every fiftieth.
+    What is there when a test begins is passed over after it, since going through all that is loaded takes 0.1 s.
     """
+    has_window = "qapp" in request.fixturenames
     gc.disable()
+    if has_window:
+        gc.collect()  # pytest has let go of the fixtures of the test before
+        gc.freeze()
     yield
-    if "qapp" in request.fixturenames:
+    if has_window:
         from PySide6.QtCore import QCoreApplication, QEvent
 
         # Otherwise a closed window lives until an event loop runs, and each new style sheet is applied to it, too.
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-        if next(_windows_tests) % 50 == 0:
-            gc.unfreeze()
         gc.collect()
-        gc.freeze()
     gc.enable()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _what_was_passed_over_is_garbage_again() -> Iterator[None]:
+    yield
+    gc.unfreeze()
 
 
 @pytest.fixture(scope="session")

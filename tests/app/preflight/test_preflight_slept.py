@@ -1,6 +1,5 @@
 """A verdict does not outlive a sleep of the computer, nor a silence that nobody looked at."""
 
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,6 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import DeviceView, How, Known
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run, Session
-from app.engine.worker import Worker
 from app.limits.expectations import Expectations, Past
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Case
@@ -132,12 +130,8 @@ def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() ->
 
 def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hurry_check(monkeypatch, still_s=0.2)
-    leap = {"s": 0.0}
-    defaults = Worker.__init__.__kwdefaults__
-    assert defaults is not None
-    monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
     with on_bench(qtbot, qapp, tmp_path, "slept") as bench:
         assert bench.check() is Standing.READY
-        leap["s"] = NIGHT_S
+        bench.clock.now_s += NIGHT_S
         bench.wait_standing(Standing.VOID)
         assert bench.preflight.banner.announcement.head.lower() == "computer slept"

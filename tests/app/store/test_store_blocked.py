@@ -77,13 +77,13 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
         name_kept(bench, "M-07")
         with held_by_another(qtbot, store) as release:
             bench.click(page.read)
-            qtbot.waitUntil(lambda: page.work.reading is not None, timeout=WAIT_MS)
+            bench.until(lambda: page.work.reading is not None)
             assert [row.is_stored for row in page.work.rows] == [False]
             page.table.selectRow(0)
             assert page.detail.seen.text() == "Saving…"
             assert store.modules() == ()
             release()
-        qtbot.waitUntil(lambda: not page.work.is_busy, timeout=WAIT_MS)
+        bench.until(lambda: not page.work.is_busy)
         assert [row.is_stored for row in page.work.rows] == [True]
         page.table.selectRow(0)
         (module,) = store.modules()
@@ -94,7 +94,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
             assert texts(bench, 0)[Column.JUDGED] == "bench test"
             assert CheckStore(store.database).records(module.name)[0].judgement is None
             release()
-        qtbot.waitUntil(lambda: not page.work._judging, timeout=WAIT_MS)
+        bench.until(lambda: not page.work._judging)
         assert CheckStore(store.database).records(module.name)[0].judgement is Judgement.BENCH_TEST
 
 
@@ -112,13 +112,13 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
             other.execute("BEGIN IMMEDIATE")
             page.detail.note.setText("tipped on the table")
             bench.click(page.detail.buttons[Judgement.BENCH_TEST])
-            qtbot.waitUntil(lambda: "Not kept." in said(bench), timeout=WAIT_MS)
+            bench.until(lambda: "Not kept." in said(bench))
             assert texts(bench, 0)[Column.JUDGED] == "—"
             other.execute("ROLLBACK")
         again = page.strip.button("judge_again")
         assert again is not None
         bench.click(again)
-        qtbot.waitUntil(lambda: not page.work._judging, timeout=WAIT_MS)
+        bench.until(lambda: not page.work._judging)
         (module,) = store.modules()
         (record,) = CheckStore(store.database).records(module.name)
         assert (record.judgement, record.note) == (Judgement.BENCH_TEST, "tipped on the table")
@@ -132,15 +132,15 @@ def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
         page, store = bench.triggers, store_of(bench)
         name_kept(bench, "M-07")
         naming = page._connector.current.module
-        qtbot.waitUntil(lambda: "M-07" in naming._read, timeout=WAIT_MS)
+        bench.until(lambda: "M-07" in naming._read)
         with held_by_another(qtbot, store) as release:
             naming.remember_adapter()
             assert store.modules() == ()
             release()
-        qtbot.waitUntil(lambda: bool(store.modules()), timeout=WAIT_MS)
+        bench.until(lambda: bool(store.modules()))
         (module,) = store.modules()
         assert (module.name, module.adapter) == ("M-07", naming.adapter)
-        qtbot.waitUntil(lambda: store.evidence(module.name) != IdentityEvidence(), timeout=WAIT_MS)
+        bench.until(lambda: store.evidence(module.name) != IdentityEvidence())
         assert store.evidence(module.name) == naming._read["M-07"]
 
 

@@ -2,26 +2,23 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.engine.worker import Batch
 from app.records.check_store import CheckStore
 from app.records.verification import FindStation
-from app.simulator.bench import SimulatedBench
 from app.stations.known import Stations
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
-from protocol.events import Sent
-from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.steps import Driver, Found, await_child, find, press
-from ui.main import PAGES, Assembly
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import Found, await_child, press
+from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
@@ -31,18 +28,13 @@ VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
 
 
 @dataclass
-class OnBench(Driver):
-    """The window, the module, and every request that the window sent."""
-
-    qtbot: QtBot
-    assembly: Assembly
-    bench: SimulatedBench
-    name: str
-    sent: list[Request] = field(default_factory=list)
+class OnBench(Rig):
+    """With the pages Triggers and Pre-flight."""
 
     @property
-    def root(self) -> QWidget:
-        return self.assembly.window
+    def name(self) -> str:
+        """Of the simulated module."""
+        return self.url.removeprefix("sim://")
 
     @property
     def preflight(self) -> PreflightPage:
@@ -55,7 +47,7 @@ class OnBench(Driver):
     @property
     def acts(self) -> list[Request]:
         """The requests that were not queries, except `serial_output`."""
-        acts = [request for request in self.sent if request.hazard is not Hazard.NONE]
+        acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
         return [request for request in acts if request.command is not SERIAL_OUTPUT]
 
     def page(self, key: str, kind: type[Found]) -> Found:
@@ -63,7 +55,7 @@ class OnBench(Driver):
         return self.find(kind)
 
     def connect(self) -> None:
-        connect(self.qtbot, self.assembly, f"sim://{self.name}")
+        super().connect()
         self.assembly.window.panel.hide()
         self.until(lambda: self.assembly.connector.current.state.phase is Phase.ONLINE)
 
@@ -107,22 +99,15 @@ class OnBench(Driver):
 @contextmanager
 def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_connected: bool = True,
              reads_triggers: bool = False, **options: object) -> Iterator[OnBench]:  # fmt: skip
-    with simulated(name, **options) as bench, window(qapp, folder, entries=ENTRIES) as assembly:
-        assembly.window.resize(1024, 600)
-        await_child(qtbot, assembly.window, TriggersPage)
-        await_child(qtbot, assembly.window, PreflightPage)
-        one = OnBench(qtbot, assembly, bench, name)
-        triggers = find(assembly.window, TriggersPage)
+    with on_fake_time(OnBench, qtbot, qapp, folder, name, ENTRIES, **options) as one:
+        one.assembly.window.resize(1024, 600)
+        triggers = await_child(qtbot, one.root, TriggersPage)
+        await_child(qtbot, one.root, PreflightPage)
         triggers.work.reads_by_itself = reads_triggers
-
-        def note(batch: Batch) -> None:
-            one.sent += [event.request for event in batch.events if isinstance(event, Sent)]
-
-        assembly.connector.batch.connect(note)
         if is_connected:
             one.connect()
         yield one
-        assembly.storage.close()
+        one.assembly.storage.close()
 
 
 def kept(bench: OnBench, module: str = "") -> list[str]:

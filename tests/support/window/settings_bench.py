@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtGui import QAction
@@ -10,14 +10,12 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState
-from app.simulator.bench import SimulatedBench
-from protocol.catalogue import BY_NAME, Hazard, Request
+from protocol.catalogue import BY_NAME, Hazard
 from protocol.fields import Value
-from protocol.frame import decode_request
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
-from tests.support.window.steps import Driver, await_child, find, let_lay_out
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import await_child, find, let_lay_out
 from ui.acts.confirm import Confirm
-from ui.main import PAGES, Assembly
+from ui.main import PAGES
 from ui.pages.commands.page import CommandsPage
 from ui.pages.settings.page import SettingsPage
 from ui.widgets.notice_bar import NoticeBar
@@ -26,18 +24,8 @@ ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "commands"
 
 
 @dataclass
-class Desk(Driver):
-    """The window, the module, and every frame that reached the module."""
-
-    qtbot: QtBot
-    assembly: Assembly
-    bench: SimulatedBench
-    url: str
-    requests: list[Request] = field(default_factory=list)
-
-    @property
-    def root(self) -> QWidget:
-        return self.assembly.window
+class Desk(Rig):
+    """With the pages Settings and Commands."""
 
     @property
     def settings(self) -> SettingsPage:
@@ -87,7 +75,7 @@ class Desk(Driver):
         self.until(self.find(kind).isVisible)
 
     def connect(self) -> None:
-        connect(self.qtbot, self.assembly, self.url)
+        super().connect()
         connector = self.assembly.connector
         self.until(lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None)
         self.until(lambda: connector.current.device.known("boot_count", connector.clock()) is not None)
@@ -99,24 +87,16 @@ def desk(
 ) -> Iterator[Desk]:
     """Open a window, connect, and show `page`."""
     name = f"desk{folder.name}"
-    with simulated(name, **options) as bench, window(qapp, folder, entries=ENTRIES) as assembly:
-        made = Desk(qtbot, assembly, bench, f"sim://{name}{query}")
-        write = bench.wire.write
-
-        def watched(data: bytes, now_s: float) -> None:
-            made.requests.extend(decode_request(data[at : at + 6]) for at in range(0, len(data), 6))
-            write(data, now_s)
-
-        bench.wire.write = watched  # type: ignore[method-assign]
-        await_child(qtbot, assembly.window, CommandsPage)
-        assembly.window.activateWindow()
-        qtbot.waitUntil(assembly.window.isActiveWindow, timeout=WAIT_MS)
+    with on_fake_time(Desk, qtbot, qapp, folder, name, ENTRIES, query, **options) as made:
+        await_child(qtbot, made.root, CommandsPage)
+        made.root.activateWindow()
+        qtbot.waitUntil(made.root.isActiveWindow)
         made.connect()
         made.go_to(page)
         try:
             yield made
         finally:
-            assembly.connector.current.disconnect_port()
+            made.assembly.connector.current.disconnect_port()
 
 
 # The Settings page

@@ -18,6 +18,7 @@ from app.flight_analysis.flight_set import FlightGroup
 from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
 from tests.support.flights.many_flights import write_logs
+from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
@@ -27,7 +28,6 @@ from tests.support.window.fakes_ui import (
     simulated,
     window,
 )
-from tests.support.window.moved import moved, places
 from tests.support.window.steps import Driver, settle
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage

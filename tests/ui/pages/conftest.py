@@ -5,12 +5,36 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.support.window.preflight_window import OnBench, on_bench
+from tests.support.window.settings_bench import Desk, desk
 
 
 @pytest.fixture
 def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
     """The whole window on a simulated module, with hands and clocks of its own."""
     with gesture_bench(qapp, tmp_path) as made:
+        yield made
+
+
+@pytest.fixture
+def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    """Settings or Commands, as the folder of the test says."""
+    with desk(qtbot, qapp, tmp_path, page=request.path.parent.name) as made:
+        yield made
+
+
+@pytest.fixture
+def active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    """Commands, of an ACTIVE module."""
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as made:
+        yield made
+
+
+@pytest.fixture
+def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OnBench]:
+    """Triggers and Pre-flight."""
+    with on_bench(qtbot, qapp, tmp_path, "rig") as made:
         yield made

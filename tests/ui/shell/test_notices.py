@@ -16,9 +16,9 @@ from app.procedures.lock import Locked
 from app.safety.journal import Outcome
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
+from tests.support.window.controls import covered, moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.moved import covered, moved, places
 from tests.support.window.steps import find, notice_text
 from ui.core.texts import Texts
 from ui.main import PAGES, WindowOptions

@@ -11,10 +11,10 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.limits.out_of_limits import LimitsInUse
+from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import VALUES, FakePorts
 from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.moved import moved, places
 from tests.support.window.painted_text import watching
 from tests.support.window.spoken import said_by
 from ui.core.texts import Texts

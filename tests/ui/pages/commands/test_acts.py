@@ -25,38 +25,34 @@ def said(one: Desk, act: Act) -> str:
 
 
 @pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
-def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path, act: Act) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one:
-        row = one.commands.acts[act]
-        one.until(row.confirm.ask.isEnabled)
-        one.ask(row.confirm)
-        assert row.confirm.cancel.hasFocus()
-        qtbot.keyClick(row.confirm.cancel, Qt.Key.Key_Escape)
-        assert not row.confirm.is_asking
-        assert one.changes() == []
-        one.ask(row.confirm)
-        one.until(row.confirm.go.isVisible)
-        settle(row.confirm.go)
-        double_click(one, row.confirm.go)
-        one.until(lambda: bool(said(one, act)) and "…" not in said(one, act))
-        assert one.changes() == [REQUESTS[act].encode()]
-        assert audit(one) == [(act, Outcome.CONFIRMED)]
+def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, act: Act, one: Desk) -> None:
+    row = one.commands.acts[act]
+    one.until(row.confirm.ask.isEnabled)
+    one.ask(row.confirm)
+    assert row.confirm.cancel.hasFocus()
+    qtbot.keyClick(row.confirm.cancel, Qt.Key.Key_Escape)
+    assert not row.confirm.is_asking
+    assert one.changes() == []
+    one.ask(row.confirm)
+    one.until(row.confirm.go.isVisible)
+    settle(row.confirm.go)
+    double_click(one, row.confirm.go)
+    one.until(lambda: bool(said(one, act)) and "…" not in said(one, act))
+    assert one.changes() == [REQUESTS[act].encode()]
+    assert audit(one) == [(act, Outcome.CONFIRMED)]
 
 
-def test_a_double_click_on_the_first_button_is_no_confirmation(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one:
-        confirm = one.commands.acts[Act.ACTIVATE].confirm
-        window = one.assembly.window
-        one.until(confirm.ask.isEnabled)
-        corner = confirm.ask.mapTo(window, confirm.ask.rect().center())
-        one.ask(confirm)
-        qapp.processEvents()
-        assert window.childAt(corner) is not confirm.go
-        qtbot.keyClick(confirm.cancel, Qt.Key.Key_Return)
-        qtbot.wait(100)
-        assert one.changes() == []
+def test_a_double_click_on_the_first_button_is_no_confirmation(qtbot: QtBot, qapp: QApplication, one: Desk) -> None:
+    confirm = one.commands.acts[Act.ACTIVATE].confirm
+    window = one.assembly.window
+    one.until(confirm.ask.isEnabled)
+    corner = confirm.ask.mapTo(window, confirm.ask.rect().center())
+    one.ask(confirm)
+    qapp.processEvents()
+    assert window.childAt(corner) is not confirm.go
+    qtbot.keyClick(confirm.cancel, Qt.Key.Key_Return)
+    one.wait(0.1)
+    assert one.changes() == []
 
 
 def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -72,61 +68,55 @@ def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QAp
         assert one.changes() == []
 
 
-def test_what_is_open_before_zeroing_changes_no_height(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one:
-        zero = one.commands.acts[Act.ZERO]
-        one.assembly.window.resize(1366, 768)
-        for tilt_deg, is_open in ((0, False), (70, True)):
-            one.bench.set_tilt(tilt_deg)
-            one.until(lambda: zero.confirm.ask.isEnabled() is not is_open)  # noqa: B023  called at once
-            let_lay_out()
-            heights = [row.height() for row in one.commands.acts.values()]
-            assert max(heights) - min(heights) <= 2
+def test_what_is_open_before_zeroing_changes_no_height(one: Desk) -> None:
+    zero = one.commands.acts[Act.ZERO]
+    one.assembly.window.resize(1366, 768)
+    for tilt_deg, is_open in ((0, False), (70, True)):
+        one.bench.set_tilt(tilt_deg)
+        one.until(lambda: zero.confirm.ask.isEnabled() is not is_open)  # noqa: B023  called at once
+        let_lay_out()
+        heights = [row.height() for row in one.commands.acts.values()]
+        assert max(heights) - min(heights) <= 2
 
 
 @pytest.mark.parametrize("end", ["lock", "restart"])
 def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_or_restarts(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, end: str
+    end: str, one: Desk
 ) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one:
-        row, connector = one.commands.acts[Act.ACTIVATE], one.assembly.connector
+    row, connector = one.commands.acts[Act.ACTIVATE], one.assembly.connector
+    one.click("lock_button")
+    one.until(lambda: one.assembly.connector.current.lock.confirmed is not None)
+    one.until(row.confirm.ask.isEnabled)
+    one.ask(row.confirm)
+    one.bench.change(mute_codes=frozenset((0x10,)))
+    one.click(row.confirm.go)
+    one.until(lambda: said(one, Act.ACTIVATE).startswith("Sent, not confirmed"))
+    assert one.changes() == [REQUESTS[Act.LOCK].encode(), REQUESTS[Act.ACTIVATE].encode()]
+    one.bench.change(mute_codes=frozenset())
+    one.wait(0.6)
+    assert connector.current.device.fresh("active", connector.clock()) is False
+    assert said(one, Act.ACTIVATE).startswith("Sent, not confirmed"), "its report may be late"
+    if end == "restart":
+        one.bench.restart()
+    else:
         one.click("lock_button")
-        one.until(lambda: one.assembly.connector.current.lock.confirmed is not None)
-        one.until(row.confirm.ask.isEnabled)
-        one.ask(row.confirm)
-        one.bench.change(mute_codes=frozenset((0x10,)))
-        one.click(row.confirm.go)
-        one.until(lambda: said(one, Act.ACTIVATE).startswith("Sent, not confirmed"))
-        assert one.changes() == [REQUESTS[Act.LOCK].encode(), REQUESTS[Act.ACTIVATE].encode()]
-        one.bench.change(mute_codes=frozenset())
-        qtbot.wait(600)
-        assert connector.current.device.fresh("active", connector.clock()) is False
-        assert said(one, Act.ACTIVATE).startswith("Sent, not confirmed"), "its report may be late"
-        if end == "restart":
-            one.bench.restart()
-        else:
-            one.click("lock_button")
-        one.until(lambda: not said(one, Act.ACTIVATE))
+    one.until(lambda: not said(one, Act.ACTIVATE))
 
 
-def test_that_the_module_reports_active_is_not_said_while_it_is_silent(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one:
-        row = one.commands.acts[Act.ACTIVATE]
-        one.until(row.confirm.ask.isEnabled)
-        one.ask(row.confirm)
-        one.click(row.confirm.go)
-        one.until(lambda: said(one, Act.ACTIVATE) == "The module reports ACTIVE.")
-        one.bench.change(drop=1.0, direction="both")
-        one.until(lambda: not said(one, Act.ACTIVATE))
+def test_that_the_module_reports_active_is_not_said_while_it_is_silent(one: Desk) -> None:
+    row = one.commands.acts[Act.ACTIVATE]
+    one.until(row.confirm.ask.isEnabled)
+    one.ask(row.confirm)
+    one.click(row.confirm.go)
+    one.until(lambda: said(one, Act.ACTIVATE) == "The module reports ACTIVE.")
+    one.bench.change(drop=1.0, direction="both")
+    one.until(lambda: not said(one, Act.ACTIVATE))
 
 
-def test_lock_is_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
-        one.click("lock_button")
-        one.until(lambda: not one.bench.module.state.is_active)
-        one.until(lambda: audit(one) == [(Act.LOCK, Outcome.CONFIRMED)])
+def test_lock_is_one_click(active: Desk) -> None:
+    active.click("lock_button")
+    active.until(lambda: not active.bench.module.state.is_active)
+    active.until(lambda: audit(active) == [(Act.LOCK, Outcome.CONFIRMED)])
 
 
 def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(

@@ -9,7 +9,7 @@ from protocol.link_states import Presence
 from protocol.messages import Source
 from tests.gestures.gesture_bench import GestureBench
 from tests.gestures.gesture_table import ACTS, go_to
-from tests.support.window.moved import place
+from tests.support.window.controls import place
 from ui.acts.ritual_widget import RitualWidget
 from ui.style.theme import Choice as Theme
 from ui.widgets.step_button import is_in_sight

@@ -12,7 +12,7 @@ from app.safety.ritual import Stage
 from app.text.i18n import CHINESE, ENGLISH, PSEUDO, tr
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
-from tests.support.window.moved import place
+from tests.support.window.controls import place
 from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.style.theme import Meaning

@@ -25,8 +25,8 @@ from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import made_flight
 from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
+from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import WAIT_MS, window
-from tests.support.window.moved import moved, places
 from tests.support.window.steps import await_child, choosing
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES, Assembly

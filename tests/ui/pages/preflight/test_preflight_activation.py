@@ -21,11 +21,11 @@ from ui.widgets.step_button import StepButton
 def activate(bench: OnBench) -> None:
     """By the page's own row: ask, then confirm."""
     row = bench.preflight.activation
-    bench.qtbot.waitUntil(row.confirm.ask.isEnabled)
+    bench.until(row.confirm.ask.isEnabled)
     for _ in range(10):  # a step that has just come to lie elsewhere does not count a press
         settle(row.confirm.ask)
         bench.click(row.confirm.ask)
-        bench.qtbot.wait(100)
+        bench.wait(0.1)
         if row.confirm.is_asking:
             break
     settle(row.confirm.go)
@@ -41,54 +41,50 @@ def counted_presses(page: QWidget) -> list[str]:
     return pressed
 
 
-def test_three_presses_lead_from_ready_to_the_activation_and_to_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "ready") as bench:
-        page = bench.preflight
-        pressed = counted_presses(page)
-        name_module(bench, "M-07")
-        assert not page.activation.isVisible()
-        assert bench.check() is Standing.READY
-        assert page.activation.isVisible()
-        bench.until(lambda: page.list.y() >= page.activation.geometry().bottom() + Space.S)  # it touches no heading
-        ready = page.work.record
-        activate(bench)
-        bench.wait_standing(Standing.GO)
-        assert len(pressed) == 3, pressed
-        assert bench.bench.state().is_active
-        assert [one.command.name for one in bench.acts[2:]] == ["activation"]
-        assert not page.activation.isVisible()
-        shown = page.banner.announcement
-        assert (shown.word, shown.head) == ("GO", "Fit to fly")
-        record = page.work.record
-        assert record is not None
-        assert ready is not None
-        assert (record["verdict"], record["previous"]) == ("GO", ready["hash"])
-        assert record["read"]["status"]["active"] is True  # type: ignore[index]
-        assert kept(bench, "M-07") == ["GO", "READY"]
-        assert verify(record, find_station=find_in(bench)).state is RecordState.INTACT
-        # Nothing on the page says of an active module that it is locked or does not fire.
-        texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
-        texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]
-        assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
-        bench.assembly.connector.lock.press()
-        bench.wait_standing(Standing.READY)
-        assert page.work.record == ready
-        assert page.activation.isVisible()
-        activate(bench)
-        bench.wait_standing(Standing.GO)
-        assert page.work.record == record
+def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, rig: OnBench) -> None:
+    page = rig.preflight
+    pressed = counted_presses(page)
+    name_module(rig, "M-07")
+    assert not page.activation.isVisible()
+    assert rig.check() is Standing.READY
+    assert page.activation.isVisible()
+    rig.until(lambda: page.list.y() >= page.activation.geometry().bottom() + Space.S)  # it touches no heading
+    ready = page.work.record
+    activate(rig)
+    rig.wait_standing(Standing.GO)
+    assert len(pressed) == 3, pressed
+    assert rig.bench.state().is_active
+    assert [one.command.name for one in rig.acts[2:]] == ["activation"]
+    assert not page.activation.isVisible()
+    shown = page.banner.announcement
+    assert (shown.word, shown.head) == ("GO", "Fit to fly")
+    record = page.work.record
+    assert record is not None
+    assert ready is not None
+    assert (record["verdict"], record["previous"]) == ("GO", ready["hash"])
+    assert record["read"]["status"]["active"] is True  # type: ignore[index]
+    assert kept(rig, "M-07") == ["GO", "READY"]
+    assert verify(record, find_station=find_in(rig)).state is RecordState.INTACT
+    # Nothing on the page says of an active module that it is locked or does not fire.
+    texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
+    texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]
+    assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
+    rig.assembly.connector.lock.press()
+    rig.wait_standing(Standing.READY)
+    assert page.work.record == ready
+    assert page.activation.isVisible()
+    activate(rig)
+    rig.wait_standing(Standing.GO)
+    assert page.work.record == record
 
 
-def test_an_acknowledgement_alone_is_no_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "deaf") as bench:
-        page = bench.preflight
-        assert bench.check() is Standing.READY
-        bench.bench.module.activate = lambda *, is_active: None  # type: ignore[method-assign]
-        activate(bench)
-        qtbot.wait(1500)
-        assert page.work.standing is not Standing.GO
+def test_an_acknowledgement_alone_is_no_go(quick: None, rig: OnBench) -> None:
+    page = rig.preflight
+    assert rig.check() is Standing.READY
+    rig.bench.module.activate = lambda *, is_active: None  # type: ignore[method-assign]
+    activate(rig)
+    rig.wait(1.5)
+    assert page.work.standing is not Standing.GO
 
 
 def test_where_the_aircraft_activates_ready_is_the_end(
@@ -149,7 +145,7 @@ def test_where_lock_is_not_reported_nothing_is_enabled(
         )
         settle(page.buttons.enable)
         bench.click(page.buttons.enable)
-        qtbot.wait(1500)
+        bench.wait(1.5)
         assert page.work.standing is Standing.NOT_CHECKED
         assert set(bench.acts) == {LOCK}
 
@@ -187,8 +183,8 @@ def test_it_stands_while_nothing_changes(
     monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.2)
     with on_bench(qtbot, qapp, tmp_path, "stands") as bench:
         assert bench.check() is Standing.READY
-        before = len(bench.sent)
-        bench.until(lambda: [one.command.name for one in bench.sent[before:]].count("attitude_threshold") >= 6)
+        before = len(bench.requests)
+        bench.until(lambda: [one.command.name for one in bench.requests[before:]].count("attitude_threshold") >= 6)
         assert bench.preflight.work.standing is Standing.READY
 
 

@@ -20,36 +20,35 @@ from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH, tr
 from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
-from tests.support.window.preflight_window import find_in, name_module, on_bench, said
+from tests.support.window.preflight_window import OnBench, find_in, name_module, on_bench, said
 from tests.support.window.steps import choosing
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.style.theme import Meaning
 
 
-def test_a_dropped_record_is_intact_or_altered(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "drop") as bench:
-        page = bench.preflight
-        assert bench.check() is Standing.READY
-        target = tmp_path / "report.pdf"
-        page.files.ask_path = choosing(target)
-        bench.click(page.buttons.print)
-        bench.assembly.window.go_to("triggers")
-        bench.drop(target)
-        qtbot.waitUntil(lambda: "INTACT" in said(bench))
-        assert bench.assembly.window.navigation.chosen == "preflight"
-        record = target.with_suffix(".json")
-        record.write_text(record.read_text(encoding="utf-8").replace('"measured": 3.9', '"measured": 4.1'), "utf-8")
-        bench.drop(record)
-        qtbot.waitUntil(lambda: "ALTERED: the content" in said(bench))
-        assert page.strip.notice is not None
-        assert page.strip.notice.meaning is Meaning.DANGER
-        nonsense = tmp_path / "x.json"
-        nonsense.write_text("[" * 100_000, encoding="utf-8")
-        bench.drop(nonsense)
-        qtbot.waitUntil(lambda: "No pre-flight record" in said(bench))
-        bench.drop(tmp_path / "gone.pdf")
-        qtbot.waitUntil(lambda: "cannot be read" in said(bench))
+def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, quick: None, rig: OnBench) -> None:
+    page = rig.preflight
+    assert rig.check() is Standing.READY
+    target = tmp_path / "report.pdf"
+    page.files.ask_path = choosing(target)
+    rig.click(page.buttons.print)
+    rig.assembly.window.go_to("triggers")
+    rig.drop(target)
+    rig.until(lambda: "INTACT" in said(rig))
+    assert rig.assembly.window.navigation.chosen == "preflight"
+    record = target.with_suffix(".json")
+    record.write_text(record.read_text(encoding="utf-8").replace('"measured": 3.9', '"measured": 4.1'), "utf-8")
+    rig.drop(record)
+    rig.until(lambda: "ALTERED: the content" in said(rig))
+    assert page.strip.notice is not None
+    assert page.strip.notice.meaning is Meaning.DANGER
+    nonsense = tmp_path / "x.json"
+    nonsense.write_text("[" * 100_000, encoding="utf-8")
+    rig.drop(nonsense)
+    rig.until(lambda: "No pre-flight record" in said(rig))
+    rig.drop(tmp_path / "gone.pdf")
+    rig.until(lambda: "cannot be read" in said(rig))
 
 
 def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
@@ -65,13 +64,13 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         page = bench.preflight
         page.files.ask_name = answer
         bench.drop(record)
-        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench))
+        bench.until(lambda: "UNKNOWN STATION" in said(bench))
         assert page.strip.notice is not None
         assert page.strip.notice.meaning is Meaning.ATTENTION
         trust = page.strip.button("trust_station")
         assert trust is not None
         bench.click(trust)
-        qtbot.waitUntil(lambda: "signed by Hangar 2" in said(bench))
+        bench.until(lambda: "signed by Hangar 2" in said(bench))
         fingerprint = fingerprint_of(station().public)
         assert fingerprint in asked[0]
         bench.click(page.buttons.history)
@@ -81,7 +80,7 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         bench.click(row.forget)
         assert not row.forget.isEnabled()
         bench.drop(record)
-        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench))
+        bench.until(lambda: "UNKNOWN STATION" in said(bench))
 
 
 def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
@@ -94,7 +93,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert bench.check() is Standing.READY
         bench.click(page.buttons.history)
         history = page.history
-        qtbot.waitUntil(lambda: [one.verdict for one in history.checks] == ["READY", "NO-GO"])
+        bench.until(lambda: [one.verdict for one in history.checks] == ["READY", "NO-GO"])
         assert history.trends["cell_voltage_v"].values == (3.6, 4.0)
         assert "3.60 V to 4.00 V" in history.trends["cell_voltage_v"].accessibleName()
         axes = history.trends["cell_voltage_v"].axes.values()  # a kept picture cut off the first figure of the labels
@@ -106,23 +105,23 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert verify_file(target, find_station=find_in(bench)).state is RecordState.INTACT
         bench.click(page.buttons.history)
         box = bench.find(QComboBox, "check_history_filter")
-        qtbot.waitUntil(lambda: box.findText("Aircraft: H6-12") >= 0)
+        bench.until(lambda: box.findText("Aircraft: H6-12") >= 0)
         box.setCurrentIndex(box.findText("Aircraft: H6-12"))
         box.activated.emit(box.currentIndex())
         trend = history.trends["cell_voltage_v"]
-        qtbot.waitUntil(lambda: trend.isHidden() and len(history.checks) == 2)
+        bench.until(lambda: trend.isHidden() and len(history.checks) == 2)
         bench.assembly.language_switch.use(CHINESE)
-        qtbot.waitUntil(lambda: box.currentText() == tr("Aircraft: {name}", name="H6-12") != "Aircraft: H6-12")
+        bench.until(lambda: box.currentText() == tr("Aircraft: {name}", name="H6-12") != "Aircraft: H6-12")
         assert not history.stations.own.text().startswith("This station")
         bench.assembly.language_switch.use(ENGLISH)
-        qtbot.waitUntil(lambda: (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2))
+        bench.until(lambda: (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2))
         qtbot.keyClick(page, Qt.Key.Key_Escape)
         assert page.buttons.isVisible()
         store = bench.assembly.storage.store
         assert isinstance(store, Store)
         store.close()
         bench.click(page.buttons.history)
-        qtbot.waitUntil(lambda: history.count.text().endswith("cannot be used."))
+        bench.until(lambda: history.count.text().endswith("cannot be used."))
         assert history.checks == ()
 
 
@@ -237,20 +236,17 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         assert read_profile(tmp_path / "x.toml").name == "H6"
 
 
-def test_three_clicks_from_a_connected_module_to_a_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
+def test_three_clicks_from_a_connected_module_to_a_go(quick: None, rig: OnBench) -> None:
     """The name is typed once, before; the report is the primary button then."""
-    with on_bench(qtbot, qapp, tmp_path, "three") as bench:
-        page = bench.preflight
-        name_module(bench, "M-07")
-        bench.click(page.buttons.enable)
-        bench.wait_standing(Standing.READY)
-        assert page.buttons.print.property("role") == "primary"
-        assert page.list.fold.text().endswith("passed")
-        assert not page.list.rows["tilt"].isVisible()
-        bench.click(page.activation.confirm.ask)
-        bench.click(page.activation.confirm.go)
-        bench.wait_standing(Standing.GO)
-        assert page.work.record is not None
-        assert page.work.record["module"] == "M-07"
+    page = rig.preflight
+    name_module(rig, "M-07")
+    rig.click(page.buttons.enable)
+    rig.wait_standing(Standing.READY)
+    assert page.buttons.print.property("role") == "primary"
+    assert page.list.fold.text().endswith("passed")
+    assert not page.list.rows["tilt"].isVisible()
+    rig.click(page.activation.confirm.ask)
+    rig.click(page.activation.confirm.go)
+    rig.wait_standing(Standing.GO)
+    assert page.work.record is not None
+    assert page.work.record["module"] == "M-07"

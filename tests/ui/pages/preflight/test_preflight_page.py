@@ -2,7 +2,6 @@
 
 import json
 import threading
-import time
 from functools import partial
 from pathlib import Path
 
@@ -25,8 +24,17 @@ from app.system.folders import data_folder
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
-from tests.support.window.fakes_ui import WAIT_MS, window
-from tests.support.window.preflight_window import VERDICTS, confirm_name, find_in, kept, name_module, on_bench, said
+from tests.support.window.fakes_ui import window
+from tests.support.window.preflight_window import (
+    VERDICTS,
+    OnBench,
+    confirm_name,
+    find_in,
+    kept,
+    name_module,
+    on_bench,
+    said,
+)
 from tests.support.window.steps import await_child, choosing, find
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES
@@ -114,23 +122,20 @@ def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, t
         bench.click(other.bad)
         assert bench.check() is Standing.NO_GO
         assert other.chip.word == "Not OK"
-        bench.assembly.connector.clock = lambda: time.monotonic() + 1000.0
+        bench.assembly.connector.clock = lambda: bench.clock() + 1000.0
         page.tick()  # a quarter of an hour later the ticks are of another flight
         assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
 
 
-def test_another_name_in_the_middle_voids_the_check(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "renamed") as bench:
-        page = bench.preflight
-        bench.click(page.buttons.enable)
-        bench.triggers.module.setFocus()
-        qtbot.keyClicks(bench.find(QLineEdit, "triggers_module_edit"), "M-09")
-        qtbot.keyClick(bench.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
-        bench.wait_standing(*VERDICTS)
-        assert page.work.standing is Standing.VOID
-        assert kept(bench, "M-09") == kept(bench) == []
+def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, quick: None, rig: OnBench) -> None:
+    page = rig.preflight
+    rig.click(page.buttons.enable)
+    rig.triggers.module.setFocus()
+    qtbot.keyClicks(rig.find(QLineEdit, "triggers_module_edit"), "M-09")
+    qtbot.keyClick(rig.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
+    rig.wait_standing(*VERDICTS)
+    assert page.work.standing is Standing.VOID
+    assert kept(rig, "M-09") == kept(rig) == []
 
 
 def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
@@ -175,7 +180,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         bench.restart()
         bench.wait_standing(Standing.VOID)
         naming = bench.assembly.connector.current.module
-        qtbot.waitUntil(lambda: bench.assembly.connector.current.identity.is_for_a_person, timeout=WAIT_MS)
+        bench.until(lambda: bench.assembly.connector.current.identity.is_for_a_person)
         assert naming.name == ""
 
         def is_vouched() -> bool:
@@ -184,7 +189,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
                 naming.confirm_identity()
             return naming.name == "M-07"
 
-        qtbot.waitUntil(is_vouched, timeout=WAIT_MS)
+        bench.until(is_vouched)
         assert bench.check() is Standing.NO_GO
         row = page.list.rows["boot_count"]
         assert row.measured.text() == "12: another module?"
@@ -195,23 +200,20 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         assert page.work.result("boot_count") is CheckResult.PASS
 
 
-def test_changed_settings_are_approved_by_a_person_once_for_the_module(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "approved") as bench:
-        page = bench.preflight
-        name_module(bench, "M-07")
-        assert bench.check() is Standing.READY
-        bench.bench.module.memory.attitude_threshold = 70
-        assert bench.check() is Standing.NO_GO
-        row = page.list.rows["fingerprint"]
-        assert row.act.text() == "Approve these settings"
-        page.list.ensureWidgetVisible(row.act)
-        bench.click(row.act)
-        bench.wait_standing(Standing.READY, Standing.NO_GO)
-        assert page.work.standing is Standing.READY
-        assert row.measured.text().endswith(", confirmed by a person")
-        assert bench.check() is Standing.READY  # they are the approved ones now
+def test_changed_settings_are_approved_by_a_person_once_for_the_module(quick: None, rig: OnBench) -> None:
+    page = rig.preflight
+    name_module(rig, "M-07")
+    assert rig.check() is Standing.READY
+    rig.bench.module.memory.attitude_threshold = 70
+    assert rig.check() is Standing.NO_GO
+    row = page.list.rows["fingerprint"]
+    assert row.act.text() == "Approve these settings"
+    page.list.ensureWidgetVisible(row.act)
+    rig.click(row.act)
+    rig.wait_standing(Standing.READY, Standing.NO_GO)
+    assert page.work.standing is Standing.READY
+    assert row.measured.text().endswith(", confirmed by a person")
+    assert rig.check() is Standing.READY  # they are the approved ones now
 
 
 def test_what_a_profile_approves_is_changed_in_the_profile(
@@ -238,7 +240,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(
 
 def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
     def press() -> None:
-        qtbot.wait(600)  # a step is dead for half a second
+        bench.wait(0.6)  # a step is dead for half a second
         find(bench.assembly.window, QAction, "preflight_run_key").trigger()
 
     with on_bench(qtbot, qapp, tmp_path, "main") as bench:
@@ -293,7 +295,7 @@ def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path
     with on_bench(qtbot, qapp, tmp_path, "once") as bench:
         confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
-        qtbot.waitUntil(lambda: edit.text() == "M-07")
+        bench.until(lambda: edit.text() == "M-07")
         assert bench.triggers.module.currentText() == "M-07"
 
 
@@ -302,9 +304,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "short") as bench:
         connector = bench.assembly.connector
-        qtbot.waitUntil(
-            lambda: evidence_of(connector.current.device.values, is_fresh=True).is_complete, timeout=WAIT_MS
-        )
+        bench.until(lambda: evidence_of(connector.current.device.values, is_fresh=True).is_complete)
         store = bench.assembly.storage.store
         assert isinstance(store, Store)
         disk = threading.Event()
@@ -312,13 +312,13 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         name_module(bench, "M-07")
         seen: list[object] = []
         bench.assembly.connector.batch.connect(seen.append)
-        qtbot.waitUntil(lambda: len(seen) > 2, timeout=WAIT_MS)
+        bench.until(lambda: len(seen) > 2)
         bench.preflight._services.connector.current.module.remember_adapter()  # as when a check was filed
         disk.set()
     with on_bench(qtbot, qapp, tmp_path, "short") as bench:
         confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
-        qtbot.waitUntil(lambda: edit.text() == "M-07")
+        bench.until(lambda: edit.text() == "M-07")
 
 
 def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

@@ -21,7 +21,7 @@ from ui.services.announcer import announcer
 
 
 def grow_old(bench: OnBench) -> None:
-    bench.assembly.connector.clock = lambda: time.monotonic() + 901.0
+    bench.assembly.connector.clock = lambda: bench.clock() + 901.0
 
 
 def type_another_name(bench: OnBench) -> None:
@@ -44,89 +44,77 @@ def type_another_name(bench: OnBench) -> None:
         (lambda bench: name_module(bench, "M-08"), "Changed: entries"),
     ],
 )
-def test_what_voids_a_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, act: Callable[[OnBench], None], why: str
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "void") as bench:
-        page = bench.preflight
-        assert bench.check() is Standing.READY, page.banner.accessibleName()
-        act(bench)
-        bench.wait_standing(Standing.VOID)
-        one = page.banner.announcement
-        assert one.word == "VOID"
-        assert one.head in (why, f"{why} for a moment")  # where it is seen before the module counts as silent
-        assert "GO" not in page.banner.accessibleName()
-        assert not page.buttons.print.isEnabled()
-        assert page.work.record is None
-        services = bench.assembly.window._services
-        assert services.connector.current.kept.check == (page.work.filed, page.work.void)
-        assert "void" in page.list.rows["tilt"].chip.accessibleName()
+def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
+    page = rig.preflight
+    assert rig.check() is Standing.READY, page.banner.accessibleName()
+    act(rig)
+    rig.wait_standing(Standing.VOID)
+    one = page.banner.announcement
+    assert one.word == "VOID"
+    assert one.head in (why, f"{why} for a moment")  # where it is seen before the module counts as silent
+    assert "GO" not in page.banner.accessibleName()
+    assert not page.buttons.print.isEnabled()
+    assert page.work.record is None
+    services = rig.assembly.window._services
+    assert services.connector.current.kept.check == (page.work.filed, page.work.void)
+    assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+    quick: None, rig: OnBench
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "stays") as bench:
-        assert bench.check() is Standing.READY
-        page, spoken = bench.preflight, list[str]()
-        assert bench.triggers.isVisible()
-        announcer().announced.connect(lambda text, _is_urgent: spoken.append(text))
-        bench.bench.set_bay(is_open=True)
-        qtbot.waitUntil(lambda: page.work.standing is Standing.VOID)
-        assert spoken == ["VOID. Changed: Light"]
-        bench.bench.set_bay(is_open=False)
-        qtbot.waitUntil(lambda: bench.assembly.connector.current.device.values["light_v"].value < 1.0)
-        assert page.banner.announcement.standing is Standing.READY
-        assert bench.preflight.banner.announcement.standing is Standing.VOID
+    assert rig.check() is Standing.READY
+    page, spoken = rig.preflight, list[str]()
+    assert rig.triggers.isVisible()
+    announcer().announced.connect(lambda text, _is_urgent: spoken.append(text))
+    rig.bench.set_bay(is_open=True)
+    rig.until(lambda: page.work.standing is Standing.VOID)
+    assert spoken == ["VOID. Changed: Light"]
+    rig.bench.set_bay(is_open=False)
+    rig.until(lambda: rig.assembly.connector.current.device.values["light_v"].value < 1.0)
+    assert page.banner.announcement.standing is Standing.READY
+    assert rig.preflight.banner.announcement.standing is Standing.VOID
 
 
-def test_a_check_that_is_cancelled_is_void_and_not_kept(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "cancel") as bench:
-        page = bench.preflight
-        bench.click(page.buttons.run)
-        qtbot.waitUntil(page.buttons.cancel.isVisible)
-        bench.click(page.buttons.cancel)
-        bench.wait_standing(Standing.VOID)
-        assert page.banner.announcement.head == "Interrupted"
-        assert not page.buttons.print.isEnabled()
-        assert kept(bench) == []
+def test_a_check_that_is_cancelled_is_void_and_not_kept(quick: None, rig: OnBench) -> None:
+    page = rig.preflight
+    rig.click(page.buttons.run)
+    rig.until(page.buttons.cancel.isVisible)
+    rig.click(page.buttons.cancel)
+    rig.wait_standing(Standing.VOID)
+    assert page.banner.announcement.head == "Interrupted"
+    assert not page.buttons.print.isEnabled()
+    assert kept(rig) == []
 
 
-def test_unplugged_in_the_middle(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "middle") as bench:
-        page = bench.preflight
-        bench.click(page.buttons.enable)
-        qtbot.waitUntil(lambda: page.work.progress is not None and page.work.progress.done >= 2)
-        bench.bench.unplug()
-        bench.wait_standing(Standing.VOID)
-        assert page.banner.announcement.head == "Port lost"
-        assert kept(bench) == []
+def test_unplugged_in_the_middle(rig: OnBench) -> None:
+    page = rig.preflight
+    rig.click(page.buttons.enable)
+    rig.until(lambda: page.work.progress is not None and page.work.progress.done >= 2)
+    rig.bench.unplug()
+    rig.wait_standing(Standing.VOID)
+    assert page.banner.announcement.head == "Port lost"
+    assert kept(rig) == []
 
 
-def test_a_module_that_says_nothing_is_never_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "mute") as bench:
-        bench.bench.change(mute=True)
-        assert bench.check() is Standing.VOID
-        assert bench.preflight.work.assessment is not None
-        assert bench.preflight.work.assessment.verdict.value == "NO-GO"
+def test_a_module_that_says_nothing_is_never_go(quick: None, rig: OnBench) -> None:
+    rig.bench.change(mute=True)
+    assert rig.check() is Standing.VOID
+    assert rig.preflight.work.assessment is not None
+    assert rig.preflight.work.assessment.verdict.value == "NO-GO"
 
 
-def test_a_new_check_shows_nothing_of_the_old_one(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "again") as bench:
-        page = bench.preflight
-        assert bench.check() is Standing.READY
-        bench.bench.set_cell(3.0)
-        bench.click(page.buttons.run)
-        assert page.banner.announcement.word == "CHECKING"
-        assert "GO" not in page.banner.accessibleName()
-        assert {row.chip.word for row in page.list.rows.values()} == {"checking…"}
-        assert all(not row.measured.text() for row in page.list.rows.values())
-        assert not page.buttons.print.isEnabled()
-        bench.wait_standing(Standing.NO_GO)
+def test_a_new_check_shows_nothing_of_the_old_one(quick: None, rig: OnBench) -> None:
+    page = rig.preflight
+    assert rig.check() is Standing.READY
+    rig.bench.set_cell(3.0)
+    rig.click(page.buttons.run)
+    assert page.banner.announcement.word == "CHECKING"
+    assert "GO" not in page.banner.accessibleName()
+    assert {row.chip.word for row in page.list.rows.values()} == {"checking…"}
+    assert all(not row.measured.text() for row in page.list.rows.values())
+    assert not page.buttons.print.isEnabled()
+    rig.wait_standing(Standing.NO_GO)
 
 
 def exchange(bench: OnBench, *, is_active: bool) -> None:
@@ -144,30 +132,26 @@ def exchange(bench: OnBench, *, is_active: bool) -> None:
 @pytest.mark.parametrize("is_active", [False, True])
 @pytest.mark.parametrize(("before", "after"), [("", ""), ("", "M-08"), ("M-07", ""), ("M-07", "M-07")])
 def test_a_twin_behind_the_same_port_is_never_ready_or_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, before: str, after: str, is_active: bool
+    quick: None, before: str, after: str, is_active: bool, rig: OnBench
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "twin") as bench:
-        if before:
-            name_module(bench, before)
-        assert bench.check() is Standing.READY
-        exchange(bench, is_active=is_active)
-        name_module(bench, after)
-        assert bench.check(is_enabling=False) in (Standing.NO_GO, Standing.VOID)
-        assessment = bench.preflight.work.assessment
-        assert assessment is not None
-        assert {"attitude_trigger", "freefall_trigger"} <= set(assessment.open_checks)
+    if before:
+        name_module(rig, before)
+    assert rig.check() is Standing.READY
+    exchange(rig, is_active=is_active)
+    name_module(rig, after)
+    assert rig.check(is_enabling=False) in (Standing.NO_GO, Standing.VOID)
+    assessment = rig.preflight.work.assessment
+    assert assessment is not None
+    assert {"attitude_trigger", "freefall_trigger"} <= set(assessment.open_checks)
 
 
-def test_a_restart_that_is_not_counted_ends_ready_until_they_are_enabled_again(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "brown") as bench:
-        assert bench.check() is Standing.READY
-        bench.bench.module.memory.boot_count -= 1
-        bench.restart()
-        bench.wait_standing(Standing.VOID)
-        assert bench.check(is_enabling=False) is Standing.NO_GO
-        assert bench.check() is Standing.READY
+def test_a_restart_that_is_not_counted_ends_ready_until_they_are_enabled_again(quick: None, rig: OnBench) -> None:
+    assert rig.check() is Standing.READY
+    rig.bench.module.memory.boot_count -= 1
+    rig.restart()
+    rig.wait_standing(Standing.VOID)
+    assert rig.check(is_enabling=False) is Standing.NO_GO
+    assert rig.check() is Standing.READY
 
 
 LIMIT_S = 60.0
@@ -183,9 +167,9 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
         name_module(bench, "M-07")
         try:
             bench.click(page.buttons.run)
-            qtbot.waitUntil(lambda: page.work._job.is_running)
+            bench.until(lambda: page.work._job.is_running)
             store.queue.submit(lambda: release.wait(LIMIT_S))
-            qtbot.waitUntil(lambda: page.work._filing.is_running)
+            bench.until(lambda: page.work._filing.is_running)
             assert page.work.standing is Standing.CHECKING
             began = time.monotonic()
             for _ in range(20):
@@ -196,7 +180,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
             assert not page.work.can_check
         finally:
             release.set()
-        qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING)
+        bench.until(lambda: page.work.standing is not Standing.CHECKING)
         assert page.work.trouble is None
         assert len(kept(bench, "M-07")) == 1
 

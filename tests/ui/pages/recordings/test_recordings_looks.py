@@ -17,9 +17,9 @@ from app.recordings.recording import Recording
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
+from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, speak_chinese, wait_online, window
-from tests.support.window.moved import moved, places
 from tests.support.window.steps import await_child, find
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import PAGES, WindowOptions

@@ -56,48 +56,45 @@ def drop(one: Desk, path: Path) -> bool:
     return True
 
 
-def test_compare_tick_apply_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        open_by_dialog(one, profile_file(tmp_path))
-        assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
-        assert match(one, "attitude_threshold_deg") == "different"
-        assert match(one, "freefall_time_s") == "same"
-        assert match(one, "attitude_trigger") == "unknown"
-        assert match(one, "light_threshold_v") == "not in the profile"
-        ticked = {name for name in ("attitude_threshold", "freefall_time", "attitude_trigger", "baud_rate")
-                  if tick(one, name).isChecked()}  # fmt: skip
-        assert ticked == {"attitude_threshold", "attitude_trigger"}
-        assert not tick(one, "baud_rate").isEnabled()  # it has its own place
-        one.click("profile_apply")
-        one.until(lambda: not one.settings.work.job.is_running)
-        one.settings.refresh()
-        rows = one.settings.rows
-        assert rows["attitude_threshold_deg"].row is not None
-        assert rows["attitude_threshold_deg"].row.state is RowState.VERIFIED
-        assert one.held("attitude_threshold") == 65
-        assert len(one.changes()) == 2
-        assert one.changes("baud_rate", "freefall_time") == []
+def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
+    open_by_dialog(one, profile_file(tmp_path))
+    assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
+    assert match(one, "attitude_threshold_deg") == "different"
+    assert match(one, "freefall_time_s") == "same"
+    assert match(one, "attitude_trigger") == "unknown"
+    assert match(one, "light_threshold_v") == "not in the profile"
+    ticked = {name for name in ("attitude_threshold", "freefall_time", "attitude_trigger", "baud_rate")
+              if tick(one, name).isChecked()}  # fmt: skip
+    assert ticked == {"attitude_threshold", "attitude_trigger"}
+    assert not tick(one, "baud_rate").isEnabled()  # it has its own place
+    one.click("profile_apply")
+    one.until(lambda: not one.settings.work.job.is_running)
+    one.settings.refresh()
+    rows = one.settings.rows
+    assert rows["attitude_threshold_deg"].row is not None
+    assert rows["attitude_threshold_deg"].row.state is RowState.VERIFIED
+    assert one.held("attitude_threshold") == 65
+    assert len(one.changes()) == 2
+    assert one.changes("baud_rate", "freefall_time") == []
 
 
-def test_only_what_is_ticked_is_applied(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        open_by_dialog(one, profile_file(tmp_path))
-        tick(one, "attitude_threshold").click()
-        one.settings.refresh()
-        assert one.settings.compare.apply.text() == "Apply 1 ticked"
-        assert not tick(one, "attitude_threshold").isChecked()  # it stays as the person left it
-        one.click("profile_apply")
-        one.until(lambda: not one.settings.work.job.is_running)
-        assert one.held("attitude_threshold") == 60
-        assert len(one.changes("attitude_trigger")) == 1
+def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
+    open_by_dialog(one, profile_file(tmp_path))
+    tick(one, "attitude_threshold").click()
+    one.settings.refresh()
+    assert one.settings.compare.apply.text() == "Apply 1 ticked"
+    assert not tick(one, "attitude_threshold").isChecked()  # it stays as the person left it
+    one.click("profile_apply")
+    one.until(lambda: not one.settings.work.job.is_running)
+    assert one.held("attitude_threshold") == 60
+    assert len(one.changes("attitude_trigger")) == 1
 
 
-def test_a_profile_against_the_advice_is_warned_about(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("= 65", "= 40")))
-        one.click("profile_apply")
-        assert "55° or more" in notice_text(one.settings.strip)
-        assert one.changes() == []
+def test_a_profile_against_the_advice_is_warned_about(tmp_path: Path, one: Desk) -> None:
+    open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("= 65", "= 40")))
+    one.click("profile_apply")
+    assert "55° or more" in notice_text(one.settings.strip)
+    assert one.changes() == []
 
 
 def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -124,48 +121,44 @@ def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApp
         assert one.changes() == []
 
 
-def test_recent_files_are_listed_until_they_are_missing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        files = one.settings.files
-        assert not files.recent.isEnabled()
-        path = profile_file(tmp_path)
-        open_by_dialog(one, path)
-        one.click("profile_close")
-        files.menu.aboutToShow.emit()
-        (action,) = files.menu.actions()
-        assert action.text() == "H6.toml"
-        action.trigger()
-        assert one.settings.compare.isVisible()
-        path.unlink()
-        action.trigger()
-        assert "cannot be read" in one.find(QLabel, "profile_faults").text()
-        assert not files.recent.isEnabled()
+def test_recent_files_are_listed_until_they_are_missing(tmp_path: Path, one: Desk) -> None:
+    files = one.settings.files
+    assert not files.recent.isEnabled()
+    path = profile_file(tmp_path)
+    open_by_dialog(one, path)
+    one.click("profile_close")
+    files.menu.aboutToShow.emit()
+    (action,) = files.menu.actions()
+    assert action.text() == "H6.toml"
+    action.trigger()
+    assert one.settings.compare.isVisible()
+    path.unlink()
+    action.trigger()
+    assert "cannot be read" in one.find(QLabel, "profile_faults").text()
+    assert not files.recent.isEnabled()
 
 
-def test_current_settings_are_saved_and_unknown_ones_are_named(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        path = tmp_path / "as it is.toml"
-        one.settings.files.ask_save = choosing(path)
-        one.click("profile_save")
-        saved = tomllib.loads(path.read_text(encoding="utf-8"))
-        assert saved["name"] == "as it is"
-        assert saved["settings"] == {
-            "light_threshold_v": 1.8,
-            "attitude_threshold_deg": 60,
-            "freefall_acceleration_g": 0.5,
-            "freefall_time_s": 1.6,
-            "baud_rate": 115200,
-        }
-        said = one.settings.strip.notice
-        assert said is not None
-        assert "Attitude trigger, Free-fall trigger" in said.text
-        one.settings.files.ask_save = choosing(tmp_path / "no such folder" / "x.toml")
-        one.click("profile_save")
-        said = one.settings.strip.notice
-        assert said is not None
-        assert "was not saved" in said.text
+def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, one: Desk) -> None:
+    path = tmp_path / "as it is.toml"
+    one.settings.files.ask_save = choosing(path)
+    one.click("profile_save")
+    saved = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert saved["name"] == "as it is"
+    assert saved["settings"] == {
+        "light_threshold_v": 1.8,
+        "attitude_threshold_deg": 60,
+        "freefall_acceleration_g": 0.5,
+        "freefall_time_s": 1.6,
+        "baud_rate": 115200,
+    }
+    said = one.settings.strip.notice
+    assert said is not None
+    assert "Attitude trigger, Free-fall trigger" in said.text
+    one.settings.files.ask_save = choosing(tmp_path / "no such folder" / "x.toml")
+    one.click("profile_save")
+    said = one.settings.strip.notice
+    assert said is not None
+    assert "was not saved" in said.text
 
 
 @pytest.mark.parametrize("module_rate", [9600, 115200])

@@ -19,7 +19,7 @@ from tests.support.records.kept_facts import kept_settings
 from tests.support.window import walk
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
-from tests.support.window.settings_bench import ENTRIES, choose, desk, notice, reason, state, type_into, write
+from tests.support.window.settings_bench import ENTRIES, Desk, choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import find, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
@@ -32,41 +32,37 @@ from ui.widgets.step_button import is_in_sight
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
 
 
-def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        code = one.settings.code.text()
-        type_into(one, "freefall_time", "1.2")
-        type_into(one, "freefall_acceleration", "0.4")
-        one.click(one.find(QToolButton, "freefall_trigger_on"))
-        one.settings.refresh()
-        assert one.settings.write.text() == "Write 3 changes"
-        assert not one.changes()
-        write(one)
-        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
-        assert state(one, "freefall_acceleration_g") is RowState.VERIFIED
-        assert state(one, "freefall_trigger") is RowState.ACKNOWLEDGED  # it cannot be read back: never "verified"
-        assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.2, 0.4)
-        assert len(one.changes()) == 3
-        assert notice(one) == "Read back as written: 2. Acknowledged, cannot be read: 1."
-        assert one.settings.code.text() != code
-        assert not one.settings.write.isEnabled()
+def test_edit_write_and_verify(one: Desk) -> None:
+    code = one.settings.code.text()
+    type_into(one, "freefall_time", "1.2")
+    type_into(one, "freefall_acceleration", "0.4")
+    one.click(one.find(QToolButton, "freefall_trigger_on"))
+    one.settings.refresh()
+    assert one.settings.write.text() == "Write 3 changes"
+    assert not one.changes()
+    write(one)
+    one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+    assert state(one, "freefall_acceleration_g") is RowState.VERIFIED
+    assert state(one, "freefall_trigger") is RowState.ACKNOWLEDGED  # it cannot be read back: never "verified"
+    assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.2, 0.4)
+    assert len(one.changes()) == 3
+    assert notice(one) == "Read back as written: 2. Acknowledged, cannot be read: 1."
+    assert one.settings.code.text() != code
+    assert not one.settings.write.isEnabled()
 
 
-def test_a_row_stays_failed_with_the_reason_until_it_is_written(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        one.bench.change(refuses=True)
-        type_into(one, "attitude_threshold", "70")
-        write(one)
-        one.until(lambda: state(one, TILT) is RowState.FAILED)
-        assert "refused" in reason(one, TILT)
-        assert one.settings.rows[TILT].state.meaning is Meaning.DANGER
-        assert "NOT as set" in notice(one)
-        one.bench.change(refuses=False)
-        write(one)
-        one.until(lambda: state(one, TILT) is RowState.VERIFIED)
-        assert one.held("attitude_threshold") == 70
+def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> None:
+    one.bench.change(refuses=True)
+    type_into(one, "attitude_threshold", "70")
+    write(one)
+    one.until(lambda: state(one, TILT) is RowState.FAILED)
+    assert "refused" in reason(one, TILT)
+    assert one.settings.rows[TILT].state.meaning is Meaning.DANGER
+    assert "NOT as set" in notice(one)
+    one.bench.change(refuses=False)
+    write(one)
+    one.until(lambda: state(one, TILT) is RowState.VERIFIED)
+    assert one.held("attitude_threshold") == 70
 
 
 def test_the_advice_begins_with_a_capital_and_the_chinese_help_has_the_vendors_term(
@@ -83,20 +79,19 @@ def test_the_advice_begins_with_a_capital_and_the_chinese_help_has_the_vendors_t
     assert said[TILT].startswith("Default 60° · advised: ")
 
 
-def test_against_the_advice_needs_a_second_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        type_into(one, "attitude_threshold", "40")
-        write(one)
-        assert "55° or more" in notice(one)
-        write(one)  # the same button again is no second click
-        one.qtbot.mouseDClick(one.settings.write, Qt.MouseButton.LeftButton)
-        assert not one.settings.work.job.is_running
-        qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
-        assert notice(one) == ""
-        write(one)
-        choose(one, "write_anyway")
-        one.until(lambda: state(one, TILT) is RowState.VERIFIED)
-        assert len(one.changes()) == 1
+def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> None:
+    type_into(one, "attitude_threshold", "40")
+    write(one)
+    assert "55° or more" in notice(one)
+    write(one)  # the same button again is no second click
+    one.qtbot.mouseDClick(one.settings.write, Qt.MouseButton.LeftButton)
+    assert not one.settings.work.job.is_running
+    qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
+    assert notice(one) == ""
+    write(one)
+    choose(one, "write_anyway")
+    one.until(lambda: state(one, TILT) is RowState.VERIFIED)
+    assert len(one.changes()) == 1
 
 
 def test_an_active_module_is_written_only_when_unlocked_for_this_once(
@@ -115,66 +110,63 @@ def test_an_active_module_is_written_only_when_unlocked_for_this_once(
         assert len(one.changes()) == 1
 
 
-def test_undo_redo_revert_and_defaults(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        box = one.find(QLineEdit, "attitude_threshold_wanted")
-        type_into(one, "attitude_threshold", "75")
-        type_into(one, "freefall_time", "1.1")
-        control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
-        line, focus = one.find(QLineEdit, "freefall_time_wanted"), one.find(QWidget, "freefall_time_number")
-        assert focus.hasFocus()
-        qtbot.keyClick(focus, Qt.Key.Key_Z, control)
-        assert (box.text(), line.text()) == ("75", "1.60")
-        qtbot.keyClick(focus, Qt.Key.Key_Z, control)
-        assert box.text() == "60"
-        qtbot.keyClick(focus, Qt.Key.Key_Z, control | shift)
-        assert box.text() == "75"
-        one.click("settings_revert")
-        assert (box.text(), line.text(), focus.property("role")) == ("60", "1.60", "muted")
-        one.choose_rare("settings_defaults")
-        assert (box.text(), line.text()) == ("60", "1.60")
-        one.settings.refresh()
-        assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
-        assert not one.changes()
-        write(one)
-        one.until(lambda: state(one, "attitude_trigger") is RowState.ACKNOWLEDGED)
-        one.settings.refresh()  # nothing is left enabled that would do nothing
-        page = one.settings
-        able = [one_.objectName() for one_ in (page.write, page.revert, page.undo, page.redo) if one_.isEnabled()]
-        able += [one_.objectName() for one_ in (page.defaults, page.as_found) if one_.isEnabled()]
-        assert (able, box.text(), focus.property("role")) == ([], "60", "muted")
+def test_undo_redo_revert_and_defaults(qtbot: QtBot, one: Desk) -> None:
+    box = one.find(QLineEdit, "attitude_threshold_wanted")
+    type_into(one, "attitude_threshold", "75")
+    type_into(one, "freefall_time", "1.1")
+    control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+    line, focus = one.find(QLineEdit, "freefall_time_wanted"), one.find(QWidget, "freefall_time_number")
+    assert focus.hasFocus()
+    qtbot.keyClick(focus, Qt.Key.Key_Z, control)
+    assert (box.text(), line.text()) == ("75", "1.60")
+    qtbot.keyClick(focus, Qt.Key.Key_Z, control)
+    assert box.text() == "60"
+    qtbot.keyClick(focus, Qt.Key.Key_Z, control | shift)
+    assert box.text() == "75"
+    one.click("settings_revert")
+    assert (box.text(), line.text(), focus.property("role")) == ("60", "1.60", "muted")
+    one.choose_rare("settings_defaults")
+    assert (box.text(), line.text()) == ("60", "1.60")
+    one.settings.refresh()
+    assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
+    assert not one.changes()
+    write(one)
+    one.until(lambda: state(one, "attitude_trigger") is RowState.ACKNOWLEDGED)
+    one.settings.refresh()  # nothing is left enabled that would do nothing
+    page = one.settings
+    able = [one_.objectName() for one_ in (page.write, page.revert, page.undo, page.redo) if one_.isEnabled()]
+    able += [one_.objectName() for one_ in (page.defaults, page.as_found) if one_.isEnabled()]
+    assert (able, box.text(), focus.property("role")) == ([], "60", "muted")
 
 
-def test_initial_values_can_be_restored(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        assert not one.settings.as_found.isEnabled()
-        for text in ("1.2", "1.3"):
-            type_into(one, "freefall_time", text)
-            write(one)
-            one.until(lambda: state(one, TIME) is RowState.VERIFIED)
-        one.choose_rare("settings_as_found")
+def test_initial_values_can_be_restored(one: Desk) -> None:
+    assert not one.settings.as_found.isEnabled()
+    for text in ("1.2", "1.3"):
+        type_into(one, "freefall_time", text)
         write(one)
-        one.until(lambda: one.held("freefall_time") == 1.6 and state(one, TIME) is RowState.VERIFIED)
-        store = one.assembly.storage.store
-        assert isinstance(store, Store)
-        assert [settings[TIME] for settings in kept_settings(store)] == [1.6]
+        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+    one.choose_rare("settings_as_found")
+    write(one)
+    one.until(lambda: one.held("freefall_time") == 1.6 and state(one, TIME) is RowState.VERIFIED)
+    store = one.assembly.storage.store
+    assert isinstance(store, Store)
+    assert [settings[TIME] for settings in kept_settings(store)] == [1.6]
 
 
 @pytest.mark.parametrize("remembers", [True, False])
-def test_survives_a_power_cycle(qtbot: QtBot, qapp: QApplication, tmp_path: Path, remembers: bool) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        type_into(one, "freefall_time", "1.2")
-        write(one)
-        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
-        choose(one, "survives")
-        one.until(lambda: "Switch the module off and on" in notice(one))
-        if not remembers:
-            one.bench.module.memory.freefall_time = 160  # a module that forgets
-        one.bench.restart()
-        one.until(lambda: not one.settings.work.job.is_running)
-        stamped = reason(one, TIME)
-        assert stamped == ("Kept over the power cycle." if remembers else "LOST at the power cycle: it holds 1.60 s.")
-        assert ("37 → 38" in notice(one)) is True
+def test_survives_a_power_cycle(remembers: bool, one: Desk) -> None:
+    type_into(one, "freefall_time", "1.2")
+    write(one)
+    one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+    choose(one, "survives")
+    one.until(lambda: "Switch the module off and on" in notice(one))
+    if not remembers:
+        one.bench.module.memory.freefall_time = 160  # a module that forgets
+    one.bench.restart()
+    one.until(lambda: not one.settings.work.job.is_running)
+    stamped = reason(one, TIME)
+    assert stamped == ("Kept over the power cycle." if remembers else "LOST at the power cycle: it holds 1.60 s.")
+    assert ("37 → 38" in notice(one)) is True
 
 
 def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -227,39 +219,35 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
 
 
 @pytest.mark.parametrize("is_inverted", [False, True])
-def test_the_light_threshold_by_measurement(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_inverted: bool
-) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        one.bench.change(light_inverted=is_inverted)
-        one.click("light_threshold_measure")
-        panel = one.settings.calibration
-        one.click("calibration_closed_measure")
-        one.until(panel.sides["open"].button.isEnabled)
-        one.bench.set_bay(is_open=True)
-        one.click("calibration_open_measure")
-        one.until(panel.take.isEnabled)
-        assert ("reads lower" in panel.detail.text()) is is_inverted
-        one.click("calibration_take")
-        row = one.settings.rows[LIGHT].row
-        assert row is not None
-        assert row.edited is not None
-        write(one)
-        one.until(lambda: state(one, LIGHT) in (RowState.VERIFIED, RowState.READ))
-        assert one.held("light_threshold") == row.edited
+def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> None:
+    one.bench.change(light_inverted=is_inverted)
+    one.click("light_threshold_measure")
+    panel = one.settings.calibration
+    one.click("calibration_closed_measure")
+    one.until(panel.sides["open"].button.isEnabled)
+    one.bench.set_bay(is_open=True)
+    one.click("calibration_open_measure")
+    one.until(panel.take.isEnabled)
+    assert ("reads lower" in panel.detail.text()) is is_inverted
+    one.click("calibration_take")
+    row = one.settings.rows[LIGHT].row
+    assert row is not None
+    assert row.edited is not None
+    write(one)
+    one.until(lambda: state(one, LIGHT) in (RowState.VERIFIED, RowState.READ))
+    assert one.held("light_threshold") == row.edited
 
 
-def test_a_restart_of_the_module_is_shown_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        one.go_to("commands")
-        bar = one.assembly.window.notice_bar
-        one.bench.restart()
-        one.until(lambda: "The module restarted" in notice_text(bar))
-        notice_ = bar.notice
-        assert notice_ is not None
-        assert notice_.dismiss is not None
-        notice_.dismiss()
-        one.until(lambda: bar.notice is None)
+def test_a_restart_of_the_module_is_shown_on_every_page(one: Desk) -> None:
+    one.go_to("commands")
+    bar = one.assembly.window.notice_bar
+    one.bench.restart()
+    one.until(lambda: "The module restarted" in notice_text(bar))
+    notice_ = bar.notice
+    assert notice_ is not None
+    assert notice_.dismiss is not None
+    notice_.dismiss()
+    one.until(lambda: bar.notice is None)
 
 
 def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -305,78 +293,68 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
         assert small.horizontalAdvance(page.rows[command.key].stands.note) <= page.rows[command.key].stands.width()
 
 
-def test_a_reason_is_whole_at_the_first_size(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        one.assembly.window.resize(FIRST_SIZE)
-        for name, text in (("attitude_threshold", "40"), ("freefall_acceleration", "0.9"), ("light_threshold", "0")):
-            type_into(one, name, text)
-        one.click(one.find(QToolButton, "freefall_trigger_off"))
-        one.settings.refresh()
-        let_lay_out()
-        one.until(lambda: not any("…" in row.reason.text() for row in one.settings.rows.values()))
-        assert not one.settings.rows["serial_output"].reason.text()
+def test_a_reason_is_whole_at_the_first_size(one: Desk) -> None:
+    one.assembly.window.resize(FIRST_SIZE)
+    for name, text in (("attitude_threshold", "40"), ("freefall_acceleration", "0.9"), ("light_threshold", "0")):
+        type_into(one, name, text)
+    one.click(one.find(QToolButton, "freefall_trigger_off"))
+    one.settings.refresh()
+    let_lay_out()
+    one.until(lambda: not any("…" in row.reason.text() for row in one.settings.rows.values()))
+    assert not one.settings.rows["serial_output"].reason.text()
 
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
-def test_the_baud_rate_and_the_profiles_are_in_sight_on_the_smallest_screen(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str
-) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
-        one.assembly.language_switch.use(language)
-        one.assembly.window.resize(1024, 600)
-        one.settings.refresh()
-        let_lay_out()
-        page = one.settings
-        for widget in (page.baud, page.files.open, page.files.recent, page.files.save, page.code, page.write):
-            assert is_in_sight(widget), widget.objectName()
+def test_the_baud_rate_and_the_profiles_are_in_sight_on_the_smallest_screen(language: str, one: Desk) -> None:
+    one.assembly.language_switch.use(language)
+    one.assembly.window.resize(1024, 600)
+    one.settings.refresh()
+    let_lay_out()
+    page = one.settings
+    for widget in (page.baud, page.files.open, page.files.recent, page.files.save, page.code, page.write):
+        assert is_in_sight(widget), widget.objectName()
 
 
 @pytest.mark.parametrize(("width", "height", "least"), [(1366, 768, 8), (1024, 600, 6)])
-def test_the_table_is_dense_and_its_rows_never_move(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, width: int, height: int, least: int
-) -> None:
+def test_the_table_is_dense_and_its_rows_never_move(width: int, height: int, least: int, one: Desk) -> None:
     """All eight settings in sight at 1366×768, six at 1024×600; a neighbour's state moves no row."""
-    with desk(qtbot, qapp, tmp_path) as one:
-        one.assembly.window.resize(width, height)
-        page = one.settings
-        rows = [*page.rows.values(), page.baud]
+    one.assembly.window.resize(width, height)
+    page = one.settings
+    rows = [*page.rows.values(), page.baud]
 
-        def places() -> list[QRect]:
-            page.refresh()
-            let_lay_out()
-            return [QRect(row.mapTo(page, QPoint()), row.size()) for row in rows]
-
-        one.until(lambda: sum(is_in_sight(row) for row in rows) >= least)
-        before = places()
-        for button in (page.write, page.revert, page.read):
-            assert is_in_sight(button), button.objectName()
-        assert page.scroll_area.horizontalScrollBar().maximum() == 0
-        type_into(one, "freefall_time", "9999")
-        assert places() == before
-        type_into(one, "freefall_time", "0.1")
-        one.click(one.find(QToolButton, "freefall_trigger_off"))
-        assert page.pane.title.text() == "Free-fall trigger"  # the row that is edited is the chosen one
-        assert places() == before
-        write(one)
-        one.until(lambda: page.strip.notice is not None)
-        assert places() == before
-
-
-def test_wide_columns_never_make_a_narrow_window_scroll_sideways(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    """Otherwise the next page begins too wide, with Cancel of the deploy panel out of sight."""
-    with desk(qtbot, qapp, tmp_path) as one:
-        main, name = one.assembly.window, one.settings.rows["attitude_threshold_deg"].name
-        for width, name_px in ((1024, NAME_PX), (940, WIDE_NAME_PX), (790, NAME_PX)):
-            main.resize(width, 600)
-            let_lay_out()
-            assert main.area.horizontalScrollBar().maximum() == 0, width
-            assert name.width() == name_px
-        profile = tmp_path / "H6.toml"
-        main.resize(1366, 768)
-        profile.write_text(walk.PROFILE, encoding="utf-8")
-        one.settings.open_file(profile)
-        main.resize(1024, 600)
+    def places() -> list[QRect]:
+        page.refresh()
         let_lay_out()
-        assert main.area.horizontalScrollBar().maximum() == 0  # the pane asks for no room beside another view
+        return [QRect(row.mapTo(page, QPoint()), row.size()) for row in rows]
+
+    one.until(lambda: sum(is_in_sight(row) for row in rows) >= least)
+    before = places()
+    for button in (page.write, page.revert, page.read):
+        assert is_in_sight(button), button.objectName()
+    assert page.scroll_area.horizontalScrollBar().maximum() == 0
+    type_into(one, "freefall_time", "9999")
+    assert places() == before
+    type_into(one, "freefall_time", "0.1")
+    one.click(one.find(QToolButton, "freefall_trigger_off"))
+    assert page.pane.title.text() == "Free-fall trigger"  # the row that is edited is the chosen one
+    assert places() == before
+    write(one)
+    one.until(lambda: page.strip.notice is not None)
+    assert places() == before
+
+
+def test_wide_columns_never_make_a_narrow_window_scroll_sideways(tmp_path: Path, one: Desk) -> None:
+    """Otherwise the next page begins too wide, with Cancel of the deploy panel out of sight."""
+    main, name = one.assembly.window, one.settings.rows["attitude_threshold_deg"].name
+    for width, name_px in ((1024, NAME_PX), (940, WIDE_NAME_PX), (790, NAME_PX)):
+        main.resize(width, 600)
+        let_lay_out()
+        assert main.area.horizontalScrollBar().maximum() == 0, width
+        assert name.width() == name_px
+    profile = tmp_path / "H6.toml"
+    main.resize(1366, 768)
+    profile.write_text(walk.PROFILE, encoding="utf-8")
+    one.settings.open_file(profile)
+    main.resize(1024, 600)
+    let_lay_out()
+    assert main.area.horizontalScrollBar().maximum() == 0  # the pane asks for no room beside another view

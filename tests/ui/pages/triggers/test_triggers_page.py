@@ -12,7 +12,6 @@ from pytestqt.qtbot import QtBot
 from app.simulator.quirks import Delivery, EmptySlots
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
-from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import OnBench, name_module, on_bench
 from tests.support.window.steps import choosing
 from ui.core.texts import Texts
@@ -32,7 +31,7 @@ def name_kept(bench: OnBench, name: str) -> None:
 
 
 def wait_kept(bench: OnBench) -> None:
-    bench.qtbot.waitUntil(lambda: not bench.triggers.work.is_busy, timeout=WAIT_MS)
+    bench.until(lambda: not bench.triggers.work.is_busy)
 
 
 def texts(bench: OnBench, row: int) -> list[str]:
@@ -74,15 +73,14 @@ def test_it_refreshes_only_while_it_is_seen(qtbot: QtBot, qapp: QApplication, tm
         assert page.read.isEnabled()
 
 
-def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "never") as bench:
-        page = bench.triggers
-        assert "as soon as the module answers" in page.empty.text.text()
-        bench.read_triggers()
-        assert "has never fired" in page.empty.text.text()
-        assert page.empty.title.text() == "Trigger records: 0"
-        assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Trigger records: 0")
-        assert bench.acts == []
+def test_a_module_that_never_fired(rig: OnBench) -> None:
+    page = rig.triggers
+    assert "as soon as the module answers" in page.empty.text.text()
+    rig.read_triggers()
+    assert "has never fired" in page.empty.text.text()
+    assert page.empty.title.text() == "Trigger records: 0"
+    assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Trigger records: 0")
+    assert rig.acts == []
 
 
 def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -113,7 +111,7 @@ def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp
     """Once, with queries only, without a click, and not again after a cancel."""
     with on_bench(qtbot, qapp, tmp_path, "unasked", reads_triggers=True) as bench:
         page = bench.triggers
-        qtbot.waitUntil(lambda: page.work.reading is not None and not page.work.is_busy)
+        bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
         assert page.empty.title.text() == "Trigger records: 0"
         assert bench.acts == []
         page.work.reading = None  # as after a cancel
@@ -165,30 +163,29 @@ def test_a_reading_that_the_lost_link_ended_is_begun_again(qtbot: QtBot, qapp: Q
         bench.until(lambda: page.count.text() == "Trigger records: 4")
 
 
-def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "example") as bench:
-        fire(bench)
-        bench.read_triggers()
-        page = bench.triggers
-        assert page.count.text() == "Trigger records: 1"
-        assert texts(bench, 0) == [
-            "1 min 48 s · boot 1", "attitude", "60° 0.5 g 1.60 s", "connected", "no", "0.3 V",
-            "4.70 V (implausible)", "—",
-        ]  # fmt: skip
-        assert told(bench, 0) == (
-            "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)"
-        )
-        page.table.selectRow(0)
-        assert page.detail.cause.text() == "Tipped past 60°"
-        assert {key: label.text() for key, label in page.detail.facts.values.items()} == {
-            "when": "1 min 48 s after power-on, boot 1", "link": "connected", "charger": "no",
-            "light": "0.3 V", "cell": "4.70 V (implausible)",
-        }  # fmt: skip
-        assert not page.detail.bytes.isVisible()
-        bench.click(page.detail.raw)
-        assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
-        assert said(bench).startswith("Name the module")
-        assert not page.detail.note.isEnabled()
+def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
+    fire(rig)
+    rig.read_triggers()
+    page = rig.triggers
+    assert page.count.text() == "Trigger records: 1"
+    assert texts(rig, 0) == [
+        "1 min 48 s · boot 1", "attitude", "60° 0.5 g 1.60 s", "connected", "no", "0.3 V",
+        "4.70 V (implausible)", "—",
+    ]  # fmt: skip
+    assert told(rig, 0) == (
+        "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)"
+    )
+    page.table.selectRow(0)
+    assert page.detail.cause.text() == "Tipped past 60°"
+    assert {key: label.text() for key, label in page.detail.facts.values.items()} == {
+        "when": "1 min 48 s after power-on, boot 1", "link": "connected", "charger": "no",
+        "light": "0.3 V", "cell": "4.70 V (implausible)",
+    }  # fmt: skip
+    assert not page.detail.bytes.isVisible()
+    rig.click(page.detail.raw)
+    assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
+    assert said(rig).startswith("Name the module")
+    assert not page.detail.note.isEnabled()
 
 
 @pytest.mark.parametrize(("width", "is_hidden"), [(900, False), (450, True)])
@@ -220,7 +217,7 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         assert page.news.text() == f"no earlier visit · {KNOWN}"
         bench.bench.module.activate(is_active=True)
         bench.bench.set_tilt(80)
-        qtbot.waitUntil(lambda: bench.bench.state().is_triggered)
+        bench.until(lambda: bench.bench.state().is_triggered)
         bench.read_triggers()
         assert page.count.text() == "Trigger records: 10"
         assert page.news.text() == f"1 new · {KNOWN}"
@@ -321,7 +318,7 @@ def test_reading_can_be_cancelled(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         button = page.strip.button("cancel")
         assert button is not None
         bench.click(button)
-        qtbot.waitUntil(lambda: not page.work.is_busy)
+        bench.until(lambda: not page.work.is_busy)
         assert said(bench).startswith("Cancelled")
         assert page.work.reading is None
 
@@ -378,16 +375,15 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
         assert "无法写入" in said(bench)
 
 
-def test_the_language_changes_while_it_is_open(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "language") as bench:
-        fire(bench)
-        bench.read_triggers()
-        words = tmp_path / "long.ts"
-        words.write_text(
-            '<TS version="2.1"><context><name>dps-s</name><message><source>{text} (implausible)</source>'
-            "<translation>{text} xx</translation></message></context></TS>",
-            encoding="utf-8",
-        )
-        bench.assembly.language_switch.use(str(words))
-        assert texts(bench, 0)[Column.CELL] == tr("{text} (implausible)", text="4.70 V") == "4.70 V xx"
-        assert bench.find(QLabel, "triggers_count").text()
+def test_the_language_changes_while_it_is_open(tmp_path: Path, rig: OnBench) -> None:
+    fire(rig)
+    rig.read_triggers()
+    words = tmp_path / "long.ts"
+    words.write_text(
+        '<TS version="2.1"><context><name>dps-s</name><message><source>{text} (implausible)</source>'
+        "<translation>{text} xx</translation></message></context></TS>",
+        encoding="utf-8",
+    )
+    rig.assembly.language_switch.use(str(words))
+    assert texts(rig, 0)[Column.CELL] == tr("{text} (implausible)", text="4.70 V") == "4.70 V xx"
+    assert rig.find(QLabel, "triggers_count").text()

@@ -1,0 +1,129 @@
+"""A window and a simulated module in one thread, on a clock that only the test moves: hours pass in seconds."""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import wait
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+from unittest.mock import patch
+
+from PySide6.QtCore import QCoreApplication, QTimer
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.engine.target import Target
+from app.engine.worker import Batch
+from app.port_urls.protocol_sim import open_bench
+from app.simulator.bench import SimulatedBench
+from app.store.store import Store
+from protocol.catalogue import Request
+from protocol.link_states import Presence
+from tests.support.line.sim_line import FakeClock, WatchedLine
+from tests.support.line.threadless import ThreadlessWorker
+from tests.support.line.truth import Truth
+from tests.support.window.fakes_ui import simulated, window
+from tests.support.window.steps import Driver
+from ui.core.background_task import BackgroundTask
+from ui.main import Assembly
+from ui.services.context import PageEntry
+from ui.services.port import Ports
+from ui.widgets.gestures import gestures
+
+Made = TypeVar("Made", bound="Rig")
+TURN_S = 0.05
+"""Less than the ritual goes without a tick."""
+BESIDE_S = 0.05
+"""So long a turn waits for the disk and for what runs beside the window."""
+
+
+@dataclass
+class Rig(Driver):
+    """The window, the module, and every frame that left for it, on a clock that only `wait` and `until` move."""
+
+    qtbot: QtBot
+    assembly: Assembly
+    bench: SimulatedBench
+    url: str
+    clock: FakeClock
+    worker: ThreadlessWorker
+    requests: list[Request]
+    _due_s: dict[QTimer, float] = field(default_factory=dict)
+
+    @property
+    def root(self) -> QWidget:
+        return self.assembly.window
+
+    def turn(self) -> None:
+        """One step of the line, the window and its timers; no time passes while the disk or a task is at work."""
+        end_s = self.clock.now_s + TURN_S
+        while self.clock.now_s < end_s and self.worker.turn():
+            pass
+        self.clock.now_s = max(self.clock.now_s, end_s)
+        store = self.assembly.storage.store
+        if isinstance(store, Store):
+            wait([store.queue.submit(int)], BESIDE_S)
+        for task in self.root.findChildren(BackgroundTask):
+            if task.is_running:
+                task.wait(BESIDE_S)
+        QCoreApplication.sendPostedEvents()
+        QApplication.processEvents()
+        for owner in (self.root, self.assembly.connector, gestures()):
+            for timer in owner.findChildren(QTimer):
+                self._tick(timer)
+
+    def _tick(self, timer: QTimer) -> None:
+        if not timer.isActive():
+            self._due_s.pop(timer, None)
+            return
+        now_s, every_s = self.clock(), timer.interval() / 1000
+        if now_s >= self._due_s.setdefault(timer, now_s + every_s):
+            self._due_s[timer] = now_s + every_s
+            if timer.isSingleShot():
+                timer.stop()
+            timer.timeout.emit()
+
+    def wait(self, seconds: float) -> None:
+        end_s = self.clock() + seconds
+        while self.clock() < end_s:
+            self.turn()
+
+    def until(self, is_so: Callable[[], object], limit_s: float = 120.0) -> None:
+        end_s = self.clock() + limit_s
+        while not is_so():
+            assert self.clock() < end_s, "it does not come to be"
+            self.turn()
+
+    def connect(self) -> None:
+        connector = self.assembly.connector
+        connector.connect_to(Target(self.url, 115200))
+        self.until(lambda: connector.current.device.presence is Presence.ONLINE)
+        self.until(lambda: connector.current.device.known("active", self.clock()) is not None)
+
+
+@contextmanager
+def on_fake_time(
+    kind: type[Made], qtbot: QtBot, qapp: QApplication, folder: Path, name: str, entries: tuple[PageEntry, ...],
+    query: str = "", /, **options: object,
+) -> Iterator[Made]:  # fmt: skip
+    """Open a window and make a module for it; the worker runs in the window's thread, as far as `turn` says."""
+    clock, workers, requests = FakeClock(), list[ThreadlessWorker](), list[Request]()
+
+    def make_worker(callback: Callable[[Batch], None]) -> ThreadlessWorker:
+        workers.append(ThreadlessWorker(callback, clock))
+        return workers[-1]
+
+    def open_line(port: str, baud_rate: int) -> WatchedLine:
+        module = open_bench(port)
+        return WatchedLine(Truth(module, clock), clock, module, baud_rate, requests.append)
+
+    gestures().clock = clock
+    with (
+        patch.dict(SimulatedBench.__init__.__kwdefaults__ or {}, clock=clock),
+        patch("ui.main.Ports", partial(Ports, make_worker=make_worker, clock=clock)),
+        patch("app.engine.worker.open_line", open_line),
+        simulated(name, **options) as bench,
+        window(qapp, folder, entries=entries) as assembly,
+    ):
+        yield kind(qtbot, assembly, bench, f"sim://{name}{query}", clock, workers[0], requests)
