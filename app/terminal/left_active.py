@@ -75,14 +75,15 @@ def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...
 
 
 def end_left_active(conversation: "Conversation", store: "Store", args: argparse.Namespace) -> None:
-    """The module reports LOCKED, and a person says by --module or --same-module which one it is."""
+    """The module reports LOCKED, and a person says by --module or --same-module which one it is. A name does not say
+    that it is also the one without a name that was left here."""
     from app.store.database import StoreTrouble
     from app.store.left_active import note_locked
     from app.terminal.command_journal import ORIGIN
     from app.terminal.connection import LinkTrouble
     from app.terminal.stored_history import differences_from
 
-    name, against = args.module or "", None
+    name, against = clean((args.module or "").strip()), None
     try:
         with LinkTrouble():
             against = [] if args.same_module else differences_from(conversation, store, name)
@@ -90,6 +91,7 @@ def end_left_active(conversation: "Conversation", store: "Store", args: argparse
             notify(tr("This may be another module than {module} ({differences}). Else add --same-module.",
                       module=name, differences=join_names(against)))  # fmt: skip
         for one in left_here(store, args.port, name) if against == [] else ():
-            store.queue.submit(partial(note_locked, store, one, ORIGIN))
+            if args.same_module or one.known_as.name == name:
+                store.queue.submit(partial(note_locked, store, one, ORIGIN))
     except StoreTrouble as error:
         notify(error.sentence)
