@@ -7,7 +7,9 @@ ROOT = Path(__file__).parents[3]
 SENDS = frozenset({"write_all", "write_logged", "write_verified"})
 """The procedures that set settings; that they refuse what nobody accepted is held by `test_write_all.py`."""
 BEGINNINGS = {
-    "app/cli/settings/set.py": "test_cli_set.py::test_what_takes_protection_away_needs_accept_risk",
+    "app/cli/settings/set.py": "test_goldens.py::test_what_is_said_and_sent",
+    "app/preflight/provision.py": "test_cli_provision.py::"
+    "test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
     "app/preflight/run.py": "test_accepted_risks.py::test_a_check_only_enables",
     "app/procedures/write_all.py": "test_write_all.py::"
     "test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it",
