@@ -250,6 +250,7 @@ class CheckHistory(QWidget):
         trends.setSpacing(Space.M)
         for number, one in enumerate(TRENDED):
             trends.addWidget(self.trends[one.name], number // 3, number % 3)
+            self.trends[one.name].hide()  # until its values are known: an axis that grows is drawn cut off
         content = named(QWidget(), "check_history_content")
         in_column((self.table, 1), trends, self.stations, of=content, spacing=Space.S, margins=0)
         scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks")
