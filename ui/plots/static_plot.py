@@ -55,6 +55,9 @@ class StaticPlot(PaintedWidget):
         canvas.viewport().setObjectName(f"{self.objectName()}_viewport")
         canvas.viewport().setAutoFillBackground(False)
         canvas.setBackground(None)
+        canvas.setCacheMode(
+            pg.GraphicsView.CacheModeFlag.CacheNone
+        )  # the ground is the page's, which changes with the theme
         canvas.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         # The mouse is the widget's, and the page's that scrolls.
         canvas.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)

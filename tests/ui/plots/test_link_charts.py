@@ -1,4 +1,4 @@
-"""Texts in the charts of the link overlap nothing."""
+"""The charts of the link: texts overlap nothing, and the ground is that of the theme in use."""
 
 import pyqtgraph as pg
 import pytest
@@ -23,3 +23,11 @@ def test_a_share_is_not_written_across_the_higher_bar_beside_it(qtbot: QtBot, wi
     shares = [item.toPlainText() for item in chart.view.addedItems if isinstance(item, pg.TextItem)]
     assert shares[0] == percent_text(0.9)
     assert (percent_text(0.1) in shares) == is_said
+
+
+def test_the_ground_is_not_kept_over_a_change_of_theme(qtbot: QtBot) -> None:
+    """The map of flight logs stood on white in the dark theme."""
+    chart = Histogram()
+    qtbot.addWidget(chart)
+    chart.show()
+    assert chart.view.getViewWidget().cacheMode() == pg.GraphicsView.CacheModeFlag.CacheNone
