@@ -44,8 +44,10 @@ _VARYING: Final = (
     (r"(Status age +)\d\.\d\d s", r"\1… s"),
     (r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d([.+]\S*)?)?", "…"),
     (r"[0-9A-F]{4}(-[0-9A-F]{4}){4}", "FINGERPRINT"),
+    (r"^! usage: (dps-s( [a-z]+)*).*\n(! {2,}.*\n)*", r"! usage: \1 …\n"),
+    (r"'(?=[^(\n]*\))", ""),  # of choices
 )
-"""Times, and the key of the station."""
+"""Times, the key of the station, and what Pythons lay out each in their way."""
 
 
 class Example(NamedTuple):
