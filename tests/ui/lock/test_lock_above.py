@@ -28,6 +28,8 @@ from app.simulator.bench import SimulatedBench
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.settings_bench import ENTRIES
 from tests.support.window.steps import find, let_lay_out
+from ui.archive.service_form import ServiceForm
+from ui.core.texts import Texts
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.services.context import PageEntry
@@ -118,6 +120,10 @@ def _ask_text(bench: Bench) -> QWidget:
     return find(bench.assembly.window, QDialog, "text_dialog")
 
 
+def _service(bench: Bench) -> QWidget:
+    return ServiceForm(bench.assembly.window, Texts(), "M-07", "Li", lambda _service: None)
+
+
 def _replacing(bench: Bench) -> QWidget:
     """A question above a file dialog, as Qt's own asks whether a file is to be replaced."""
     dialog = _file(file_dialogs.ask_path, "Save…", Path(__file__), "All (*)")(bench)
@@ -139,6 +145,7 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
     "ui/widgets/document_window.py: QDialog: keys": _modeless("keys"),
     "ui/preferences/dialog.py: QDialog": _modeless("preferences"),
     "ui/archive/archive_dialog.py: QDialog": _modeless("archive"),
+    "ui/archive/service_form.py: QDialog": _service,
     "ui/help/small_windows.py: QMessageBox": _modeless("about", QMessageBox),
 }
 """Everything that the program shows above its window, by file and class; `test_nothing_is_missing` compares it with the
