@@ -52,15 +52,10 @@ def _take_none(arguments: list[str]) -> None:
 
 
 def _test(arguments: list[str]) -> int:
-    """Run the tests in parallel, since most of them wait for a line; `-n 0` runs one after the other.
-
-    On a busy machine a window or a pseudo-terminal may be too slow once: at most three failed tests are repeated once,
-    and their failures are printed.
-    """
-    at_a_time = min(8, 2 * (os.cpu_count() or 1))
+    """Run the tests in parallel, since most of them wait for a line; `-n 0` runs one after the other."""
+    at_a_time = min(8, 3 * (os.cpu_count() or 1))
     side_by_side = ("-n", str(at_a_time), "--dist", "worksteal")
-    once_more = ("--reruns", "1", "--max-suite-reruns", "3", "--rerun-show-tracebacks")
-    return call(_python("-m", "pytest", *side_by_side, *once_more, *arguments), QT_QPA_PLATFORM="offscreen")
+    return call(_python("-m", "pytest", *side_by_side, *arguments), QT_QPA_PLATFORM="offscreen")
 
 
 def _check(arguments: list[str]) -> int:

@@ -110,8 +110,7 @@ def main(arguments: list[str]) -> int:
     variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
     if chosen.installers:
         variables["DPS_S_INSTALLERS"] = "1"
-    once_more = ("--reruns", "1", "--max-suite-reruns", "1", "--rerun-show-tracebacks")
-    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", *once_more, "tests/packages"]
+    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "tests/packages"]
     return subprocess.run(command, cwd=ROOT, env=variables, check=False).returncode
 
 

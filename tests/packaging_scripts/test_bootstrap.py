@@ -87,13 +87,10 @@ def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list
     return calls
 
 
-ONCE_MORE = ("--reruns", "1", "--max-suite-reruns", "3", "--rerun-show-tracebacks")
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["test", "-k", "foo"], ["-m", "pytest", "-n", "4", "--dist", "worksteal", *ONCE_MORE, "-k", "foo"]),
+        (["test", "-k", "foo"], ["-m", "pytest", "-n", "6", "--dist", "worksteal", "-k", "foo"]),
         (["bench", "--quick"], ["-m", "tests.benchmarks", "--quick"]),
         (["soak"], ["-m", "tests.soak"]),
         (["mutants", "--seed", "2"], ["-m", "tests.mutants", "--seed", "2"]),

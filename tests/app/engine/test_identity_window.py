@@ -17,7 +17,7 @@ from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.app.engine.test_identity import NOT_PROVEN
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import simulated, wait_online, window
 from tests.support.window.steps import find, press
 from ui.acts.outcomes import open_conditions
 from ui.main import Assembly
@@ -56,7 +56,7 @@ class Desk:
         return notice.text if notice is not None and is_question else ""
 
     def wait(self, is_so: Callable[[], bool]) -> None:
-        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
+        self.qtbot.waitUntil(is_so)
 
     def connect(self) -> None:
         self.assembly.connector.connect_to(self.target)

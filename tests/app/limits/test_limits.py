@@ -48,7 +48,7 @@ from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check
 from tests.support.records.recordings_desk import made, record
 from tests.support.records.recordings_made import batch
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from ui.pages.live.page import LivePage
 from ui.style.painted_widget import Freshness
@@ -309,10 +309,10 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
     with simulated("weak") as bench, window(qapp, tmp_path) as assembly:
         top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.connector
         connect(qtbot, assembly, "sim://weak")
-        qtbot.waitUntil(lambda: top.cell.word.endswith(" V"), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
         assert top.cell.meaning is None
         bench.set_cell(3.5)
-        qtbot.waitUntil(lambda: top.cell.word == "3.50 V, low", timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: top.cell.word == "3.50 V, low")
         assert top.cell.meaning is Meaning.ATTENTION
         assert "limit 3.80 V" in top.cell.accessibleName()
         last = connector.current.last

@@ -17,7 +17,7 @@ from app.records.check_store import CheckStore
 from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
 from tests.support.patience import MACHINE_S
-from tests.support.window.fakes_ui import TRAFFIC_ALONE, WAIT_MS, simulated, window
+from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, window
 from tests.support.window.preflight_window import OnBench, on_bench
 from tests.support.window.steps import await_child, find, settle
 from tests.ui.pages.triggers.test_triggers_page import fire, name_kept, said, texts
@@ -153,7 +153,7 @@ def test_the_window_goes_on_while_a_broken_off_baud_change_is_forgotten(
     storage.close()
     with simulated("crashed"), window(qapp, tmp_path) as assembly:
         bar = find(assembly.window, NoticeBar, "notice_bar")
-        qtbot.waitUntil(lambda: bar.button("forget_baud") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.button("forget_baud") is not None)
         button, store = bar.button("forget_baud"), assembly.storage.store
         assert button is not None
         assert isinstance(store, Store)
@@ -162,7 +162,7 @@ def test_the_window_goes_on_while_a_broken_off_baud_change_is_forgotten(
             button.click()
             assert store.pending_bauds()
             release()
-        qtbot.waitUntil(lambda: not store.pending_bauds(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not store.pending_bauds())
 
 
 def test_the_store_is_opened_beside_the_window(
@@ -181,7 +181,7 @@ def test_the_store_is_opened_beside_the_window(
     monkeypatch.setattr("ui.main._load_pages", bool)
     with window(qapp, tmp_path) as assembly:
         try:
-            qtbot.waitUntil(lambda: bool(opened_in), timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: bool(opened_in))
             turns = Turns()
             qtbot.wait(300)
             assert turns.longest_s < MACHINE_S

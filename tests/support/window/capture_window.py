@@ -13,7 +13,6 @@ from app.recordings.writer import write_session
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
 from tests.support.records.recordings_made import NOON
-from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.steps import choosing, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.main import Assembly
@@ -48,7 +47,7 @@ def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Ass
     with diagnosis(qtbot, qapp, folder) as (assembly, page):
         page.files.ask_open = choosing(path)
         press(qtbot, page.files.open)
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.opened is not None)
         yield assembly, page, path
 
 

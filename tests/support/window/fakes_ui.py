@@ -132,7 +132,7 @@ def wait_online(qtbot: QtBot, assembly: Assembly) -> None:
         device = assembly.connector.current.device
         return device.presence is Presence.ONLINE and device.known("active", assembly.connector.clock()) is not None
 
-    qtbot.waitUntil(is_known, timeout=WAIT_MS)
+    qtbot.waitUntil(is_known)
 
 
 def connect(qtbot: QtBot, assembly: Assembly, port: str) -> None:

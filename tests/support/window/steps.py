@@ -82,7 +82,7 @@ def find(root: QObject, kind: type[Found], name: str = "") -> Found:
 
 def await_child(qtbot: QtBot, root: QObject, kind: type[Found], name: str = "") -> Found:
     """The same, once it exists."""
-    qtbot.waitUntil(lambda: (root.findChild(kind, name) if name else root.findChild(kind)) is not None, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: (root.findChild(kind, name) if name else root.findChild(kind)) is not None)
     return find(root, kind, name)
 
 
@@ -90,7 +90,7 @@ def show_page(qtbot: QtBot, window: MainWindow, key: str, kind: type[Shown]) -> 
     """The page of this key, once it is made and in sight."""
     page = await_child(qtbot, window, kind)
     window.go_to(key)
-    qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+    qtbot.waitUntil(page.isVisible)
     return page
 
 

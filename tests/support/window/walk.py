@@ -22,7 +22,6 @@ from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
-    WAIT_MS,
     ListedPorts,
     connect,
     simulated,
@@ -300,7 +299,7 @@ def walking(
     ):
         hurry_check(patch, still_s=0.2)
         assembly.appearance.choose(theme)
-        with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
+        with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(size)
         walk = Walk(qtbot, assembly, bench, folder, name)
         walk.settle()

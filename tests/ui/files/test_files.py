@@ -13,7 +13,6 @@ from pytestqt.qtbot import QtBot
 import app.__main__ as program
 from app.cli.commands import is_file_name
 from tests.support.window.capture_window import write_capture
-from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent
@@ -40,21 +39,21 @@ def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
 
         window.files.choose = choose
         window.menus["open"].trigger()
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.opened is not None)
         assert f"*{SUFFIX}" in asked[0]
         recent_menu(window).aboutToShow.emit()
         (recent,) = recent_menu(window).actions()
         assert recent.text() == path.name
         first = page.opened
         recent.trigger()
-        qtbot.waitUntil(lambda: page.opened is not None and page.opened is not first, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.opened is not None and page.opened is not first)
 
 
 def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = write_capture(tmp_path / f"begun{SUFFIX}", seconds=1)
     options = WindowOptions(language="en", file=path)
     with diagnosis(qtbot, qapp, tmp_path, options=options) as (assembly, page):
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.opened is not None)
         assert not assembly.window.panel.isVisible()
 
 

@@ -18,7 +18,7 @@ from app.simulator import bench as benches
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
 from tests.support.check_pace import hurry_check
-from tests.support.window.fakes_ui import WAIT_MS, ListedPorts, wait_online, window
+from tests.support.window.fakes_ui import ListedPorts, wait_online, window
 from tests.support.window.preflight_window import VERDICTS
 from tests.support.window.steps import find, press
 from ui.core.texts import Texts
@@ -267,8 +267,8 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)
         main.activateWindow()
-        qtbot.waitUntil(main.isActiveWindow, timeout=WAIT_MS)
-        qtbot.waitUntil(main.panel.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(main.isActiveWindow)
+        qtbot.waitUntil(main.panel.isVisible)
         assert not main.panel.connect_button.isEnabled()
         ports = main.panel.list
         row = ports.model().index(ports.model().rowCount() - 1, 0)
@@ -276,13 +276,13 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         assert ports.chosen is not None
         click(qtbot, assembly, "connect_button")
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: connector.current.state.phase is Phase.ONLINE, timeout=WAIT_MS)
-        qtbot.waitUntil(main.panel.isHidden, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.state.phase is Phase.ONLINE)
+        qtbot.waitUntil(main.panel.isHidden)
         assert "Pre-flight" in main.status_bar.passing.text()  # what comes next
         benches.module("demo").set_tilt(20)  # as if it were not set down
         qtbot.keyClick(main, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
         page = find(main, PreflightPage)
-        qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(page.isVisible)
         page.tick()
         assert "Enable triggers and check" in page.banner.announcement.head
         click(qtbot, assembly, "preflight_enable")
@@ -298,7 +298,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         assert page.banner.announcement.word == "READY"
         assert benches.module("demo").state().tilt_deg == 0  # by the button that said so
         connector.current.disconnect_port()
-        qtbot.waitUntil(lambda: not connector.current.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not connector.current.is_open)
     benches.remove_bench("demo")
 
 
@@ -313,7 +313,7 @@ def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, 
         main = assembly.window
         with qtbot.waitSignal(main.pages_made):
             main.resize(1024, 600)
-        qtbot.waitUntil(main.panel.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(main.panel.isVisible)
         for entry in PAGES[1:]:
             main.go_to(entry.key)
             assert main.panel.isHidden(), entry.key  # it would lie over the page

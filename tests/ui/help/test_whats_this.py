@@ -33,7 +33,7 @@ from app.settings.setting_texts import advice_text, what_is
 from app.text.i18n import CHINESE
 from app.text.sentences import capitalised
 from protocol.catalogue import BY_NAME, SETTINGS
-from tests.support.window.fakes_ui import WAIT_MS, ListedPorts, window
+from tests.support.window.fakes_ui import ListedPorts, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
@@ -56,7 +56,7 @@ def whole_window(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Ass
         with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(QSize(1024, 600))
         assembly.window.activateWindow()
-        qtbot.waitUntil(assembly.window.isActiveWindow, timeout=WAIT_MS)
+        qtbot.waitUntil(assembly.window.isActiveWindow)
         yield assembly
 
 
@@ -159,7 +159,7 @@ def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication,
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.go_to("settings")
         page = find(assembly.window, SettingsPage)
-        qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(page.isVisible)
         page.refresh()
         for key, row in page.rows.items():
             page.choose(key)
@@ -168,7 +168,7 @@ def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication,
             if told:
                 assert advice.isVisible(), key
                 assert not advice.visibleRegion().isEmpty(), key
-                qtbot.waitUntil(partial(is_whole, advice), timeout=WAIT_MS)
+                qtbot.waitUntil(partial(is_whole, advice))
         assert advice_text(BY_NAME["freefall_time"]).endswith("longer: fewer false triggers, more height lost")
 
 

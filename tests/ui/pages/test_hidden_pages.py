@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QListWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import simulated, wait_online, window
 from ui.main import PAGES
 
 
@@ -17,7 +17,7 @@ def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
     with simulated("hidden"), window(qapp, tmp_path, entries=PAGES) as assembly:
         assembly.window.connect_to(Target("sim://hidden", 115200))
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES))
         shown = {
             "commands": ("act_zero_conditions", QLabel.text),
             "settings": ("baud_conditions", QLabel.text),
@@ -37,7 +37,7 @@ def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
             assembly.window.go_to(key)
         before = {key: look(key) for key in shown}
         assembly.connector.current.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.connector.current.is_open, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.connector.current.is_open)
         assert {key: look(key) for key in shown} == before
         for key in shown:
             assembly.window.go_to(key)

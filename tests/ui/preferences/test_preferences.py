@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
 from app.text.i18n import language
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.steps import find
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions
@@ -28,14 +28,14 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
     with window(qapp, tmp_path, options=WindowOptions(language="en")) as assembly:
         main = assembly.window
         main.activateWindow()
-        qtbot.waitUntil(main.isActiveWindow, timeout=WAIT_MS)
+        qtbot.waitUntil(main.isActiveWindow)
         qtbot.keyClick(main, Qt.Key.Key_Comma, Qt.KeyboardModifier.ControlModifier)
         dialog = find(main, PreferencesDialog)
         assert dialog.isVisible()
         assert not dialog.isModal()  # LOCK stays in reach
         usual = main.top_bar.height()
         choose(dialog.zoom, 125)
-        qtbot.waitUntil(lambda: main.top_bar.height() == round(usual * 1.25), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.top_bar.height() == round(usual * 1.25))
         choose(dialog.theme, "sunlight")
         assert scale_in_use() == 1.25  # not twice as large
         choose(dialog.language, "zh_CN")

@@ -54,9 +54,15 @@ FROM_CANCEL_ON = ("ritual_", "_cancel", "_go", "_ask")
 @pytest.mark.parametrize(
     ("language", "theme", "size"),
     [
-        pytest.param(PSEUDO, Choice.DARK, SMALL_SCREEN, id="longer"),
         pytest.param(ENGLISH, Choice.SUNLIGHT, SMALL_SCREEN, id="sunlight"),
-        *([pytest.param(ENGLISH, Choice.LIGHT, SMALLEST, id="smallest")] if IS_THOROUGH else []),
+        *(
+            [
+                pytest.param(PSEUDO, Choice.DARK, SMALL_SCREEN, id="longer"),
+                pytest.param(ENGLISH, Choice.LIGHT, SMALLEST, id="smallest"),
+            ]
+            if IS_THOROUGH
+            else []
+        ),
     ],
 )
 def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str, theme: Choice, size: QSize) -> None:
@@ -66,19 +72,13 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
     with walking(qtbot, qapp, tmp_path, language=language, theme=theme, size=size) as walk:
         for stop in walk.stops():
             assert walk.window.size() == size, stop.name
-            unusable = unusable_in(stop.root)
-            with watching() as drawn:
-                picture = picture_of(stop.root)
-            found = [*weak_in_style(stop.root, picture, unusable), *weak_in_paint(stop.root, picture, drawn),
-                     *cut_off(stop.root), *cut_off_in_paint(drawn), *unnamed(stop.root), *repeats(stop.root),
-                     *out_of_order(stop.root), *silent_paint(stop.root), *unheard(stop.root),
-                     *sideways(stop.root), *completing(stop.root)]  # fmt: skip
-            if language == PSEUDO:
-                found += untranslated(stop.root)
-            else:
-                found += misnamed(stop.root)
+            found, seen = faults_in(stop.root, language)
+            if found:  # a value that came meanwhile may not be laid out yet: what stays is a fault
+                walk.settle()
+                again, seen = faults_in(stop.root, language)
+                found = [fault for fault in found if fault in again]
             controls += len(controls_in(stop.root))
-            texts += len(drawn)
+            texts += seen
             if theme is not Choice.DARK and stop.name in {entry.key for entry in PAGES}:
                 found += walk.shake()
             if theme is Choice.SUNLIGHT and stop.name in {entry.key for entry in PAGES}:
@@ -96,6 +96,18 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
     assert controls > 500
     assert texts > 300
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
+
+
+def faults_in(root: QWidget, language: str) -> tuple[list[str], int]:
+    """What is wrong with all that is in sight, and how many texts were painted."""
+    unusable = unusable_in(root)
+    with watching() as drawn:
+        picture = picture_of(root)
+    found = [*weak_in_style(root, picture, unusable), *weak_in_paint(root, picture, drawn), *cut_off(root),
+             *cut_off_in_paint(drawn), *unnamed(root), *repeats(root), *out_of_order(root), *silent_paint(root),
+             *unheard(root), *sideways(root), *completing(root)]  # fmt: skip
+    found += untranslated(root) if language == PSEUDO else misnamed(root)
+    return found, len(drawn)
 
 
 def completing(root: QWidget) -> list[str]:

@@ -21,7 +21,6 @@ from ui.main import PAGES, Assembly, WindowOptions, assemble, start
 from ui.services.port import Ports
 from ui.services.storage import Storage
 
-LIMIT_MS = 60_000
 TIMES = 8
 BOUNDED = ("Marker", "Mark", "StepPoint", "Slice", "ReferenceType")
 """Kept in bounded queues for the time line; `sqlite3.Connection` keeps up to 200 weak references to its cursors."""
@@ -52,7 +51,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[
         logging.disable()  # pytest keeps the records of a test
         try:
             start(assembly, options)
-            qtbot.waitUntil(lambda: window.findChild(QObject, "diagnosis_page") is not None, timeout=LIMIT_MS)
+            qtbot.waitUntil(lambda: window.findChild(QObject, "diagnosis_page") is not None)
             assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
             worker = fakes.workers[-1]
             worker.say(**VALUES)
@@ -95,13 +94,13 @@ def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path
             opened = len(worker.opened)
             worker.unplug()
             fakes.now_s += 1.0
-            qtbot.waitUntil(lambda: len(worker.opened) > opened, timeout=LIMIT_MS)
+            qtbot.waitUntil(lambda: len(worker.opened) > opened)
             worker.hand_over()
             QApplication.processEvents()
             connector.current.stream_memory.is_taken_over = True  # the module still streams
             worker.say(**VALUES)
             fakes.now_s += 1.0
-            qtbot.waitUntil(lambda: connector.current.is_open, timeout=LIMIT_MS)
+            qtbot.waitUntil(lambda: connector.current.is_open)
             QApplication.processEvents()
 
         def visit() -> None:

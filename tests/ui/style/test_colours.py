@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QVBoxL
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.contrast import DISABLED, contrast, surfaces_of, wanted
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.painted_text import colours_in
 from tests.support.window.steps import find
 from ui.main import PAGES
@@ -50,14 +50,14 @@ def _settled(page: QWidget, qtbot: QtBot) -> QImage:
         seen.append(page.grab().toImage())
         return seen[-1] == seen[-2]
 
-    qtbot.waitUntil(is_settled, timeout=WAIT_MS)
+    qtbot.waitUntil(is_settled)
     return seen[-1]
 
 
 def test_a_page_out_of_sight_is_dressed_when_it_is_shown(qapp: QApplication, qtbot: QtBot, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=_PLAIN) as assembly:
         main = assembly.window
-        qtbot.waitUntil(lambda: main.stack.count() == len(_PLAIN), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: main.stack.count() == len(_PLAIN))
         assembly.appearance.choose(Choice.LIGHT)
         main.panel.hide()
         for entry in _PLAIN:
@@ -85,7 +85,7 @@ def test_a_page_out_of_sight_is_dressed_when_it_is_shown(qapp: QApplication, qtb
         QApplication.processEvents()
         assert page.grab().toImage() != followed
         assembly.appearance.choose(Choice.DARK)
-        qtbot.waitUntil(lambda: page.grab().toImage() == followed, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.grab().toImage() == followed)
         assembly.appearance.choose(Choice.LIGHT)
 
 

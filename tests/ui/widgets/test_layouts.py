@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.cut_off import cut_off_in_paint
-from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.painted_text import watching
 from tests.support.window.walk import walking
 from ui.style import appearance
@@ -175,9 +174,9 @@ def test_it_follows_the_theme_by_itself(qapp: QApplication, qtbot: QtBot) -> Non
 
     assert has_colours_of(LIGHT)
     appearance.apply(qapp, DARK)
-    qtbot.waitUntil(lambda: has_colours_of(DARK), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: has_colours_of(DARK))
     appearance.apply(qapp, LIGHT)
-    qtbot.waitUntil(lambda: has_colours_of(LIGHT), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: has_colours_of(LIGHT))
 
 
 def test_icons_grow_with_the_text_in_sunlight(qapp: QApplication, qtbot: QtBot) -> None:
@@ -194,7 +193,7 @@ def test_icons_grow_with_the_text_in_sunlight(qapp: QApplication, qtbot: QtBot) 
     window.show()
     for theme, side in ((Choice.SUNLIGHT, round(16 * SUNLIGHT.scale)), (Choice.LIGHT, 16)):
         look.choose(theme)
-        qtbot.waitUntil(lambda wanted=side: label.width() == wanted, timeout=WAIT_MS)  # type: ignore[misc]
+        qtbot.waitUntil(lambda wanted=side: label.width() == wanted)  # type: ignore[misc]
         assert button.iconSize().height() == side
 
 

@@ -50,17 +50,17 @@ def test_search_wraps_around_and_reports_no_match(qtbot: QtBot, qapp: QApplicati
         def found() -> list[int]:
             return [index.row() for index in traffic.table.selectionModel().selectedRows()]
 
-        qtbot.waitUntil(lambda: found() in ([3000], [5001]), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: found() in ([3000], [5001]))
         first = found()
         qtbot.keyClick(traffic.search.field, Qt.Key.Key_Return)
-        qtbot.waitUntil(lambda: found() not in (first, []), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: found() not in (first, []))
         qtbot.keyClick(traffic.search.field, Qt.Key.Key_Return)
-        qtbot.waitUntil(lambda: found() == first, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: found() == first)
         press(qtbot, traffic.search.before)
-        qtbot.waitUntil(lambda: found() not in (first, []), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: found() not in (first, []))
         traffic.search.field.clear()
         qtbot.keyClicks(traffic.search.field, "FF FF FF")
-        qtbot.waitUntil(lambda: traffic._count.text() == "Not found", timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: traffic._count.text() == "Not found")
 
 
 def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> None:
@@ -104,10 +104,10 @@ def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_pat
     with simulated("saved", stream_at_boot=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         connect(qtbot, assembly, "sim://saved")
         page.files.ask_save = choosing(path)
-        qtbot.waitUntil(page.files.save.isEnabled, timeout=WAIT_MS)
+        qtbot.waitUntil(page.files.save.isEnabled)
         kept = page.traffic_buffer.entries()
         press(qtbot, page.files.save)
-        qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName())
         entry, entries = entry_of(path), read_session(path)
         assert (entry.port, entry.baud_rate, entry.was_cut_off) == ("sim://saved", 115200, False)
         assert [one.raw for one in entries[: len(kept)]] == [one.raw for one in kept]
@@ -121,7 +121,7 @@ def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplica
         page.files.refresh()
         page.files.ask_save = choosing(tmp_path / "none" / "x.dpscap")
         press(qtbot, page.files.save)
-        qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName())
 
 
 def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -163,12 +163,12 @@ def test_a_file_that_is_no_capture_is_refused_with_the_reason(
     path.write_bytes(content)
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
-        qtbot.waitUntil(lambda: said in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: said in page.strip.accessibleName())
         page.open_file(tmp_path / "missing.mcap")
-        qtbot.waitUntil(lambda: "missing.mcap cannot be read" in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "missing.mcap cannot be read" in page.strip.accessibleName())
         (tmp_path / "empty.mcap").write_bytes(b"\x89MCAP0\r\n")
         page.open_file(tmp_path / "empty.mcap")
-        qtbot.waitUntil(lambda: "not a recording by this program" in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "not a recording by this program" in page.strip.accessibleName())
         assert page.opened is None
 
 
@@ -186,7 +186,7 @@ def test_text_is_opened_and_its_faults_are_reported(
     path.write_text(text, encoding="utf-8")
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.opened is not None)
         assert said in page.strip.accessibleName()
         assert page.traffic.model.rowCount() == 2
 
@@ -197,7 +197,7 @@ def test_all_rows_of_a_long_capture_are_shown_and_a_few_of_them_copied(
     path = write_capture(tmp_path / f"long{SUFFIX}", seconds=600)
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.opened is not None)
         traffic = page.traffic
         assert traffic.model.rowCount() > MAX_COPIED + 1000
         traffic.table.selectAll()
@@ -244,12 +244,12 @@ def test_opening_shows_progress_and_can_be_cancelled(
     path = write_capture(tmp_path / f"cancelled{SUFFIX}", seconds=100)
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
-        qtbot.waitUntil(lambda: "43 %" in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "43 %" in page.strip.accessibleName())
         press(qtbot, strip_button(page, "cancel"))
         assert page.strip.isHidden()
         assert not page.files._loading.is_running
         may_go_on.set()
-        qtbot.waitUntil(lambda: all(one.name != "dps-s open capture" for one in threading.enumerate()), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: all(one.name != "dps-s open capture" for one in threading.enumerate()))
         qapp.processEvents()
         assert page.opened is None
 
@@ -271,7 +271,7 @@ def test_opening_ends_with_the_window(
         assert begun.wait(WAIT_MS / 1000)
         assembly.window.close_now()
         may_go_on.set()
-        qtbot.waitUntil(lambda: bool(still_wanted), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(still_wanted))
     assert still_wanted == [False]
 
 
@@ -289,4 +289,4 @@ def test_a_capture_dropped_on_the_window_is_opened(qtbot: QtBot, qapp: QApplicat
     path = write_capture(tmp_path / f"dropped{SUFFIX}", seconds=1)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         drop(assembly.window, path)
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.opened is not None)

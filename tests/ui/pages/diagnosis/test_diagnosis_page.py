@@ -37,7 +37,7 @@ from protocol.frame import Direction, Frame, Reason
 from protocol.link_states import Presence
 from protocol.messages import Heartbeat, Status, decode
 from tests.support.patience import quickest
-from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, ListedPorts, connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, wait_online, window
 from tests.support.window.settings_bench import desk
 from tests.support.window.steps import choosing, find, press, show_page
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
@@ -81,7 +81,7 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
     options = parse_options(parse_qsl(query, keep_blank_values=True))
     with simulated(name, **options), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         assembly.connector.connect_to(Target(f"sim://{name}", 115200))
-        qtbot.waitUntil(lambda: cause_of(page) is cause, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: cause_of(page) is cause)
         assert page.why.act.isVisible()
         assert page.why.act.text() == button
         assert page.why.next_step.isVisible()
@@ -95,7 +95,7 @@ def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
         connect(qtbot, assembly, "sim://why-silent")
         assert not page.why.silence.isVisible()
         module.power_off()
-        qtbot.waitUntil(page.why.silence.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(page.why.silence.isVisible)
         said = re.fullmatch(
             r"Last value at (.+)\. Requests unanswered since the last reply: (\d+) of (\d+)\. The port is open\.",
             page.why.silence.text(),
@@ -112,11 +112,11 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
     options = {"baud": 57600, "stream_at_boot": True, "rate": 50}
     with simulated("why-find", **options), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         assembly.connector.connect_to(Target("sim://why-find", 115200))
-        qtbot.waitUntil(lambda: cause_of(page) is Cause.WRONG_RATE, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: page.why.act.isEnabled() and page.why.act.isVisible(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.WRONG_RATE)
+        qtbot.waitUntil(lambda: page.why.act.isEnabled() and page.why.act.isVisible())
         press(qtbot, page.why.act)
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: "answers" in page.why.what.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "answers" in page.why.what.text())
         assert page.why.diagnosis is None
         assert not page.why.act.isVisible()
 
@@ -124,7 +124,7 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
 def test_a_port_that_is_not_there(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         assembly.connector.connect_to(Target(str(tmp_path / "none"), 115200))
-        qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         panel = assembly.window.panel
         panel.hide()
         press(qtbot, page.why.act)
@@ -148,11 +148,11 @@ def test_a_command_is_shown_and_copied(
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         target = Target(str(tmp_path / "tty"), 115200)
         assembly.connector.connect_to(target)
-        qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
         refused = replace(assembly.connector.current.connection, trouble=denied)
         assembly.connector.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
-        qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION)
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"
             assert page.why.act.text() == "Copy"
@@ -163,7 +163,7 @@ def test_a_command_is_shown_and_copied(
 def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts()
     with diagnosis(qtbot, qapp, tmp_path, ports=ports) as (assembly, page):
-        qtbot.waitUntil(lambda: assembly.ports.has_listed, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.ports.has_listed)
         for present in ([ADAPTER], [], [ADAPTER], []):
             ports.now = list(present)
 
@@ -171,10 +171,10 @@ def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_pa
                 assembly.ports.refresh()
                 return assembly.ports.ports == wanted
 
-            qtbot.waitUntil(is_listed, timeout=WAIT_MS)
+            qtbot.waitUntil(is_listed)
         assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
-        qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: cause_of(page) is Cause.FLAPPING, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED)
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.FLAPPING)
         assert "2" in page.why.what.text()
 
 
@@ -295,8 +295,8 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         page.bundle._log = log
         connect(qtbot, assembly, "sim://bundle")
         page.go_to("bundle")
-        qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
-        qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.bundle.bundle is not None)
+        qtbot.waitUntil(page.bundle.save.isEnabled)
         bundle = page.bundle.bundle
         assert bundle is not None
         names = [part.name for part in bundle.preview()]
@@ -308,8 +308,8 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         path = tmp_path / "support.zip"
         page.bundle.ask_path = choosing(path)
         press(qtbot, page.bundle.save)
-        qtbot.waitUntil(path.exists, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: "Saved as" in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(path.exists)
+        qtbot.waitUntil(lambda: "Saved as" in page.strip.accessibleName())
         with zipfile.ZipFile(path) as archive:
             assert {name: archive.read(name).decode() for name in archive.namelist()} == {
                 part.name: part.text for part in bundle.preview()
@@ -319,11 +319,11 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
 def test_a_bundle_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.go_to("bundle")
-        qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(page.bundle.save.isEnabled)
+        qtbot.waitUntil(lambda: page.bundle.bundle is not None)
         page.bundle.ask_path = choosing(tmp_path / "gone" / "support.zip")
         press(qtbot, page.bundle.save)
-        qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName())
 
 
 # Errors of our own
@@ -345,7 +345,7 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
         with _errors_shown(assembly.window, armed):
             raise_uncaught(LookupError("a bug"))
             assert armed.act is None
-            qtbot.waitUntil(lambda: bar.notice is not None and "a bug" in bar.notice.text, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: bar.notice is not None and "a bug" in bar.notice.text)
             button = bar.button("copy_details")
             assert button is not None
             press(qtbot, button)
@@ -354,7 +354,7 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
             assert "a bug" in log.recent.text()
             dismiss = find(bar, QWidget, "notice_dismiss")
             press(qtbot, dismiss)
-            qtbot.waitUntil(lambda: bar.notice is None or "a bug" not in bar.notice.text, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: bar.notice is None or "a bug" not in bar.notice.text)
             assert page.isVisible()
 
 
@@ -368,7 +368,7 @@ def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication
                 thread.start()
                 thread.join()
             assert armed.act is None
-            qtbot.waitUntil(lambda: bar.notice is not None and "×3" in bar.notice.text, timeout=WAIT_MS)
+            qtbot.waitUntil(lambda: bar.notice is not None and "×3" in bar.notice.text)
 
 
 def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

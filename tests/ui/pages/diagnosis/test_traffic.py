@@ -16,7 +16,7 @@ from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import find, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis import traffic_texts
@@ -56,7 +56,7 @@ def cell(model: TrafficModel, row: int, column: Column) -> str:
 def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
     found = show_page(qtbot, assembly.window, "traffic", TrafficPage)
     maker = find(assembly.window, PageMaker)
-    qtbot.waitUntil(lambda: maker.is_done, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: maker.is_done)
     QApplication.processEvents()
     return found
 
@@ -148,22 +148,22 @@ def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_
         def column(wanted: Column) -> set[str]:
             return {cell(traffic.model, row, wanted) for row in range(traffic.model.rowCount())}
 
-        qtbot.waitUntil(lambda: {"sent", "answer"} <= column(Column.KIND), timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: "heartbeat" in column(Column.MEANING), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: {"sent", "answer"} <= column(Column.KIND))
+        qtbot.waitUntil(lambda: "heartbeat" in column(Column.MEANING))
 
 
 def test_pause_stops_the_list_and_loses_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         traffic.on_batch(batch(streamed(5)))
-        qtbot.waitUntil(lambda: traffic.model.rowCount() == 5, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: traffic.model.rowCount() == 5)
         qtbot.keyClick(traffic.table, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
         assert traffic.pause.isChecked()
         traffic.on_batch(batch(streamed(7)))
         traffic.draw()
         assert traffic.model.rowCount() == 5
         qtbot.mouseClick(traffic.pause, Qt.MouseButton.LeftButton)
-        qtbot.waitUntil(lambda: traffic.model.rowCount() == 12, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: traffic.model.rowCount() == 12)
 
 
 def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -172,11 +172,11 @@ def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, qapp: QApplication, tm
         bar = traffic.table.verticalScrollBar()
         traffic.on_batch(batch(streamed(200)))
         traffic.draw()
-        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
         before = bar.maximum()
         traffic.on_batch(batch(streamed(50)))
         traffic.draw()
-        qtbot.waitUntil(lambda: bar.value() == bar.maximum() > before, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.value() == bar.maximum() > before)
         bar.setValue(100)
         traffic.on_batch(batch(streamed(50)))
         traffic.draw()
@@ -192,7 +192,7 @@ def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(
         traffic.on_batch(batch(streamed(MAX_ROWS)))
         traffic.draw()
         bar = traffic.table.verticalScrollBar()
-        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
         bar.setValue(bar.maximum() // 2)
         top = traffic.model.event_at(traffic.table.rowAt(0))
         traffic.on_batch(batch(streamed(100, first=MAX_ROWS)))
@@ -207,10 +207,10 @@ def test_it_stays_at_the_end_when_the_table_shrinks(qtbot: QtBot, qapp: QApplica
         traffic.on_batch(batch(streamed(200)))
         traffic.draw()
         bar = traffic.table.verticalScrollBar()
-        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
         before = bar.maximum()
         assembly.window.resize(900, 520)
-        qtbot.waitUntil(lambda: bar.maximum() > before, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.maximum() > before)
         assert bar.value() == bar.maximum()
 
 

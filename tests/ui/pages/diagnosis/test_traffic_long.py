@@ -16,7 +16,7 @@ from app.captures.rows import CaptureRows
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
 from tests.support.records.captures import explained
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.steps import show_page
 from ui.pages.diagnosis import traffic_search
 from ui.pages.diagnosis.traffic import TrafficPage
@@ -67,12 +67,12 @@ def test_repeated_texts_are_formatted_once(qtbot: QtBot, page: TrafficPage, monk
     monkeypatch.setattr(traffic_search, "matches", counted)
     page.search.field.setText("nowhere")
     page.search.find_next()
-    qtbot.waitUntil(lambda: not page.search.is_searching, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not page.search.is_searching)
     assert page._count.text() == "Not found"
     assert len(looked_at) == TILTS + 1
     page.search.field.setText("query")
     page.search.find_next()
-    qtbot.waitUntil(lambda: not page.search.is_searching, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not page.search.is_searching)
     assert [index.row() for index in page.table.selectionModel().selectedRows()] == [ROWS // 2]
 
 
@@ -81,7 +81,7 @@ def test_a_search_backwards_selects_what_it_found_alone(qtbot: QtBot, page: Traf
     page.table.selectRow(ROWS - 1)
     page.search.field.setText("query")
     qtbot.keyPress(page.search.field, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
-    qtbot.waitUntil(lambda: not page.search.is_searching, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: not page.search.is_searching)
     assert [index.row() for index in page.table.selectionModel().selectedRows()] == [ROWS // 2]
 
 

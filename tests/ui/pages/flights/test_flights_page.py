@@ -26,7 +26,7 @@ from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import made_flight
 from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.steps import await_child, choosing
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES, Assembly
@@ -52,10 +52,10 @@ class Desk:
         self.wait_proposal()
 
     def wait_proposal(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.page.work.is_proposing, timeout=WAIT_MS)
+        self.qtbot.waitUntil(lambda: not self.page.work.is_proposing)
 
     def wait_read(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.page.work.loading.is_running, timeout=WAIT_MS)
+        self.qtbot.waitUntil(lambda: not self.page.work.loading.is_running)
         self.wait_proposal()
 
     def shown(self, group: FlightGroup) -> list[str]:
@@ -292,7 +292,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     page.work.move([str(path)], MUST)
     page.lists.of[MUST].table.selectRow(0)
     desk.qtbot.keyClick(page.lists.of[MUST].table, Qt.Key.Key_Return)
-    desk.qtbot.waitUntil(lambda: page.flight.plot is not None, timeout=WAIT_MS)
+    desk.qtbot.waitUntil(lambda: page.flight.plot is not None)
     plot = page.flight.plot
     assert plot is not None
     outcome = page.work.outcomes()[0]
@@ -332,7 +332,7 @@ def test_a_missing_log_is_reported(desk: Desk, tmp_path: Path) -> None:
     path.unlink()
     desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
     waiting = desk.page.flight.waiting
-    desk.qtbot.waitUntil(lambda: "No such file" in waiting.text(), timeout=WAIT_MS)
+    desk.qtbot.waitUntil(lambda: "No such file" in waiting.text())
 
 
 def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:

@@ -16,7 +16,6 @@ from app.flight_analysis.many_logs import SummarisedLog
 from app.flight_analysis.summary import summarise
 from app.flight_logs import csv_log
 from tests.support.flights.many_flights import write_csv, write_logs
-from tests.support.window.fakes_ui import WAIT_MS
 from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
 from ui.pages.flights import controller
 
@@ -52,7 +51,7 @@ def test_a_long_table_shows_progress_and_can_be_cancelled(
     monkeypatch.setattr(csv_log, "_number", slowly)
     desk.page.open_paths([path])
     try:
-        qtbot.waitUntil(lambda: re.search(r"\(0 of 1\): [1-9]\d? %$", desk.notice()) is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: re.search(r"\(0 of 1\): [1-9]\d? %$", desk.notice()) is not None)
         button = desk.page.strip.button("cancel_flights")
         assert button is not None
         button.click()
@@ -81,7 +80,7 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     monkeypatch.setattr(controller, "summarise_logs", slowly)
     desk.page.open_paths(paths)
     assert has_begun.wait(30)
-    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)", timeout=WAIT_MS)
+    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)")
     button = desk.page.strip.button("cancel_flights")
     assert button is not None
     button.click()  # without waiting
@@ -138,7 +137,7 @@ def test_a_log_that_is_gone_is_said_in_the_language(qtbot: QtBot, qapp: QApplica
         path.unlink()
         desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
         waiting = desk.page.flight.waiting
-        qtbot.waitUntil(lambda: "No such file" in waiting.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "No such file" in waiting.text())
         desk.assembly.language_switch.use("zh_CN")
         assert "不得触发" in waiting.text()
 

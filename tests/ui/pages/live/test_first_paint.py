@@ -8,7 +8,7 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from tests.support.window.fakes_ui import WAIT_MS, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.steps import await_child
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
@@ -33,7 +33,7 @@ def test_pages_are_made_after_the_first_paint(
     monkeypatch.setattr(MainWindow, "paintEvent", painted, raising=False)
     monkeypatch.setattr(MainWindow, "make_pages", made)
     with window(qapp, tmp_path):
-        qtbot.waitUntil(lambda: "made" in order, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "made" in order)
     assert order[0] == "painted"
     assert order.count("made") == 1
 
@@ -83,7 +83,7 @@ def test_a_turn_makes_or_places_one_page(
     monkeypatch.setattr(PageMaker, "_make_next", counted)
     monkeypatch.setattr(MainWindow, "_place", noted)
     with window(qapp, tmp_path, entries=leaves(made)) as assembly:
-        qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS).wait()
+        qtbot.waitSignal(assembly.window.pages_made).wait()
         assert made == placed == list("abcd")
         assert done == [1] * 8 + [0]
 
@@ -92,6 +92,6 @@ def test_a_page_that_is_chosen_before_it_is_made_comes_next(qapp: QApplication, 
     made: list[str] = []
     with window(qapp, tmp_path, entries=leaves(made)) as assembly:
         assembly.window.go_to("c")
-        qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS).wait()
+        qtbot.waitSignal(assembly.window.pages_made).wait()
         assert made == list("cabd")
         assert assembly.window.stack.currentWidget() is assembly.window._pages["c"]

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child
 from ui.core.texts import LanguageSwitch
@@ -54,7 +54,7 @@ def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_pat
         panel.hide()
         qtbot.waitUntil(page.empty.simulate.isVisible)
         qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
-        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not page.is_empty)
 
 
 # Numbers
@@ -226,20 +226,20 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
     with simulated("live") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
         page = await_child(qtbot, assembly.window, LivePage)
         connect(qtbot, assembly, "sim://live")
-        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName(), timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not page.is_empty)
+        qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName())
+        qtbot.waitUntil(lambda: bench.state().is_streaming)
         assembly.window.go_to("diagnosis")
-        qtbot.waitUntil(lambda: not page.isVisible(), timeout=WAIT_MS)  # the other page may have to be made first
+        qtbot.waitUntil(lambda: not page.isVisible())  # the other page may have to be made first
         span, count = page.plot.sight.span, len(page.data.tilt)
         asked: list[Path] = []
         page.save.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
         qtbot.keyClick(assembly.window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
         assert asked == []  # the key belongs to the page in sight
-        qtbot.waitUntil(lambda: len(page.data.tilt) > count + 5, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(page.data.tilt) > count + 5)
         assert page.plot.sight.span == span
         assembly.window.go_to("live")
-        qtbot.waitUntil(lambda: page.plot.sight.span.end_s > span.end_s, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.plot.sight.span.end_s > span.end_s)
 
 
 def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
@@ -249,24 +249,24 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
         page = await_child(qtbot, assembly.window, LivePage)
         assembly.window.resize(1024, 600)
         connect(qtbot, assembly, "sim://beside")
-        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not page.is_empty)
         assembly.window.menus["simulator"].setChecked(True)
         head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
         assert head is not None
         assert pause is not None
-        qtbot.waitUntil(lambda: 0 < head.height() < 3 * pause.height(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: 0 < head.height() < 3 * pause.height())
 
 
 def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("fires") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
         page = await_child(qtbot, assembly.window, LivePage)
         connect(qtbot, assembly, "sim://fires")
-        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not page.is_empty)
         bench.module.activate(is_active=True)
-        qtbot.waitUntil(lambda: happened(page) == ["connected", "activated"], timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: happened(page) == ["connected", "activated"])
         bench.set_tilt(80)
-        qtbot.waitUntil(lambda: happened(page)[2:] == ["triggered"], timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: page.panel.tilt.accessibleName().endswith("over 60°"), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: happened(page)[2:] == ["triggered"])
+        qtbot.waitUntil(lambda: page.panel.tilt.accessibleName().endswith("over 60°"))
 
 
 def happened(page: LivePage) -> list[str]:
@@ -279,11 +279,11 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
         connect(qtbot, assembly, "sim://row")
-        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not page.is_empty)
         panel = page.panel
-        qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(panel.gauge.isVisible)
         assembly.window.menus["simulator"].setChecked(True)
-        qtbot.waitUntil(lambda: not panel.gauge.isVisible(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not panel.gauge.isVisible())
         for _ in range(4):
             QApplication.processEvents()
             QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
@@ -292,5 +292,5 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         assert len({one.y() for one in tiles}) == 1
         assert all(panel.contentsRect().contains(one.geometry()) for one in tiles)
         assembly.window.menus["simulator"].setChecked(False)
-        qtbot.waitUntil(panel.gauge.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(panel.gauge.isVisible)
         assembly.appearance.choose(Choice.LIGHT)

@@ -21,7 +21,7 @@ from app.procedures.stream import StreamSwitch
 from app.recordings.recording import traffic_of
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, report
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
@@ -253,11 +253,11 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
         taken: list[StatusSample] = []
         assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
         connect(qtbot, assembly, "sim://kept")
-        qtbot.waitUntil(lambda: sign.label.text().startswith("Recorded since"), timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: len(taken) > 20, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: sign.label.text().startswith("Recorded since"))
+        qtbot.waitUntil(lambda: len(taken) > 20)
         assembly.window.disconnect_port()
-        qtbot.waitUntil(lambda: kept.sign.since is None, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: assembly.connector.current.connection.state is PortState.CLOSED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: kept.sign.since is None)
+        qtbot.waitUntil(lambda: assembly.connector.current.connection.state is PortState.CLOSED)
         (entry,) = kept.library.entries()
         assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
         with opened(entry.path) as recording:
@@ -272,24 +272,24 @@ def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplicati
     with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=entries) as assembly:
         assembly.window.go_to("triggers")
         connect(qtbot, assembly, "sim://paged?uptime=60")
-        qtbot.waitUntil(lambda: assembly.connector.current.device.is_streaming, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.device.is_streaming)
         assert not assembly.connector.current.stream.is_wanted
         assert assembly.connector.current.stream.is_recorded
         taken: list[StatusSample] = []
         assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
-        qtbot.waitUntil(lambda: len(taken) > 100, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(taken) > 100)
         assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
         assembly.window.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.connector.current.stream.is_recorded, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.connector.current.stream.is_recorded)
 
 
 def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         library = assembly.storage.recordings.library
         connect(qtbot, assembly, "sim://closed")
-        qtbot.waitUntil(lambda: assembly.connector.current.recording.sign.since is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.current.recording.sign.since is not None)
         assembly.window.close_now()
-        qtbot.waitUntil(lambda: not any(one.is_running for one in library.entries()), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not any(one.is_running for one in library.entries()))
         assert [one.was_cut_off for one in library.entries()] == [False]
 
 
@@ -300,7 +300,7 @@ def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: 
         folder.write_text("a file stands where the folder should be", encoding="utf-8")
         connect(qtbot, assembly, "sim://unkept")
         bar, sign = assembly.window.notice_bar, assembly.window.recording_sign
-        qtbot.waitUntil(lambda: "Not recording" in notice_text(bar), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "Not recording" in notice_text(bar))
         assert bar.button("recordings") is not None
         assert sign.label.text() == "Not recorded"
         assert assembly.connector.current.is_open
@@ -312,7 +312,7 @@ def test_another_module_begins_another_time_line(qtbot: QtBot, qapp: QApplicatio
         page = await_child(qtbot, assembly.window, LivePage)
         for port, tilt_deg in (("sim://first", 20), ("sim://second", 4)):
             assembly.connector.connect_to(Target(port, 115200))
-            qtbot.waitUntil(partial(_shows, page, tilt_deg), timeout=WAIT_MS)
+            qtbot.waitUntil(partial(_shows, page, tilt_deg))
         values = page.data.excerpt(0.0, assembly.connector.clock()).tilt_deg
         assert set(values.tolist()) == {4.0}
         assert page.data.markers[0].port == "sim://second"

@@ -28,7 +28,7 @@ from protocol.catalogue import Hazard
 from protocol.frame import decode_request
 from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in, written_at_once
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import connect, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import find
 from ui.main import PAGES
@@ -72,7 +72,7 @@ def retype(bench: Bench, name: str, text: str) -> None:
 def judged(bench: Bench) -> None:
     """Until what is shown answers the question."""
     bench.page.refresh()
-    bench.qtbot.waitUntil(lambda: not bench.page.fired.is_judging, timeout=WAIT_MS)
+    bench.qtbot.waitUntil(lambda: not bench.page.fired.is_judging)
     bench.page.refresh()
 
 
@@ -348,25 +348,23 @@ def test_drafts_move_between_settings_and_live_without_sending(
 
         bench.wire.write = watched  # type: ignore[method-assign]
         window_ = assembly.window
-        with qtbot.waitSignal(window_.pages_made, timeout=WAIT_MS):
+        with qtbot.waitSignal(window_.pages_made):
             pass
         connect(qtbot, assembly, f"sim://{name}")
         connector = assembly.connector
-        qtbot.waitUntil(
-            lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None, timeout=WAIT_MS
-        )
+        qtbot.waitUntil(lambda: connector.current.device.known("freefall_time_s", connector.clock()) is not None)
         live, settings = find(assembly.window, LivePage), find(assembly.window, SettingsPage)
         assert isinstance(live, LivePage)
         assert isinstance(settings, SettingsPage)
         window_.go_to("settings")
         settings.work.edit(lambda: settings.work.form.choose("attitude_threshold_deg", 70))
         settings.try_out.trigger()
-        qtbot.waitUntil(live.fired.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(live.fired.isVisible)
         box = find(live, QLineEdit, ATTITUDE)
         assert box.text() == "70"
         qtbot.keyClick(box, Qt.Key.Key_Up)
         live.fired.use.click()
-        qtbot.waitUntil(settings.isVisible, timeout=WAIT_MS)
+        qtbot.waitUntil(settings.isVisible)
         states = {row.command.key: row for row in settings.work.form.rows(connector.current.device, connector.clock())}
         row = states["attitude_threshold_deg"]
         assert (row.state, row.edited) == (RowState.EDITED, 71)
@@ -382,7 +380,7 @@ def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplic
         assembly.window.connect_to(Target("sim://sunny", 115200))
         wait_online(qtbot, assembly)
         live = assembly.window.findChildren(LivePage)[0]
-        qtbot.waitUntil(lambda: not live.is_empty, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not live.is_empty)
         live.fired.button.click()
         fields = live.fired.fields
         for command in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER):

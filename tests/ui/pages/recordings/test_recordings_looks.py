@@ -19,7 +19,7 @@ from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import WAIT_MS, simulated, speak_chinese, wait_online, window
+from tests.support.window.fakes_ui import simulated, speak_chinese, wait_online, window
 from tests.support.window.steps import await_child, find
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import PAGES, WindowOptions
@@ -75,10 +75,10 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         copyfile(template, assembly.storage.recordings.library.folder / template.name)
         main.connect_to(Target("sim://small", 115200))
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: live.data.has_samples and not live.is_empty, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: live.data.has_samples and not live.is_empty)
         main.go_to("recordings")
         assembly.storage.recordings.open(assembly.storage.recordings.library.entries()[-1])
-        qtbot.waitUntil(lambda: live.isVisible() and live.recording is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: live.isVisible() and live.recording is not None)
         QApplication.processEvents()
         live.refresh()
         QApplication.processEvents()
@@ -132,7 +132,7 @@ def test_a_question_is_whole_in_sunlight_and_moves_no_control(
         copyfile(template, assembly.storage.recordings.library.folder / template.name)
         main.go_to("recordings")
         page.work.refresh()
-        qtbot.waitUntil(lambda: bool(page.table.chosen()), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bool(page.table.chosen()))
         QApplication.processEvents()
         before = places(page)
         page._ask_to_delete()

@@ -320,7 +320,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
     with simulated("beside", tilt=33), window(qapp, tmp_path, entries=ENTRIES) as assembly:
         main, connector = assembly.window, assembly.connector
         pages = (RecordingsPage, LivePage)
-        qtbot.waitUntil(lambda: all(main.findChild(kind) for kind in pages), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: all(main.findChild(kind) for kind in pages))
         page, live = (main.findChild(kind) for kind in pages)
         assert isinstance(page, RecordingsPage)
         assert isinstance(live, LivePage)

@@ -13,7 +13,7 @@ from app.engine.target import Target
 from app.settings.form import RowState
 from app.simulator import bench as benches
 from tests.support.window import walk
-from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.fakes_ui import simulated, wait_online, window
 from tests.support.window.settings_bench import ENTRIES, Desk, desk
 from tests.support.window.steps import choosing, find, notice_text, press
 from ui.services.storage import Storage
@@ -175,10 +175,10 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
             button = bar.button("look_for_baud")
             return button if button is not None and button.isVisible() else None
 
-        qtbot.waitUntil(lambda: shown() is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: shown() is not None)
         press(qtbot, shown())
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: not assembly.storage.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]
+        qtbot.waitUntil(lambda: not assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
         assert (
             assembly.connector.current.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
         )
@@ -191,12 +191,12 @@ def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QAppli
     with simulated("flying", active=True), window(qapp, tmp_path, entries=ENTRIES) as assembly:
         connector = assembly.connector
         bar = find(assembly.window, NoticeBar, "notice_bar")
-        qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None)
         connector.connect_to(Target("sim://flying", 115200))
-        qtbot.waitUntil(lambda: connector.current.is_active, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.current.is_active)
         button = bar.button("look_for_baud")
         assert button is not None
         button.click()
-        qtbot.waitUntil(lambda: bar.button("leave_active") is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.button("leave_active") is not None)
         assert (connector.current.target, connector.current.is_open) == (Target("sim://flying", 115200), True)
         assembly.window.attention.stay()
