@@ -163,7 +163,9 @@ def main(arguments: list[str]) -> int:
     first = next((number for number, word in enumerate(arguments) if not word.startswith("-")), len(arguments))
     chosen = parser.parse_args(arguments[: first + 1])
     passed_on = arguments[first + 1 :]
-    if passed_on[:1] in (["-h"], ["--help"]) and (chosen.command in ("demo", "clean") or not environment.is_current()):
+    is_alone = chosen.command in ("demo", "clean")
+    asked = {"-h", "--help"}.intersection(passed_on if is_alone else passed_on[:1])
+    if asked and (is_alone or not environment.is_current()):
         print(f"bootstrap.py {chosen.command}: {_explanations()[chosen.command]}")  # helps without installing anything
         return 0
     if chosen.yes:

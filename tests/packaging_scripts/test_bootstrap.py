@@ -130,6 +130,7 @@ def test_help_of_a_command_installs_nothing(
 
 def test_help_of_the_demo_starts_none(setup: SetupFiles, ready: list[Any]) -> None:
     assert setup.commands.main(["demo", "--help"]) == 0
+    assert setup.commands.main(["demo", "--lang", "en", "-h"]) == 0
     assert ready == []
 
 

@@ -1,13 +1,11 @@
 """Fixtures for tests of the command line; a test file enables them with `pytest_plugins`."""
 
-from functools import partial
 from itertools import count
 
 import pytest
 
 import app.__main__ as program
 from app.engine import transport
-from protocol.round_trips import Timing
 from tests.support.check_pace import hurry_check
 
 _numbers = count(1)
@@ -42,7 +40,6 @@ def port() -> str:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shorten the waits, for tests of what follows them."""
-    monkeypatch.setattr("protocol.link.Timing", partial(Timing, answer_s=0.6, records_quiet_s=0.1))
     monkeypatch.setattr("app.procedures.handshake.HANDSHAKE_WAITS_S", (0.2, 0.2))
     monkeypatch.setattr("app.procedures.stream.LISTEN_FIRST_S", 0.3)
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from app.store.store import Store, open_store
 from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
+from protocol.round_trips import Timing
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
 
@@ -155,8 +157,9 @@ def test_a_new_trigger_and_another_module_are_noticed(
 
 
 def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_fired(
-    port: str, capsys: pytest.CaptureFixture[str]
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("app.engine.session.Timing", partial(Timing, answer_s=0.5))
     silent = ["preflight", "--port", f"{port}?mute_codes=35", "--enable-triggers", "--json"]
     named = [*silent, "--module", "M-07"]
 
