@@ -119,6 +119,7 @@ def close_window(assembly: Assembly) -> None:
 @contextmanager
 def simulated(name: str, **options: object) -> Iterator[SimulatedBench]:
     """Make the simulated module of this name with these options; discard it afterwards."""
+    bench.remove_bench(name)  # a window that outlived another one of this name has opened it again
     try:
         yield bench.module(name, options)
     finally:
