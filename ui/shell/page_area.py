@@ -7,6 +7,7 @@ from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
 
+from ui.core.bridge import Bridge
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.widgets.controls import named
@@ -111,6 +112,8 @@ class PageMaker(QObject):
         self._unmade, self._unplaced = list(self._entries), list[str]()
         self._awaited = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         """Pages that batches are held back for."""
+        self._held = set[Bridge]()
+        """Where they are: another port may be shown before the pages are there."""
         self._is_over = False
         self._connector.invalidated.connect(self._end_notices)
         self._connector.disconnected.connect(self._end_notices)
@@ -132,7 +135,9 @@ class PageMaker(QObject):
     def hold_batches(self) -> None:
         """Holds all batches of the port back until the pages that need each of them are there."""
         if self._awaited:
-            self._connector.current.bridge.hold()
+            bridge = self._connector.current.bridge
+            bridge.hold()
+            self._held.add(bridge)
             for key in _BATCH_PAGES:
                 self.request(key)
 
@@ -145,11 +150,16 @@ class PageMaker(QObject):
         for page in self.pages.values():
             page.end_notices()
 
+    def _release(self) -> None:
+        held, self._held = self._held, set()
+        for bridge in held:
+            bridge.release()
+
     def _make_next(self) -> None:
         if self._is_over:
             return
         if self.is_done:
-            self._connector.current.bridge.release()
+            self._release()
             self.done.emit()
             return
         self.begin()  # first, since making a page may raise
@@ -158,7 +168,7 @@ class PageMaker(QObject):
             self._place(key, self.pages[key])
             self._awaited.discard(key)
             if not self._awaited:
-                self._connector.current.bridge.release()
+                self._release()
         else:
             key = self._unmade.pop(0)
             entry = self._entries[key]
