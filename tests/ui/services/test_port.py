@@ -50,7 +50,9 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     other.say(tilt_deg=23)
     qtbot.waitUntil(lambda: second.device.fresh("tilt_deg", ports.now_s) == 23)
     assert seen == []  # only the current port is seen
+    first.stream.is_wanted = True
     connector.choose(second)
+    assert (first.stream.is_wanted, second.stream.is_wanted) == (False, True)  # of the one that is shown
     assert seen == [("/dev/two", PortState.OPENING, None), ("/dev/two", PortState.OPEN, 23)]
     assert online == [second.target]
     assert (connector.current.adapter_key, connector.current) == ("/dev/two", second)
@@ -216,7 +218,7 @@ def test_pages_are_told_before_anything_of_the_next_module(
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_a_job_that_outlives_the_change_reports_to_nobody(
+def test_a_job_that_outlives_the_change_is_cancelled_and_reports_to_nobody(
     qtbot: QtBot, ports: FakePorts, change: Callable[[FakePorts], None]
 ) -> None:
     connector = open_first(qtbot, ports)
@@ -230,6 +232,7 @@ def test_a_job_that_outlives_the_change_reports_to_nobody(
     jobs = [job for job, _ in ports.workers[0].jobs][-2:]
     change(ports)
     qtbot.waitUntil(lambda: not running.is_running)  # a switch waits a second for them
+    assert [job.run.is_cancelled for job in jobs] == [True, True], "it would go on with the next module"
     assert running.result_notice() is None
     assert not connector.is_busy
     ports.workers[0].end_jobs()

@@ -109,4 +109,5 @@ def test_a_port_that_was_held_back_for_the_pages_goes_on_though_another_one_is_s
             held.connect_to(Target("sim://held back", 115200))
             ports.choose(ports.add())
             assert ports.current is not held
+            assembly.window._maker.hold_batches()
         qtbot.waitUntil(lambda: held.device.presence is Presence.ONLINE)
