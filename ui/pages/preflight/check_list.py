@@ -101,7 +101,9 @@ class CheckList(QScrollArea):
             if assessment is None or found is None:
                 row.show_waiting(is_checking=is_checking)
             else:
-                act = remedy(found, assessment.case, has_profile=work.entered.profile is not None)
+                has_profile = work.entered.profile is not None
+                # What is said of a void result would count for whatever module answers now.
+                act = None if is_void else remedy(found, assessment.case, has_profile=has_profile)
                 row.show_judged(found, act, is_void=is_void, can_act=work.can_check)
         for item in self.manual:
             item.show_state(self.ticks.get(item.number), can_tick=not is_checking)

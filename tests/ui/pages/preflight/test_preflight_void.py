@@ -47,8 +47,11 @@ def type_another_name(bench: OnBench) -> None:
 def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY, page.banner.accessibleName()
+    offered = [row.act for row in page.list.rows.values() if not row.act.isHidden()]
+    assert [act.text() for act in offered] == ["Measure", "Name it"]
     act(rig)
     rig.wait_standing(Standing.VOID)
+    assert all(act.isHidden() for act in offered)
     one = page.banner.announcement
     assert one.word == "VOID"
     assert one.head in (why, f"{why} for a moment")  # where it is seen before the module counts as silent
