@@ -67,7 +67,9 @@ class Bench:
         )
 
     def await_locked(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.module.state().is_active)
+        """Until LOCK is repeated no more: one that is still under way would lock what the test activates next."""
+        lock = self.assembly.connector.current.lock
+        self.qtbot.waitUntil(lambda: not self.module.state().is_active and not lock.is_repeating)
 
 
 @pytest.fixture
