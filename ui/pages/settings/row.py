@@ -1,6 +1,6 @@
 """Row of one setting: parameter, module value, editor, state with its reason; and the pane of the chosen one.
 
-The height of a row never changes.
+The reason has all the width beside its state; a row grows only where that is too little for it.
 """
 
 from typing import Final
@@ -89,10 +89,8 @@ class SettingsRow(QFrame):
         if isinstance(self.editor, FlagEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        state = QWidget()
-        in_column((self.state, left), of=state, spacing=0, margins=0).addStrut(STATE_PX)
         self.reason.setMinimumWidth(_REASON_PX)
-        in_row(*aligned_cells(self.name, self.stands, self.editor), state, (self.reason, 1),
+        in_row(*aligned_cells(self.name, self.stands, self.editor), (self.state, left), (self.reason, 1),
                of=self, spacing=CELL_GAP, margins=MARGINS)  # fmt: skip
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:

@@ -4,7 +4,7 @@ module holds."""
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRect, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import QFontMetricsF, QWheelEvent
 from PySide6.QtWidgets import QApplication, QDoubleSpinBox, QLineEdit, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
@@ -293,9 +293,12 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
         assert small.horizontalAdvance(page.rows[command.key].stands.note) <= page.rows[command.key].stands.width()
 
 
-def test_a_reason_is_whole_at_the_first_size(one: Desk) -> None:
-    one.assembly.window.resize(FIRST_SIZE)
-    for name, text in (("attitude_threshold", "40"), ("freefall_acceleration", "0.9"), ("light_threshold", "0")):
+@pytest.mark.parametrize("size", [FIRST_SIZE, QSize(1024, 600)])
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
+def test_a_reason_is_whole_at_the_first_and_at_the_smallest_size(language: str, size: QSize, one: Desk) -> None:
+    one.assembly.language_switch.use(language)
+    one.assembly.window.resize(size)
+    for name, text in (("attitude_threshold", "5"), ("freefall_acceleration", "1.1"), ("light_threshold", "0")):
         type_into(one, name, text)
     one.click(one.find(QToolButton, "freefall_trigger_off"))
     one.settings.refresh()
