@@ -43,7 +43,7 @@ class NumberEditor(FieldEditor):
 
     def __init__(self, command: Command, field: Quantity, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
-        self._field = field
+        self._field, self._is_edited = field, False
         self.box = control(_NumberBox(field, DEFAULTS.get(command.key)), texts, f"{command.name}_number",
                            says=command.title, tip=command.explanation)  # fmt: skip
         guard.guard(self.box)
@@ -55,7 +55,8 @@ class NumberEditor(FieldEditor):
         unit.setMinimumWidth(14)
         in_row(self.box, unit, 1, of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.box)
-        self.box.valueChanged.connect(lambda number: self.chosen.emit(field.decode(round(number * field.per_unit))))
+        self.box.valueChanged.connect(self._choose)
+        self.line.textEdited.connect(self._choose_again)
         self.box.editingFinished.connect(self.left)
 
     def show_value(self, edited: Value | None, stands: Value | None) -> None:
@@ -64,7 +65,19 @@ class NumberEditor(FieldEditor):
         if round(self.box.value() * self._field.per_unit) != raw:  # else what is being typed would be completed
             with QSignalBlocker(self.box):
                 self.box.setValue(raw / self._field.per_unit)
+        self._is_edited = edited is not None
         set_role(self.box, "muted" if edited is None else "")
+
+    def _choose(self, number: float) -> None:
+        self._is_edited = True
+        self.chosen.emit(self._field.decode(round(number * self._field.per_unit)))
+
+    def _choose_again(self, text: str) -> None:
+        """The number shown, pasted over itself, is chosen too; the box does not tell of it, as its value stays."""
+        number = self.box.value()
+        is_whole = number >= 0 and self.line.hasAcceptableInput()
+        if is_whole and not self._is_edited and self.box.valueFromText(text) == number:
+            self._choose(number)
 
 
 class _NumberBox(QDoubleSpinBox):

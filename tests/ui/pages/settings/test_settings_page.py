@@ -196,6 +196,20 @@ def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, t
         assert box.text() == "51"
 
 
+def test_the_shown_value_pasted_over_itself_is_an_edit(one: Desk, qapp: QApplication) -> None:
+    """So is a stale value written again though nobody types another one first."""
+    box = one.find(QLineEdit, "freefall_time_wanted")
+    one.until(lambda: box.text() == "1.60")
+    for pasted in ("1.60", "1.6", "1,60 s"):
+        one.settings.work.form.revert()
+        one.settings.refresh()
+        assert TIME not in one.settings.work.form.edited
+        qapp.clipboard().setText(pasted)
+        box.selectAll()
+        box.paste()
+        assert one.settings.work.form.edited[TIME] == 1.6
+
+
 @pytest.mark.parametrize(("behaviour", "says"), [("old", "are at 9600 baud"), ("restart", "Switch it off and on")])
 def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, behaviour: str, says: str
