@@ -15,7 +15,8 @@ from app.procedures.lock import Locked, waiting_sentence
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_names
+from app.text.messages import UserMessage
+from app.text.sentences import capitalised, join_names, join_sentences
 from protocol.translatable import marked
 
 _BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
@@ -75,6 +76,8 @@ class Card:
     is_shown: bool = False
     """The other pages show this module."""
     can_lock: bool = False
+    due: tuple[UserMessage, ...] = ()
+    """Service that is due, of a module with a name."""
 
     @property
     def has_age(self) -> bool:
@@ -92,7 +95,11 @@ class Card:
         return self.name or self.port
 
     def next_step(self, now: float) -> str:
-        """`need` and its reason, translated."""
+        """`need` with its reason, and what is due, translated."""
+        due = join_sentences(one.translated() for one in self.due)
+        return due if due and self.need is Need.NOTHING else f"{self._need(now)}\n{due}".strip()
+
+    def _need(self, now: float) -> str:
         match self.need:
             case Need.NOT_LOCKED if self.lock.sent is not None:
                 return waiting_sentence(self.lock.sent)
@@ -133,6 +140,7 @@ class Member:
     lock: LockState = field(default_factory=LockState)
     is_shown: bool = False
     can_lock: bool = False
+    due: tuple[UserMessage, ...] = ()
 
 
 def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
@@ -157,6 +165,7 @@ def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
         need=need_of(member, now, has_low_cell=outside is not None),
         is_shown=member.is_shown,
         can_lock=member.can_lock,
+        due=member.due,
     )
 
 

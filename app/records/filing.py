@@ -90,7 +90,7 @@ def file_check(
             if store is not None and name is not None:
                 with _damage_as_trouble(store):
                     tests = _tests(store, name, evidence, at)
-                    past = replace(_past(store, name, evidence), tests=tests, due=_due(store, name, at))
+                    past = replace(_past(store, name, evidence), tests=tests, due=service_due(store, name, at))
         except StoreTrouble as error:
             trouble = error
     case = Case(
@@ -144,9 +144,11 @@ def _past(store: Store, name: str, evidence: Evidence) -> Past:
     return replace(past, settings=store.evidence(name).settings)
 
 
-def _due(store: Store, name: str, at: datetime) -> list[DueService]:
-    done = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
-    return due_services(sorted((fact.content for fact in done), key=lambda content: str(content["on"])), at.date())
+def service_due(store: Store, name: str, at: datetime) -> list[DueService]:
+    """What a person has to do to the module of this name. Raises `StoreTrouble`."""
+    with _damage_as_trouble(store):
+        done = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
+        return due_services(sorted((fact.content for fact in done), key=lambda content: str(content["on"])), at.date())
 
 
 def _tests(store: Store, name: str, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:

@@ -19,6 +19,7 @@ from app.procedures.lock import Locked
 from app.records.filing import Filed
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation, SeenActivation
+from app.text.messages import UserMessage
 from protocol.fields import Value
 from protocol.link_states import Presence
 from tests.support.records.preflight_rig import Checked, check
@@ -76,6 +77,13 @@ def test_what_it_needs_next(name: str) -> None:
     assert card.need is need
     assert card.next_step(NOW)
     assert "{" not in card.next_step(NOW)
+
+
+def test_what_is_due_stands_below_what_it_needs_and_never_beside_nothing() -> None:
+    due = (UserMessage("Repack overdue since 2026-11-23."),)
+    locked, at_go = (replace(TABLE[name][0], name="M-07", due=due) for name in ("never checked", "GO"))
+    assert card_of(locked, NOW, LimitsInUse()).next_step(NOW) == "Start the check.\nRepack overdue since 2026-11-23."
+    assert card_of(at_go, NOW, LimitsInUse()).next_step(NOW) == "Repack overdue since 2026-11-23."
 
 
 def test_who_needs_a_person_comes_first() -> None:

@@ -1,8 +1,10 @@
 """Ports of the fleet board, each with its own connection, LOCK, name, recording and last check."""
 
-from collections.abc import Iterable
+import logging
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import Final
 
 from PySide6.QtCore import QObject, Signal
 
@@ -11,9 +13,18 @@ from app.engine.target import Target
 from app.engine.worker import PortState
 from app.fleet.card import Card, LockState, Member, card_of
 from app.fleet.verdicts import Verdicts
+from app.records.filing import local_now, service_due
+from app.store.store import Store
+from app.text.messages import UserMessage
 from protocol.catalogue import DEFAULT_BAUD_RATE
+from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.services.port import Port
+
+_log = logging.getLogger(__name__)
+DUE_EVERY_S: Final = 10.0
+Due = Mapping[str, tuple[UserMessage, ...]]
+"""What is due, by the module's name."""
 
 
 class FleetMembers(QObject):
@@ -32,6 +43,9 @@ class FleetMembers(QObject):
         self.is_checking: set[Port] = set()
         self._leaving: set[Port] = set()
         """To be removed once another one is current."""
+        self._due: Due = {}
+        self._due_of: object = None
+        self._reading: BackgroundTask[Due] = BackgroundTask("dps-s due", self)
         self._connector.chosen.connect(self._on_chosen)
         self._connector.added.connect(self._watch)
         self._connector.removed.connect(self._on_removed)
@@ -84,6 +98,24 @@ class FleetMembers(QObject):
             self._leaving.add(connection)
             self._connector.choose(other)  # `_on_chosen` removes it
 
+    def read_due(self) -> None:
+        """Reads what is due in the store's thread: for other names at once, else every ten seconds."""
+        names = {one.module.name for one in self.connections} - {""}
+        wanted = (names, self._connector.clock() // DUE_EVERY_S)
+        if not names or wanted == self._due_of:
+            return
+        self._due_of, store = wanted, self._services.storage.store
+        if isinstance(store, Store):
+            self._reading.run_in(
+                store.queue, partial(_due_by_name, store, names), self._show_due,
+                lambda trouble: _log.warning("What is due of the modules cannot be read: %s", trouble),
+            )  # fmt: skip
+
+    def _show_due(self, due: Due) -> None:
+        is_new, self._due = due != self._due, due
+        if is_new:
+            self.changed.emit()
+
     def card(self, connection: Port) -> Card:
         now, device = self._connector.clock(), connection.device
         self._adopt_page_check(connection)
@@ -102,6 +134,7 @@ class FleetMembers(QObject):
             lock=LockState(sent=lock.sent, failed=lock.failed, confirmed=lock.confirmed),
             can_lock=lock.is_possible,
             is_shown=connection is self._connector.current,
+            due=self._due.get(connection.module.name, ()),
         )
         return card_of(member, now, self._services.in_use)
 
@@ -145,6 +178,11 @@ class FleetMembers(QObject):
         self.verdicts.remove(connection)
         self._seen.pop(connection, None)
         self.changed.emit()
+
+
+def _due_by_name(store: Store, names: Iterable[str]) -> Due:
+    at = local_now()
+    return {name: tuple(service.text for service in service_due(store, name, at)) for name in names}
 
 
 def port_text(target: Target | None) -> str:

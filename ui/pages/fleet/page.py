@@ -131,6 +131,7 @@ class FleetPage(Page):
 
     def refresh(self) -> None:
         connections = self.members.connections
+        self.members.read_due()
         for gone in [one for one in self._widgets if one not in connections]:
             self._widgets.pop(gone).deleteLater()
         cards = {one: self.members.card(one) for one in connections}

@@ -3,6 +3,7 @@
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import timedelta
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -10,11 +11,14 @@ from PySide6.QtWidgets import QApplication
 
 from app.engine.target import Target
 from app.fleet.card import Need
+from app.limits.service import Service, ServiceKind
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Void, assess
-from app.records.filing import Filed
+from app.records.filing import Filed, local_now, service_due
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
+from app.store.facts import FactKind
+from app.store.store import Store
 from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES
@@ -22,6 +26,7 @@ from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.texts import Texts
 from ui.pages.fleet.card_widget import CardWidget
+from ui.pages.fleet.members import DUE_EVERY_S
 from ui.services.port import Port
 from ui.shell.attention import Attention
 from ui.style.theme import Meaning
@@ -309,3 +314,29 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     button.click()
     assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
     assert not closed
+
+
+def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Desk) -> None:
+    store, today = desk.services.storage.store, local_now().date()
+    assert isinstance(store, Store)
+    late = Service(kind=ServiceKind.REPACK, on=today - timedelta(days=200), due=today - timedelta(days=1))
+    soon = Service(kind=ServiceKind.CELL, on=today, due=today + timedelta(days=12))
+    for name, service in (("M-01", late), ("M-02", soon)):
+        store.facts.add(FactKind.SERVICE, service.content(), module=name)
+    desk.plug_in(3)
+    for (connection, _), name in zip(desk.modules, ("M-01", "M-02"), strict=False):
+        connection.module.choose(name)
+    desk.settle()
+    cards = [desk.page._widgets[connection] for connection, _ in desk.modules]
+
+    def said() -> list[str]:
+        return [card.need.text().removeprefix("Start the check.").strip() for card in cards]
+
+    due = [service_due(store, name, local_now())[0].text.translated() for name in ("M-01", "M-02")]
+    assert ("overdue" in due[0], "days left: 12" in due[1]) == (True, True)
+    desk.wait(lambda: said() == [*due, ""])
+    repacked = Service(kind=ServiceKind.REPACK, on=today)
+    store.facts.add(FactKind.SERVICE, repacked.content(), module="M-01")
+    desk.ports.now_s += DUE_EVERY_S
+    desk.settle()
+    desk.wait(lambda: not cards[0].need.text().count("overdue"))
