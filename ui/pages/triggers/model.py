@@ -173,9 +173,9 @@ def count_text(work: TriggersController) -> str:
 
 
 def news_text(work: TriggersController) -> str:
-    """How many are new since the last visit."""
+    """How many are new since the last visit; empty where none is known, or none is kept."""
     rows = work.rows
-    if work.reading is None or (rows and not rows[0].is_stored):
+    if work.reading is None or not rows or not rows[0].is_stored:
         return ""
     return tr("no earlier visit") if work.is_first_visit else tr("{count} new", count=work.new_count)
 

@@ -231,6 +231,17 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         assert page.news.text() == f"0 new · {KNOWN}"
 
 
+def test_of_a_module_that_does_not_answer_no_number_is_said(rig: OnBench) -> None:
+    name_kept(rig, "M-07")
+    rig.read_triggers()
+    rig.bench.module.memory.boot_count = 11
+    rig.bench.change(empty_slots=EmptySlots.NONE)
+    rig.bench.restart()
+    rig.until(lambda: rig.triggers.work.reading is None)
+    rig.read_triggers()
+    assert (rig.triggers.empty.title.text(), rig.triggers.news.text()) == ("Unknown", "")
+
+
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "judge") as bench:
         fire(bench)
