@@ -11,7 +11,7 @@ from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
 from app.guided.results import RETIRED_KINDS, TITLES, GuidedVerdict
-from app.limits.service import due_services
+from app.limits.service import ServiceKind, due_services
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.records.verification import RecordState, verify
@@ -89,7 +89,8 @@ class GuidedLine:
 
 @dataclass(slots=True)
 class ModuleToday:
-    """One module today. `last_at`: time of the newest fact; `unjudged`: trigger records without a judgement."""
+    """One module today. `last_at`: time of the newest fact; `unjudged`: trigger records without a judgement;
+    `since_repack`: those first read since it was last repacked, None where no repack is known."""
 
     module: KnownModule
     last_at: str = ""
@@ -97,8 +98,16 @@ class ModuleToday:
     last_check: CheckLine | None = None
     trigger_records: int = 0
     unjudged: int = 0
+    since_repack: int | None = None
     tests: list[GuidedLine] = field(default_factory=list)
     due: list[Due] = field(default_factory=list)
+
+    @property
+    def counted(self) -> UserMessage:
+        """Its trigger records, and how many of them came since the repack."""
+        count = UserMessage(str(self.trigger_records))
+        text = marked("{count}, first read since the repack: {since}")
+        return count if self.since_repack is None else message(text, count=count, since=self.since_repack)
 
 
 def fleet_state(
@@ -122,6 +131,7 @@ def fleet_state(
         state.due = _due(state, names, now, check_days, test_days)
         done = sorted(mine[FactKind.SERVICE], key=lambda fact: (fact.content["on"], fact.made_at, fact.id))
         due = due_services((fact.content for fact in done), now.astimezone().date())
+        state.since_repack = _since_repack(mine[FactKind.TRIGGER_RECORD], done)
         state.due += [Due(DueKind.SERVICE, service.text) for service in due]
     return found
 
@@ -173,6 +183,24 @@ def _judged(judgements: Sequence[Fact]) -> set[object]:
         if raw not in last or (last[raw].made_at, last[raw].id) < (fact.made_at, fact.id):
             last[raw] = fact
     return {raw for raw, fact in last.items() if fact.content.get("judgement") is not None}
+
+
+def _since_repack(records: Sequence[Fact], services: Sequence[Fact]) -> int | None:
+    """By when a record was first read: it has no date of its own. `services`: the oldest first."""
+    repack = next((fact for fact in reversed(services) if fact.content["service"] == ServiceKind.REPACK.value), None)
+    if repack is None:
+        return None
+    day = str(repack.content["on"])
+    # What was read on that day came before a repack entered on it; of one entered later nobody knows, so it counts.
+    after = (day, repack.made_at if _local_day(repack) == day else "")
+    first: dict[object, Fact] = {}
+    for fact in sorted(records, key=lambda fact: fact.made_at):
+        first.setdefault(fact.content.get("raw"), fact)
+    return sum((_local_day(fact), fact.made_at) > after for fact in first.values())
+
+
+def _local_day(fact: Fact) -> str:
+    return datetime.fromisoformat(fact.made_at).astimezone().date().isoformat()
 
 
 def _last_tests(tests: Sequence[Fact]) -> list[GuidedLine]:

@@ -6442,6 +6442,10 @@
         <translation>已选 {count} 项</translation>
     </message>
     <message>
+        <source>{count}, first read since the repack: {since}</source>
+        <translation>{count}，自上次叠伞装仓后首次读取：{since}</translation>
+    </message>
+    <message>
         <source>{decision} Decided by {who} at station {station}.</source>
         <translation>{decision}认定人：{who}，站点 {station}。</translation>
     </message>

@@ -62,7 +62,7 @@ _MODULE_COLUMNS: Final = (
         marked("Verdict"), _verdict, ink=lambda row: Meaning.DANGER if _is_no_go(row) else None,
         picture=lambda row: icon(Icon.CROSS, Meaning.DANGER) if _is_no_go(row) else None,
     ),
-    TableColumn[ModuleToday](marked("Trigger records"), lambda row: str(row.trigger_records)),
+    TableColumn[ModuleToday](marked("Trigger records"), lambda row: row.counted.translated()),
     TableColumn[ModuleToday](
         marked("Due"), _due,
         ink=lambda row: Meaning.ATTENTION if row.due else None,

@@ -15,6 +15,7 @@ from app.text.sentences import join_sentences
 FLEET_HEAD = (
     "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
     "fingerprint", "checks", "trigger_records", "not_judged", "due",
+    "since_repack",
 )  # fmt: skip
 LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
 
@@ -48,7 +49,7 @@ def _print_fleet(args: argparse.Namespace, states: list[ModuleToday], now: datet
 def _fleet_row(state: ModuleToday) -> tuple[str, ...]:
     check = state.last_check
     at, verdict = (check.at[:16].replace("T", " "), check.words.translated()) if check else ("", tr("none"))
-    return (state.module.name, at, verdict, f"{state.trigger_records}", _due(state))
+    return (state.module.name, at, verdict, state.counted.translated(), _due(state))
 
 
 def _due(state: ModuleToday) -> str:
@@ -82,6 +83,7 @@ def state_json(state: ModuleToday) -> dict[str, object]:
         "checks": state.checks,
         "trigger_records": state.trigger_records,
         "not_judged": state.unjudged,
+        "since_repack": state.since_repack,
         "tests": [{"test": one.kind, "verdict": one.verdict, "at": one.at} for one in state.tests],
         "due": [{"kind": one.kind.value, "text": one.text.in_english()} for one in state.due],
     }
@@ -122,7 +124,7 @@ def _fleet_cells(state: ModuleToday) -> tuple[object, ...]:
     )  # fmt: skip
     stations = len({one.station for one in state.module.members})
     counts = (state.checks, state.trigger_records, state.unjudged)
-    return (state.module.name, stations, utc_cell(state.last_at), *of_check, *counts, _due(state))
+    return (state.module.name, stations, utc_cell(state.last_at), *of_check, *counts, _due(state), state.since_repack)
 
 
 def _life_rows(life: ModuleHistory) -> Iterable[tuple[object, ...]]:

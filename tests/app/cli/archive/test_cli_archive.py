@@ -6,6 +6,7 @@ import json
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 import app.__main__ as program
 from app.guided.results import GuidedVerdict
+from app.limits.service import Service, ServiceKind
 from app.store.facts import FactKind
 from app.system.folders import data_folder
 from app.trigger_records.history import Judgement
@@ -210,3 +212,32 @@ def test_what_a_person_did_to_a_module_is_kept_and_what_is_due_is_listed(
     assert "Repack on 2020-01-01 by Li Wei" in say(capsys, "report", "--module", "M-07").out
     say(capsys, *words, "--due", "2999-01-01")
     assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
+
+
+def test_trigger_records_are_counted_from_the_last_repack(
+    here: ArchiveStation, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.visit("M-07", 1, 2)
+    here.collect()
+    (read,) = {fact.made_at for fact in here.facts.of_kind(FactKind.TRIGGER_RECORD)}
+    read_on = datetime.fromisoformat(read).astimezone().date()
+
+    def since() -> object:
+        return told(capsys, "report", "report")["modules"][0]["since_repack"]
+
+    assert since() is None
+
+    def serve(days: int) -> object:
+        on = (read_on + timedelta(days=days)).isoformat()
+        for what in ("repack", "cell"):
+            say(capsys, "service", "M-07", "--what", what, "--who", "Li Wei", "--on", on)
+        return since()
+
+    assert serve(-1) == 2
+    here.store.facts.add(FactKind.SERVICE, Service(kind=ServiceKind.REPACK, on=read_on).content(), module="M-07")
+    assert since() == 0  # entered after they were read
+    assert serve(0) == 2  # entered on a later day: they may have come after it
+    assert serve(1) == 0
+    assert "2, first read since the repack: 0" in say(capsys, "report").out
+    (row,) = csv.DictReader(io.StringIO(say(capsys, "report", "--csv").out))
+    assert row["since_repack"] == "0"
