@@ -65,7 +65,7 @@ def announcement(work: PreflightController) -> Announcement:
         case Standing.CHECKING:
             return _checking(work)
         case Standing.VOID if work.void is not None:
-            lines = (tr("The results below are void. Check again."),)
+            lines = (tr("The results below are void. Check again."), _footer(work)[1])
             return Announcement(standing, tr("VOID"), capitalised(work.void.message.translated()), lines)
         case Standing.GO | Standing.READY if assessment is not None:
             return _passed(work, assessment)

@@ -55,6 +55,9 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     one = page.banner.announcement
     assert one.word == "VOID"
     assert one.head in (why, f"{why} for a moment")  # where it is seen before the module counts as silent
+    assert page.work.filed is not None
+    checked_at = str(page.work.filed.record["at"])[11:19]
+    assert one.lines[-1].endswith(checked_at)  # whose results these are, also beside another module's name
     assert "GO" not in page.banner.accessibleName()
     assert not page.buttons.print.isEnabled()
     assert page.work.record is None
