@@ -224,7 +224,7 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
 ) -> None:
     """The adapter stays plugged in; another module with the same boot count and settings, locked, answers."""
     with active_module(qtbot, qapp, tmp_path, "twin") as (assembly, bench):
-        connector, bar = assembly.connector, assembly.window.notice_bar
+        connector = assembly.connector
         lock = connector.current.lock
         wait_for_identity(qtbot, assembly)
         assembly.connector.current.module.choose("M-1")
