@@ -15,19 +15,20 @@ from pathlib import Path
 
 from app import version
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
-from app.limits.expectations import Expectations, Past, expectations_of
+from app.limits.expectations import Past
 from app.preflight.activation import activate_ready, await_while_asking
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
-from app.preflight.findings import RESULT_WORDS, CheckResult
+from app.preflight.findings import RESULT_WORDS, CheckResult, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
-from app.records.filing import Filed, Person, file_check
+from app.records.filing import Filed, file_check
 from app.records.record import caveats, contract_of
 from app.records.report_files import check_target, write_report
 from app.safety.acts import EFFECTS, Act
 from app.safety.journal import Journal, NoJournal, Outcome
 from app.safety.permit import Origin, Permit
 from app.settings.profile_file import read_profile
+from app.settings.profiles import NO_PROFILE, Profile
 from app.store.store import Store
 from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
@@ -53,12 +54,12 @@ def run(args: argparse.Namespace) -> int:
     if args.activate and not args.yes:
         console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
         return console.refuse_without("--yes")
-    expectations = _expectations(args.profile, args.done)
+    profile = _profile(args.profile, args.done)
     if args.report is not None:
         (check_target if is_one else check_set_target)(args.report)
     store = open_store_or_notify(tr("Not kept."))
     try:
-        checks = [_PortCheck(args, port, expectations, store) for port in ports]
+        checks = [_PortCheck(args, port, profile, store) for port in ports]
         if not is_one:
             return _check_several(args, checks)
         (check,) = checks
@@ -74,8 +75,8 @@ def run(args: argparse.Namespace) -> int:
 class _PortCheck:
     """The check on one port. `trouble`: a sentence if the link was lost meanwhile; `error`: why nothing was read."""
 
-    def __init__(self, args: argparse.Namespace, port: str, expectations: Expectations, store: Store | None) -> None:
-        self._args, self._expectations, self._store = args, expectations, store
+    def __init__(self, args: argparse.Namespace, port: str, profile: Profile, store: Store | None) -> None:
+        self._args, self._profile, self._store = args, profile, store
         self.port, self.adapter = port, adapter_of(port)
         self.trouble: str | None = None
         self.error: BaseException | None = None
@@ -126,7 +127,7 @@ class _PortCheck:
                             are_records_reviewed=args.records_reviewed, is_same_module=args.same_module,
                             is_named_by_option=True)  # fmt: skip
             self._filed = file_check(
-                self._evidence, self._expectations, person, self._log, store=self._store, program_version=version(),
+                self._evidence, self._profile, person, self._log, store=self._store, program_version=version(),
                 adapter=self.adapter, past=self._past,
             )  # fmt: skip
         return self._filed
@@ -224,17 +225,17 @@ def _conclude(args: argparse.Namespace, filed: Filed, trouble: str | None, repor
     return console.SUCCESS if is_reported else console.PARTIAL
 
 
-def _expectations(profile: Path | None, done: Sequence[int]) -> Expectations:
+def _profile(profile: Path | None, done: Sequence[int]) -> Profile:
     """Raises `UserError`."""
     if profile is None:
         if done:
             raise console.Refused(tr("No manual item {number} in the profile.", number=done[0]))
-        return Expectations()
+        return NO_PROFILE
     found = read_profile(profile)
     wrong = [number for number in done if not 1 <= number <= len(found.manual)]
     if wrong:
         raise console.Refused(tr("No manual item {number} in the profile.", number=wrong[0]))
-    return expectations_of(found, dict.fromkeys(done, True))
+    return found.answered(dict.fromkeys(done, True))
 
 
 def _written(path: Path, write: Callable[[], Sequence[Path]]) -> bool:
@@ -254,7 +255,7 @@ def _written(path: Path, write: Callable[[], Sequence[Path]]) -> bool:
 def page_of(filed: Filed) -> list[str]:
     """The verdict with its caveats, then every check; if it did not pass, why it matters and what to do."""
     assessment = filed.assessment
-    verdict = verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).translated()
+    verdict = verdict_sentence(assessment.verdict, assessment.case.profile.activated_by).translated()
     lines = [coloured(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
     lines += [one.translated() for one in caveats(filed.record)]
     if assessment.verdict is not Verdict.NO_GO:

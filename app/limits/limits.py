@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.limits.expectations import Expectations
 from app.safety.consequences import SHORT_FALL_S
-from app.settings.profiles import LIMITS
+from app.settings.profiles import LIMITS, Profile
 from app.text.messages import UserMessage, message
 
 
@@ -32,14 +31,14 @@ SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
 })  # fmt: skip
 
 
-def softened(expectations: Expectations) -> Mapping[str, UserMessage]:
+def softened(profile: Profile) -> Mapping[str, UserMessage]:
     """The advice, by id of the check, where the profile is softer."""
     found: dict[str, UserMessage] = {}
     for name, limit in LIMITS.items():
-        value = getattr(expectations.limits, name)
+        value = profile.limit(name)
         if value > limit.usual if limit.is_maximum else value < limit.usual:
             found[limit.check] = message(f"{'≤' if limit.is_maximum else '≥'} {limit.shown.format(limit.usual)}")
-    for key, value in expectations.settings.items():
+    for key, value in profile.settings.items():
         bound = SETTING_BOUNDS.get(key)
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:
             found[bound.check] = message(f"{bound.advised_low:g}–{bound.advised_high:g}")

@@ -5,8 +5,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.device import MAX_LAG_S, DeviceView
-from app.limits.expectations import CheckLimits, expectations_of
-from app.settings.profiles import Profile
+from app.settings.profiles import NO_PROFILE, Profile
 from app.text.i18n import tr
 from protocol.fields import Value
 from protocol.messages import HIGHEST_CELL_V, TriggerRecord
@@ -42,22 +41,20 @@ class Outside(NamedTuple):
 
 
 class LimitsInUse:
-    """Limits of the chosen profile, else the program's own."""
+    """Those of the chosen profile; what it does not say is the program's own."""
 
     def __init__(self) -> None:
-        self.limits = CheckLimits()
-        self.is_light_inverted = False
+        self.profile = NO_PROFILE
 
     def use(self, profile: Profile | None) -> None:
-        asked = None if profile is None else expectations_of(profile)
-        self.limits = CheckLimits() if asked is None else asked.limits
-        self.is_light_inverted = asked is not None and asked.is_light_inverted
+        self.profile = profile or NO_PROFILE
 
 
-def cell_outside(volts: float, limits: CheckLimits, *, is_charging: bool | None) -> Outside | None:
+def cell_outside(volts: float, profile: Profile, *, is_charging: bool | None) -> Outside | None:
     """With external power the charger's voltage is read, which is above the cell's: too low is too low then, too."""
-    if volts < limits.cell_voltage_min_v:
-        return Outside(OutOfLimit.CELL_LOW, f"{limits.cell_voltage_min_v:.2f} V")
+    least = profile.limit("cell_voltage_min_v")
+    if volts < least:
+        return Outside(OutOfLimit.CELL_LOW, f"{least:.2f} V")
     if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:
         return Outside(OutOfLimit.CELL_HIGH, f"{HIGHEST_CELL_V:.2f} V")
     return None
@@ -84,12 +81,12 @@ def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Ou
     value = round(float(said), 3)  # recordings keep four bytes of it: 3.7999999 is 3.80
     if key == "cell_voltage_v":
         charging = values.get("charging")
-        return cell_outside(value, in_use.limits, is_charging=None if charging is None else charging is True)
+        return cell_outside(value, in_use.profile, is_charging=None if charging is None else charging is True)
     if key == "light_v":
         threshold = values.get("light_threshold_v")
         if threshold is None:
             return None
-        return bay_outside(value, float(threshold), is_inverted=in_use.is_light_inverted)
+        return bay_outside(value, float(threshold), is_inverted=in_use.profile.is_light_inverted)
     return None
 
 
@@ -98,14 +95,14 @@ def record_outside(record: TriggerRecord) -> Outside | None:
     marked as such."""
     if record.implausible:
         return None
-    return cell_outside(record.cell_voltage_v, CheckLimits(), is_charging=record.charging)
+    return cell_outside(record.cell_voltage_v, NO_PROFILE, is_charging=record.charging)
 
 
 def line_outside(
     *, lag_s: float | None, round_trip_s: float | None, has_damaged: bool, in_use: LimitsInUse
 ) -> Outside | None:
     """The worst fault of the line. `has_damaged`: invalid bytes came, on a live line within `DAMAGED_SHOWN_S`."""
-    most_ms = in_use.limits.round_trip_max_ms
+    most_ms = in_use.profile.limit("round_trip_max_ms")
     if lag_s is not None and lag_s > MAX_LAG_S:
         return Outside(OutOfLimit.LATE, f"{MAX_LAG_S:g} s")
     if has_damaged:

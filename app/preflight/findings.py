@@ -4,8 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from app.limits.expectations import Expectations, Fingerprint, Past
+from app.limits.expectations import Past
 from app.preflight.evidence import Evidence
+from app.settings.fingerprint import fingerprint
+from app.settings.profiles import Profile
 from app.text.messages import UserMessage, message
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -31,17 +33,37 @@ RESULT_WORDS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Person:
+    """What a person enters for a check. `module` is None where it has no name."""
+
+    who: str = ""
+    module: str | None = None
+    aircraft: str = ""
+    remarks: str = ""
+    are_records_reviewed: bool = False
+    """The trigger records on the module have been reviewed or, where it is silent to the query, it is new."""
+    is_same_module: bool = False
+    """Confirmed by the person although boot count or records say otherwise."""
+    are_settings_approved: bool = False
+    """Approved by the person although they are not those of the last check that passed."""
+    is_named_by_option: bool = False
+    """`module` is that of --module; else it was confirmed on this connection."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Input of the checks. The last four are a person's statements."""
+    """Input of the checks. `profile`: what is expected, with a person's answers for its manual checks."""
 
     evidence: Evidence
-    expectations: Expectations
+    profile: Profile
     past: Past
-    fingerprint: Fingerprint | None = None
-    are_records_reviewed: bool = False
-    is_same_module: bool = False
-    are_settings_approved: bool = False
-    is_named_by_option: bool = False
+    person: Person = Person()
+
+    @property
+    def settings_code(self) -> str | None:
+        """None where not all settings that it covers are known."""
+        found = fingerprint(self.evidence.values)
+        return found.code if found.is_complete else None
 
     def fault(self, key: str) -> UserMessage:
         """Why a value is not known."""

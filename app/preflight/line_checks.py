@@ -43,9 +43,9 @@ def read_twice(case: Case) -> Finding:
 
 
 def link_loss(case: Case) -> Finding:
-    evidence, most = case.evidence, case.expectations.limits.heartbeats_lost_max
+    evidence, most = case.evidence, case.profile.limit("heartbeats_lost_max")
     text = marked("{lost} of {sent} lost, invalid bytes: {bytes}")
-    limit = message(text, lost=f"≤ {most}" if most else 0, sent=HEARTBEATS, bytes=0)
+    limit = message(text, lost=f"≤ {most:g}" if most else 0, sent=HEARTBEATS, bytes=0)
     if evidence.heartbeats_sent == 0:
         return unknown(case.fault("heartbeat"), limit)
     shown = message(text, lost=evidence.heartbeats_lost, sent=evidence.heartbeats_sent, bytes=evidence.rejected_bytes)
@@ -54,7 +54,7 @@ def link_loss(case: Case) -> Finding:
 
 
 def round_trip(case: Case) -> Finding:
-    most_ms = case.expectations.limits.round_trip_max_ms
+    most_ms = case.profile.limit("round_trip_max_ms")
     limit = message(f"≤ {most_ms:g} ms")
     trips = sorted(case.evidence.round_trips_s)
     if not trips:
@@ -121,7 +121,7 @@ def _acceleration(status: StatusSample) -> float:
 
 
 def tilt_level(case: Case) -> Finding:
-    most = case.expectations.limits.tilt_max_deg
+    most = case.profile.limit("tilt_max_deg")
     limit = message(f"≤ {most:g}°")
     spread = _spread(case, _tilt, limit)
     if isinstance(spread, Finding):
@@ -130,7 +130,7 @@ def tilt_level(case: Case) -> Finding:
 
 
 def tilt_still(case: Case) -> Finding:
-    most = case.expectations.limits.tilt_spread_max_deg
+    most = case.profile.limit("tilt_spread_max_deg")
     limit = message(f"≤ {most:g}° / 2 s")
     spread = _spread(case, _tilt, limit)
     if isinstance(spread, Finding):
@@ -140,18 +140,18 @@ def tilt_still(case: Case) -> Finding:
 
 
 def acceleration_one_g(case: Case) -> Finding:
-    limits = case.expectations.limits
-    limit = message(f"{limits.acceleration_min_g:.1f}–{limits.acceleration_max_g:.1f} g")
+    least, most = case.profile.limit("acceleration_min_g"), case.profile.limit("acceleration_max_g")
+    limit = message(f"{least:.1f}–{most:.1f} g")
     spread = _spread(case, _acceleration, limit)
     if isinstance(spread, Finding):
         return spread
     worst = max(spread, key=lambda value: abs(value - 1.0))
-    is_fine = limits.acceleration_min_g <= spread.lowest and spread.highest <= limits.acceleration_max_g
+    is_fine = least <= spread.lowest and spread.highest <= most
     return judged(worst, f"{worst:.1f} g", limit, is_fine=is_fine)
 
 
 def acceleration_still(case: Case) -> Finding:
-    most = case.expectations.limits.acceleration_spread_max_g
+    most = case.profile.limit("acceleration_spread_max_g")
     limit = message(f"≤ {most:.1f} g / 2 s")
     spread = _spread(case, _acceleration, limit)
     if isinstance(spread, Finding):
@@ -167,20 +167,20 @@ def _answers(case: Case, key: str) -> list[Value]:
 
 
 def cell_voltage(case: Case) -> Finding:
-    least = case.expectations.limits.cell_voltage_min_v
+    least = case.profile.limit("cell_voltage_min_v")
     limit = message(f"≥ {least:.2f} V")
     volts = [float(value) for value in _answers(case, "cell_voltage_v")]
     if not volts:
         return unknown(case.fault("cell_voltage_v"), limit)
     lowest, shown = min(volts), f"{min(volts):.2f} V"
-    if cell_outside(lowest, case.expectations.limits, is_charging=None) is not None:
+    if cell_outside(lowest, case.profile, is_charging=None) is not None:
         return judged(lowest, shown, limit, is_fine=False)
     # With external power the charging voltage is read, which is above the cell's: it only proves that a cell is low.
     charging = _answers(case, "charging")
     if not charging or any(charging):
         why = message(marked("{voltage} may be the charger's"), voltage=shown)
         return unknown(why, limit, do=message(marked("Unplug the external power.")))
-    if cell_outside(max(volts), case.expectations.limits, is_charging=False) is not None:
+    if cell_outside(max(volts), case.profile, is_charging=False) is not None:
         why = message(OutOfLimit.CELL_HIGH.value)
         shown_why = message(marked("{value}: {why}"), value=f"{max(volts):.2f} V", why=why)
         return judged(max(volts), shown_why, limit, is_fine=False)
@@ -201,7 +201,7 @@ def bay_closed(case: Case) -> Finding:
     threshold = case.evidence.values.get("light_threshold_v")
     if threshold is None:
         return unknown(case.fault("light_threshold_v"), message(marked("Light threshold")))
-    is_inverted = case.expectations.is_light_inverted
+    is_inverted = case.profile.is_light_inverted
     limit = message(f"{'>' if is_inverted else '<'} {threshold:.1f} V")
     lights = [float(value) for value in _answers(case, "light_v")]
     if not lights:

@@ -29,7 +29,7 @@ def light_threshold(case: Case) -> Finding:
     """Without a profile the advice (the reading with the bay open) cannot be checked: a warning."""
     advice = message(marked("as read with the bay open"))
     finding = setting(case, "light_threshold", advice)
-    is_compared = "light_threshold_v" in case.expectations.settings
+    is_compared = "light_threshold_v" in case.profile.settings
     if finding.result is not CheckResult.PASS or is_compared:
         return finding
     return Finding(CheckResult.WARN, finding.measured, finding.shown, advice)
@@ -38,7 +38,7 @@ def light_threshold(case: Case) -> Finding:
 def setting(case: Case, name: str, advice: UserMessage) -> Finding:
     """Equal to the profile's value if it has one, else within the advice; never beyond the bounds."""
     command = BY_NAME[name]
-    wanted, bound = case.expectations.settings.get(command.key), SETTING_BOUNDS[command.key]
+    wanted, bound = case.profile.settings.get(command.key), SETTING_BOUNDS[command.key]
     limit = advice if wanted is None else message(f"= {value_text(command, wanted)}")
     value = case.evidence.values.get(command.key)
     if value is None:
@@ -86,7 +86,7 @@ def trigger_records(case: Case) -> Finding:
         return _silent_records(case, limit)
     new = (Counter(record.raw for record in history.all) - case.past.reviewed).total()
     shown = message(marked("{new} new of {total}"), new=new, total=len(history.all))
-    if new and not case.are_records_reviewed:
+    if new and not case.person.are_records_reviewed:
         return judged(new, shown, limit, is_fine=False) if case.past.has_check else unknown(shown, limit)
     if not history.is_confirmed:
         return unknown(message(marked("readings differ")), limit)
@@ -105,7 +105,7 @@ def _silent_records(case: Case, limit: UserMessage) -> Finding:
         do = message(marked("It answered before: read its label, restart it and check again."))
         return Finding(CheckResult.FAIL, None, shown, limit, do)
     is_all_else_answered = not evidence.faults and evidence.disturbance is None
-    if is_all_else_answered and (past.is_said_new or case.are_records_reviewed):
+    if is_all_else_answered and (past.is_said_new or case.person.are_records_reviewed):
         do = message(marked("A person said that it is new."))
         return Finding(CheckResult.WARN, None, message(marked("no reply: new, no records")), limit, do)
     return unknown(silent, limit, do=message(marked("If it is new, say so.")) if is_all_else_answered else None)
@@ -121,7 +121,8 @@ class RecordsWord(Enum):
 def records_word(case: Case) -> RecordsWord | None:
     """The word that would settle the check of the trigger records; None where a word settles nothing."""
     settled = (CheckResult.PASS, CheckResult.WARN)
-    unsaid, said = (trigger_records(replace(case, are_records_reviewed=is_said)) for is_said in (False, True))
+    people = (replace(case.person, are_records_reviewed=is_said) for is_said in (False, True))
+    unsaid, said = (trigger_records(replace(case, person=person)) for person in people)
     history = case.evidence.history
     if history is None or unsaid.result in settled or said.result not in settled:
         return None
@@ -130,7 +131,7 @@ def records_word(case: Case) -> RecordsWord | None:
 
 def _under_name(case: Case, limit: UserMessage) -> UserMessage:
     """A limit that comes from what is kept under the module's name."""
-    known = known_by(case.past.module, is_by_option=case.is_named_by_option)
+    known = known_by(case.past.module, is_by_option=case.person.is_named_by_option)
     return message(marked("{limit}; {known}"), limit=limit, known=known)
 
 
@@ -149,7 +150,7 @@ def boot_count(case: Case) -> Finding:
     if past.boot_count is None:
         do = message(marked("On the first visit continue; otherwise compare the count by hand."))
         return Finding(CheckResult.WARN, count, _with_reason(count, message(marked("no earlier visit"))), limit, do)
-    if case.is_same_module:
+    if case.person.is_same_module:
         return judged(count, _by_a_person(message(str(count))), limit, is_fine=True)
     before, now = IdentityEvidence(past.boot_count, past.settings), IdentityEvidence(int(count), case.evidence.values)
     if same_module(before, now, do_records_follow=past.do_records_follow, is_said=True) is Trust.PROVEN:
@@ -168,25 +169,24 @@ def _with_reason(count: Value, why: UserMessage) -> UserMessage:
 
 
 def settings_fingerprint(case: Case) -> Finding:
-    approved = case.expectations.approved_fingerprint or case.past.fingerprint
+    approved = case.profile.approved_fingerprint or case.past.fingerprint
     limit = message(marked("none approved")) if approved is None else UserMessage(approved)
-    if case.expectations.approved_fingerprint is None:
+    if case.profile.approved_fingerprint is None:
         limit = _under_name(case, limit)
-    settings = case.evidence.settings(FINGERPRINT_KEYS)
-    if case.fingerprint is None or len(settings) < len(FINGERPRINT_KEYS):
-        missing = next((key for key in FINGERPRINT_KEYS if key not in settings), "")
+    code = case.settings_code
+    if code is None:
+        missing = next(key for key in FINGERPRINT_KEYS if key not in case.evidence.values)
         return unknown(case.fault(missing), limit)
-    code = case.fingerprint(settings)
     if approved is None:
         return Finding(CheckResult.WARN, code, UserMessage(code), limit)
-    if code != approved and case.are_settings_approved:
+    if code != approved and case.person.are_settings_approved:
         return judged(code, _by_a_person(UserMessage(code)), limit, is_fine=True)
     return judged(code, code, limit, is_fine=code == approved)
 
 
 def guided_tests(case: Case) -> Finding:
     """The tests that the profile demands; without a demand a test that failed last is a warning."""
-    wanted, past = case.expectations.tests_within_days, case.past
+    wanted, past = case.profile.tests_within_days, case.past
     demands = [
         message(marked("{test} within {days} days"), test=UserMessage(TITLES[kind]), days=days)
         for kind, days in wanted.items()
@@ -207,10 +207,10 @@ def service(case: Case) -> Finding:
     """What a person has to do to the module: overdue is a warning, or not met where the profile says so."""
     due = case.past.due
     limit = _under_name(case, message(marked("nothing overdue")))
-    if case.past.module is None and case.expectations.is_service_required:
+    if case.past.module is None and case.profile.is_service_required:
         return unknown(NOT_NAMED, limit)
     shown = joined([service.text for service in due], between=" ") if due else message(marked("none"))
-    is_against = case.expectations.is_service_required and any(service.is_overdue for service in due)
+    is_against = case.profile.is_service_required and any(service.is_overdue for service in due)
     result = CheckResult.FAIL if is_against else CheckResult.WARN if due else CheckResult.PASS
     return Finding(result, len(due), shown, limit)
 

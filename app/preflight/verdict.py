@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from app.engine.device import DeviceView
-from app.limits.expectations import ManualItem
 from app.limits.limits import softened
 from app.limits.out_of_limits import bay_outside
 from app.preflight.checks import CHECKS
@@ -18,7 +17,7 @@ from app.preflight.evidence import Disturbance, Evidence, FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reread import TITLES, StateReading, changes_between
-from app.settings.profiles import ActivatedBy
+from app.settings.profiles import ActivatedBy, ManualLine
 from app.text.messages import UserMessage, clean, joined, message
 from protocol.fields import Value
 from protocol.link_states import Presence
@@ -111,7 +110,7 @@ class Assessment:
 
     case: Case
     checks: tuple[Judged, ...]
-    manual: tuple[ManualItem, ...]
+    manual: tuple[ManualLine, ...]
     softened: tuple[str, ...] = ()
     """Ids of the checks whose limit is softer in the profile than advised."""
 
@@ -137,17 +136,17 @@ class Assessment:
         return next(one.finding.result for one in self.checks if one.check.id == id_)
 
 
-def blocks_go(item: ManualItem) -> bool:
+def blocks_go(item: ManualLine) -> bool:
     """A required item must not be skipped; the others are printed as skipped."""
     return item.is_done is False or (item.is_done is None and item.is_required)
 
 
 def assess(case: Case) -> Assessment:
     """Judge all checks."""
-    soft = softened(case.expectations)
+    soft = softened(case.profile)
     judged = tuple(Judged(check, _shown(check.judge(case), soft.get(check.id))) for check in CHECKS)
     softer = tuple(check.id for check in CHECKS if check.id in soft)
-    return Assessment(case, judged, tuple(case.expectations.manual), softer)
+    return Assessment(case, judged, tuple(case.profile.manual), softer)
 
 
 def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
@@ -209,7 +208,7 @@ def void_of_reading(evidence: Evidence, state: StateReading | None) -> Void | No
 
 def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMessage | None:
     """The first value that differs from the checked one."""
-    evidence, expectations = assessment.case.evidence, assessment.case.expectations
+    evidence, profile = assessment.case.evidence, assessment.case.profile
     checked: dict[str, Value | None] = {key: evidence.values.get(key) for key in (*FINGERPRINT_KEYS, "boot_count")}
     checked["baud_rate"] = evidence.baud_rate or None
     if evidence.status is not None:
@@ -230,10 +229,10 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMess
             return UserMessage(TITLES[key])  # an unconfirmed set
     voltage = device.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is CheckResult.PASS
-    if was_charged and voltage is not None and voltage < expectations.limits.cell_voltage_min_v:
+    if was_charged and voltage is not None and voltage < profile.limit("cell_voltage_min_v"):
         return UserMessage(TITLES["cell_voltage_v"])
     light, threshold = device.fresh("light_v", now), evidence.values.get("light_threshold_v")
     if light is None or threshold is None or assessment.result("light") is not CheckResult.PASS:
         return None
-    is_open = bay_outside(light, threshold, is_inverted=expectations.is_light_inverted) is not None
+    is_open = bay_outside(light, threshold, is_inverted=profile.is_light_inverted) is not None
     return UserMessage(TITLES["light_v"]) if is_open else None

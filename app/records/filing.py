@@ -11,14 +11,15 @@ from datetime import UTC, datetime
 
 from app.guided.guided_store import GuidedStore
 from app.guided.results import RETIRED_KINDS, GuidedKind
-from app.limits.expectations import Expectations, LastTested, Past, settings_code
+from app.limits.expectations import LastTested, Past
 from app.limits.service import DueService, due_services
 from app.preflight.evidence import Evidence, FrameLog
-from app.preflight.findings import Case, CheckResult
+from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
+from app.settings.profiles import Profile
 from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind
@@ -29,24 +30,6 @@ from app.text.messages import clean
 from app.text.user_error import UserError
 
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Person:
-    """What a person enters for a check. `module` is None where it has no name."""
-
-    who: str = ""
-    module: str | None = None
-    aircraft: str = ""
-    remarks: str = ""
-    are_records_reviewed: bool = False
-    """The trigger records on the module have been reviewed or, where it is silent to the query, it is new."""
-    is_same_module: bool = False
-    """Confirmed by the person although boot count or records say otherwise."""
-    are_settings_approved: bool = False
-    """Approved by the person although they are not those of the last check that passed."""
-    is_named_by_option: bool = False
-    """`module` is that of --module; else it was confirmed on this connection."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +49,7 @@ def local_now() -> datetime:
 
 def file_check(
     evidence: Evidence,
-    expectations: Expectations,
+    profile: Profile,
     person: Person,
     log: FrameLog,
     *,
@@ -93,16 +76,9 @@ def file_check(
                     past = replace(_past(store, name, evidence), tests=tests, due=service_due(store, name, at))
         except StoreTrouble as error:
             trouble = error
-    case = Case(
-        evidence=evidence, expectations=expectations, past=past, fingerprint=settings_code,
-        are_records_reviewed=person.are_records_reviewed, is_same_module=person.is_same_module,
-        are_settings_approved=person.are_settings_approved, is_named_by_option=person.is_named_by_option,
-    )  # fmt: skip
+    case = Case(evidence=evidence, profile=profile, past=past, person=replace(person, module=name))
     assessment = assess(case)
-    circumstances = RecordContext(
-        at=at, program_version=program_version, who=person.who, module=name,
-        aircraft=person.aircraft, remarks=person.remarks, adapter=adapter or evidence.port,
-    )  # fmt: skip
+    circumstances = RecordContext(at=at, program_version=program_version, adapter=adapter or evidence.port)
 
     station, station_trouble = _station(store)
 
@@ -112,7 +88,7 @@ def file_check(
     if store is not None and trouble is None:
         try:
             with _damage_as_trouble(store), store.database.transaction():
-                record = _store(store, assessment, make, circumstances)
+                record = _store(store, assessment, make, circumstances.adapter)
             return Filed(assessment, record, None, station_trouble)
         except StoreTrouble as error:
             trouble = error
@@ -157,11 +133,11 @@ def _tests(store: Store, name: str, evidence: Evidence, at: datetime) -> Mapping
     return {kind: LastTested(kept, age_days(kept.at, at)) for kind, kept in last.items() if kind not in RETIRED_KINDS}
 
 
-def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances: RecordContext) -> Record:
-    name, checks = circumstances.module, CheckStore(store.database)
+def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str) -> Record:
+    name, checks = assessment.case.person.module, CheckStore(store.database)
     if name is not None:
         store.register_module(name)
-    record = checks.append_check(make, name, adapter=circumstances.adapter)
+    record = checks.append_check(make, name, adapter=adapter)
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
@@ -180,7 +156,7 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, circumstances
 
 def _keep_word(checks: CheckStore, name: str, case: Case) -> None:
     """Keeps what a person said of the records: they are reviewed, or the module is new, until it reports a trigger."""
-    history, word = case.evidence.history, records_word(case) if case.are_records_reviewed else None
+    history, word = case.evidence.history, records_word(case) if case.person.are_records_reviewed else None
     if any(status.triggered for status in case.evidence.statuses):
         checks.say_new(name, is_new=False)
     elif word is RecordsWord.NEW_MODULE:

@@ -18,7 +18,6 @@ from app.engine.device import STATUS_KEYS
 from app.guided.results import GuidedKind
 from app.preflight.evidence import FlagState, FrameLog
 from app.preflight.findings import Case, CheckResult
-from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reading_object import reading_object
 from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_named
 from app.settings.profiles import ActivatedBy
@@ -51,10 +50,6 @@ class RecordContext:
 
     at: datetime
     program_version: str
-    who: str = ""
-    module: str | None = None
-    aircraft: str = ""
-    remarks: str = ""
     adapter: str = ""
     number: int = 1
     previous: str | None = None
@@ -66,7 +61,7 @@ def make_record(
     """The record of a check as plain JSON values, sealed and signed."""
     if circumstances.at.tzinfo is None:
         raise ValueError("the time of a record needs its zone")
-    case, evidence = assessment.case, assessment.case.evidence
+    case, evidence, person = assessment.case, assessment.case.evidence, assessment.case.person
     began_at = evidence.began_at or 0.0
     record: Record = {
         "format": FORMAT,
@@ -76,16 +71,16 @@ def make_record(
         "at": circumstances.at.isoformat(timespec="seconds"),
         "zone": clean(circumstances.at.tzname() or ""),
         "program": {"name": "DPS-S Configurator", "version": circumstances.program_version},
-        "who": clean(circumstances.who),
-        "module": None if circumstances.module is None else clean(circumstances.module),
+        "who": clean(person.who),
+        "module": None if person.module is None else clean(person.module),
         "adapter": clean(circumstances.adapter),
-        "aircraft": clean(circumstances.aircraft),
-        "remarks": clean(circumstances.remarks),
+        "aircraft": clean(person.aircraft),
+        "remarks": clean(person.remarks),
         "is_simulated": is_simulated(evidence.port),
-        "activated_by": case.expectations.activated_by.value,
+        "activated_by": case.profile.activated_by.value,
         "softer_limits": list(assessment.softened),
-        "profile": None if case.expectations.profile is None else clean(case.expectations.profile),
-        "fingerprint": fingerprint_of(case),
+        "profile": clean(case.profile.name) or None,
+        "fingerprint": case.settings_code,
         "are_triggers_set_by_this_check": evidence.is_enabling,
         "checks": [_check(one) for one in assessment.checks],
         "manual": [
@@ -116,13 +111,6 @@ def _check(one: Judged) -> dict[str, object]:
         "why": one.check.why,
         "do": one.do.to_json(),
     }
-
-
-def fingerprint_of(case: Case) -> str | None:
-    settings = case.evidence.settings(FINGERPRINT_KEYS)
-    if case.fingerprint is None or len(settings) < len(FINGERPRINT_KEYS):
-        return None
-    return case.fingerprint(settings)
 
 
 def readings_of(case: Case) -> dict[str, object]:

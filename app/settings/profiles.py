@@ -29,7 +29,7 @@ ignored; `expect_active` of older files has no effect, since GO needs an active 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
@@ -74,21 +74,26 @@ class CheckLimit(NamedTuple):
 
 
 LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
+    # Of 20. A cable of a metre loses none.
     "heartbeats_lost_max": CheckLimit(
         "link_loss", 0, 0, 2, marked("of 20; a worse line may lose a setting"), is_maximum=True, shown="{:g}"),
+    # The slowest of 20: 27 ms at 4800 baud, 16 ms for a slow adapter, and a reserve.
     "round_trip_max_ms": CheckLimit(
         "round_trip", 100.0, 1, 500, marked("after 1000 ms the module counts as offline"), is_maximum=True,
         shown="{:g} ms"),
     "tilt_max_deg": CheckLimit(
         "tilt", 5.0, 0, 15, marked("beyond it one side fires late"), is_maximum=True, shown="{:g}°"),
+    # Between the lowest and the highest value of two seconds.
     "tilt_spread_max_deg": CheckLimit(
         "tilt_spread", 2.0, 0, 5, marked("a resting sensor wanders less"), is_maximum=True, shown="{:g}°"),
     "acceleration_min_g": CheckLimit(
         "acceleration", 0.9, 0.8, 1.0, marked("at rest it is 1 g"), is_maximum=False, shown="{:g} g"),
     "acceleration_max_g": CheckLimit(
         "acceleration", 1.1, 1.0, 1.2, marked("at rest it is 1 g"), is_maximum=True, shown="{:g} g"),
+    # One step (0.1 g) each way.
     "acceleration_spread_max_g": CheckLimit(
         "acceleration_spread", 0.2, 0, 0.4, marked("more noise can end a fall"), is_maximum=True, shown="{:g} g"),
+    # The lowest of the three examples in the vendor's table (BE).
     "cell_voltage_min_v": CheckLimit(
         "cell_voltage", 3.8, 3.5, 4.2, marked("a lithium cell has 3.5 V to 4.2 V"), is_maximum=False, shown="{:.2f} V"),
 })  # fmt: skip
@@ -97,17 +102,19 @@ LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
 
 @dataclass(frozen=True, slots=True)
 class ManualLine:
-    """A check done by a person; skipping one that `is_required` gives NO-GO."""
+    """A check done by a person; skipping one that `is_required` gives NO-GO. `is_done`: the person's answer, None where
+    it was skipped, and in a file."""
 
     text: str
     is_required: bool = False
+    is_done: bool | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile:
-    """`settings` by key, in the field's unit; `limits` by name."""
+    """`settings` by key, in the field's unit; `limits` by name. What is not said is the program's own."""
 
-    name: str
+    name: str = ""
     airframe: str = ""
     notes: str = ""
     settings: Mapping[str, Value] = field(default_factory=dict)
@@ -122,6 +129,18 @@ class Profile:
     activated_by: ActivatedBy = ActivatedBy.PERSON
     tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
     """Guided tests that the pre-flight check requires, with the maximum age of the last one passed."""
+
+    def limit(self, name: str) -> float:
+        """One of `LIMITS`."""
+        return self.limits.get(name, LIMITS[name].usual)
+
+    def answered(self, answers: Mapping[int, bool]) -> "Profile":
+        """With a person's answers for its manual checks, by number from 1."""
+        lines = enumerate(self.manual, 1)
+        return replace(self, manual=tuple(replace(line, is_done=answers.get(number)) for number, line in lines))
+
+
+NO_PROFILE = Profile()
 
 
 class Match(Enum):

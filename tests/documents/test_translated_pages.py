@@ -8,10 +8,9 @@ from typing import Final
 import pytest
 
 from app.guided.results import RETIRED_KINDS, GuidedKind
-from app.limits.expectations import CheckLimits
 from app.limits.limits import SETTING_BOUNDS
 from app.settings.profile_file import parse_profile
-from app.settings.profiles import LIMITS, SETTINGS_BY_KEY
+from app.settings.profiles import LIMITS, NO_PROFILE, SETTINGS_BY_KEY
 
 ROOT: Final = Path(__file__).parents[2]
 PAGES: Final = tuple(sorted((*ROOT.glob("*.zh_CN.md"), *(ROOT / "docs").glob("*.zh_CN.md"))))
@@ -57,7 +56,7 @@ def test_the_profile_page_names_every_key_with_its_bounds(page: str) -> None:
         assert f"`{key}`" in text, key
     to = " 到 " if "zh_CN" in page else " to "
     for key, bound in LIMITS.items():
-        row = f"| `{key}` | {getattr(CheckLimits(), key):g} | {bound.low:g}{to}{bound.high:g} |"
+        row = f"| `{key}` | {NO_PROFILE.limit(key):g} | {bound.low:g}{to}{bound.high:g} |"
         assert row in text
     for key, allowed in SETTING_BOUNDS.items():
         row = next(line for line in text.splitlines() if line.startswith(f"| `{key}`"))

@@ -11,10 +11,12 @@ from app import version
 from app.engine.procedure import Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Job
-from app.limits.expectations import Expectations, Past
+from app.limits.expectations import Past
 from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.findings import Person
 from app.procedures.write_all import SettingChange, risk_message
-from app.records.filing import Filed, Person, file_check
+from app.records.filing import Filed, file_check
+from app.settings.profiles import Profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
@@ -123,7 +125,7 @@ def risk_choices(
 def file_in_background(
     task: BackgroundTask[Filed],
     evidence: Evidence,
-    expectations: Expectations,
+    profile: Profile,
     person: Person,
     log: FrameLog,
     *,
@@ -137,7 +139,7 @@ def file_in_background(
     used_store = store if is_stored and isinstance(store, Store) else None
     adapter = "" if target is None else target.identity
     work = partial(
-        file_check, evidence, expectations, person, log,
+        file_check, evidence, profile, person, log,
         store=used_store, program_version=version(), adapter=adapter, past=past,
     )  # fmt: skip
     if used_store is None:

@@ -21,15 +21,15 @@ from typing import Final
 from app import version
 from app.cli.settings.set import warn, why_not_verified
 from app.engine.identity import IdentityEvidence, Trust, same_module
-from app.limits.expectations import Expectations, Past, expectations_of, settings_code
+from app.limits.expectations import Past
 from app.preflight.activation import await_while_asking
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
-from app.preflight.findings import Case
+from app.preflight.findings import Case, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.provision import await_gone, provision
 from app.preflight.verdict import Verdict, assess
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport
-from app.records.filing import Person, file_check
+from app.records.filing import file_check
 from app.records.labels import A4, PAPERS, Label, label_body
 from app.records.report_files import carried_in_pdf, check_target
 from app.settings.fingerprint import fingerprint
@@ -101,7 +101,6 @@ def run(args: argparse.Namespace) -> int:
 class _Batch:
     names: tuple[str, ...]
     profile: Profile
-    expectations: Expectations
     changes: tuple[SettingChange, ...]
 
     @property
@@ -125,7 +124,7 @@ def _batch_of(args: argparse.Namespace) -> _Batch:
     if profile.tests_within_days or any(line.is_required for line in profile.manual):
         raise console.Refused(tr("The profile demands manual checks or guided tests, which a batch does not have."))
     changes = tuple(SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items())
-    return _Batch(args.names, replace(profile, settings=settings), expectations_of(profile), changes)
+    return _Batch(args.names, profile, changes)
 
 
 def _say_what_happens(batch: _Batch) -> int:
@@ -227,18 +226,17 @@ class _Bench:
         self, name: str, evidence: Evidence, log: FrameLog, why: UserMessage | None, boot_count: int | None
     ) -> UserMessage | None:
         """Keep the record, under the name only where it is READY; why it is set aside. Raises `StoreTrouble`."""
-        reviewed = self._args.records_reviewed
-        case = Case(evidence=evidence, expectations=self._batch.expectations, past=Past(module=name),
-                    fingerprint=settings_code, are_records_reviewed=reviewed, is_named_by_option=True)  # fmt: skip
-        judged = assess(case)
+        person = Person(who=self._args.who, module=name, are_records_reviewed=self._args.records_reviewed,
+                        is_named_by_option=True)  # fmt: skip
+        profile = self._batch.profile
+        judged = assess(Case(evidence=evidence, profile=profile, past=Past(module=name), person=person))
         if why is None and judged.verdict is not Verdict.READY:
             why = joined(judged.titles_against)
-        person = Person(who=self._args.who, module=None if why else name, are_records_reviewed=reviewed,
-                        is_named_by_option=True)  # fmt: skip
+        person = replace(person, module=None if why else name)
         settings = evidence.settings(FINGERPRINT_KEYS)
         with self._store.database.transaction():
             if evidence.began_at is not None:
-                filed = file_check(evidence, self._batch.expectations, person, log, store=self._store,
+                filed = file_check(evidence, profile, person, log, store=self._store,
                                    program_version=version(), past=Past(module=person.module),
                                    adapter=adapter_of(self._args.port))  # fmt: skip
                 if filed.trouble is not None:

@@ -11,7 +11,6 @@ from app.engine.identity import Identity, Trust
 from app.fleet.card import LockState, Member, Need, by_need, card_of
 from app.fleet.check_set import SetMember
 from app.fleet.verdicts import HeldVerdict, Verdicts
-from app.limits.expectations import ManualItem
 from app.limits.out_of_limits import LimitsInUse
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Verdict, Void, assess
@@ -19,6 +18,7 @@ from app.procedures.lock import Locked
 from app.records.filing import Filed
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation, SeenActivation
+from app.settings.profiles import ManualLine
 from app.text.messages import UserMessage
 from protocol.fields import Value
 from protocol.link_states import Presence
@@ -158,14 +158,14 @@ def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_loc
     ("options", "manual", "why"),
     [
         ({"cell": "3.4"}, (), "Cell voltage"),
-        ({}, (ManualItem("Bridle free", is_done=False),), "Bridle free"),
-        ({}, (ManualItem("Bridle free", is_required=True),), "Bridle free"),
+        ({}, (ManualLine("Bridle free", is_done=False),), "Bridle free"),
+        ({}, (ManualLine("Bridle free", is_required=True),), "Bridle free"),
     ],
 )
-def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tuple[ManualItem, ...], why: str) -> None:
+def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tuple[ManualLine, ...], why: str) -> None:
     found, filed = checked(**options)
     case = filed.assessment.case
-    assessment = assess(replace(case, expectations=replace(case.expectations, manual=manual)))
+    assessment = assess(replace(case, profile=replace(case.profile, manual=manual)))
     verdicts, now = Verdicts(), found.rig.clock()
     verdicts.store("a", Filed(assessment, {}))
     held = verdicts.held("a", found.rig.session.device.view(now), now, is_open=True)

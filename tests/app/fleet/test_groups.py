@@ -7,14 +7,14 @@ import pytest
 from app.engine.procedure import Cancelled, PortLost
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
-from app.limits.expectations import Expectations
 from app.preflight.evidence import FrameLog
+from app.preflight.findings import Person
 from app.preflight.verdict import Verdict
 from app.procedures.read import read_everything
 from app.procedures.write_all import WriteContext, write_all
-from app.records.filing import Filed, Person, file_check
+from app.records.filing import Filed, file_check
 from app.records.report_files import record_in
-from app.settings.profiles import Match, Profile
+from app.settings.profiles import NO_PROFILE, Match, Profile
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from app.text.messages import message
 from app.text.user_error import UserError
@@ -32,7 +32,7 @@ PROFILE = Profile(
 def filed(**options: str) -> Filed:
     found = check(options=options)
     evidence = found.assessment.case.evidence
-    return file_check(evidence, Expectations(), Person(), FrameLog(), store=None, program_version="1")
+    return file_check(evidence, NO_PROFILE, Person(), FrameLog(), store=None, program_version="1")
 
 
 def _printed(body: str, attached: bytes) -> bytes:

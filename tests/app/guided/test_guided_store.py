@@ -12,15 +12,16 @@ import pytest
 from app.guided.guided_store import GuidedStore
 from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
-from app.limits.expectations import Expectations, LastTested, Past, expectations_of, settings_code
+from app.limits.expectations import LastTested, Past
 from app.preflight.evidence import FrameLog
-from app.preflight.findings import Case, CheckResult
+from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import guided_tests
 from app.preflight.verdict import assess
-from app.records.filing import Person, file_check
+from app.records.filing import file_check
 from app.records.report_html import body
 from app.records.verification import RecordState, verify
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
+from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import StoreTrouble
 from app.store.facts import FactKind
 from app.store.store import Store, open_store
@@ -96,7 +97,6 @@ def test_a_profile_demands_tests_not_older_than_so_many_days() -> None:
     profile = parse_profile(b'name = "H6"\n[tests]\ntilt = 180\nfree_fall = 365\n')
     assert profile.tests_within_days == {GuidedKind.TILT: 180, GuidedKind.FREE_FALL: 365}
     assert parse_profile(profile_text(profile).encode()) == profile
-    assert expectations_of(profile).tests_within_days == profile.tests_within_days
 
 
 @pytest.mark.parametrize(
@@ -139,10 +139,10 @@ def _tested(kind: GuidedKind, days: float | None, verdict: GuidedVerdict = PASSE
 def test_a_demanded_test_that_is_missing_failed_or_too_old_fails_the_check(
     within: dict[GuidedKind, int], past: dict[GuidedKind, LastTested], expected: CheckResult
 ) -> None:
-    expectations = Expectations(tests_within_days=within)
-    case = Case(evidence=check().assessment.case.evidence, expectations=expectations, past=Past(module="M", tests=past))
+    profile = Profile(tests_within_days=within)
+    case = Case(evidence=check().assessment.case.evidence, profile=profile, past=Past(module="M", tests=past))
     assert guided_tests(case).result is expected
-    unnamed = Case(evidence=case.evidence, expectations=expectations, past=Past(tests=past))
+    unnamed = Case(evidence=case.evidence, profile=profile, past=Past(tests=past))
     assert guided_tests(unnamed).result is (CheckResult.UNKNOWN if within else expected)
 
 
@@ -168,9 +168,9 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
     add(store, GuidedKind.TILT, sim=is_simulated)
     evidence = check().assessment.case.evidence
     evidence.port = port
-    expectations = Expectations(profile="H6", tests_within_days={GuidedKind.TILT: 10})
+    profile = Profile(name="H6", tests_within_days={GuidedKind.TILT: 10})
     filed = file_check(
-        evidence, expectations, Person(who="Li", module="M-07", aircraft="A"), FrameLog(), store=store,
+        evidence, profile, Person(who="Li", module="M-07", aircraft="A"), FrameLog(), store=store,
         program_version="1", at=NOW + timedelta(days=3),
     )  # fmt: skip
     assert filed.assessment.result("guided_tests") is expected
@@ -189,9 +189,7 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
 
 
 def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
-    case = Case(
-        evidence=check().assessment.case.evidence, expectations=Expectations(), past=Past(), fingerprint=settings_code
-    )
+    case = Case(evidence=check().assessment.case.evidence, profile=NO_PROFILE, past=Past())
     assert assess(case).result("guided_tests") is CheckResult.PASS
     rows: list[object] = [
         None, 3, {"test": "spin"}, {"test": "tilt", "verdict": "passed", "who": "<b>", "at": None, "measured": [1, {}]},

@@ -17,7 +17,6 @@ from app.cli.monitor import WordLines
 from app.cli.read import Findings, page_of
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.procedure import LinkView
-from app.limits.expectations import CheckLimits, expectations_of
 from app.limits.limits import SETTING_BOUNDS, softened
 from app.limits.out_of_limits import (
     LimitsInUse,
@@ -35,10 +34,10 @@ from app.preflight.verdict import Verdict
 from app.procedures.history import History
 from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.records.filing import local_now
-from app.records.record import RecordContext, caveats, make_record
+from app.records.record import RecordContext, caveats
 from app.records.report_html import body
 from app.settings.profile_file import ProfileRefused, parse_profile
-from app.settings.profiles import LIMITS, Profile
+from app.settings.profiles import LIMITS, NO_PROFILE, Profile
 from app.terminal.streaming import StreamSpan
 from app.text.i18n import CHINESE, ENGLISH, temporary_language
 from app.trigger_records.history import sentence
@@ -63,9 +62,8 @@ tilt_max_deg = 8
 
 
 def test_every_limit_has_bounds_that_hold_our_own() -> None:
-    assert set(LIMITS) == set(CheckLimits.__slots__)
     for name, bound in LIMITS.items():
-        assert bound.low <= getattr(CheckLimits(), name) <= bound.high
+        assert bound.low <= NO_PROFILE.limit(name) == bound.usual <= bound.high
         assert bound.why
         assert math.isfinite(bound.low)
 
@@ -97,16 +95,15 @@ acceleration_spread_max_g = 20
 
 
 def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_report() -> None:
-    expectations = expectations_of(parse_profile(SOFT.encode()))
-    assert set(softened(expectations)) == {"cell_voltage", "tilt"}
-    checked = check(Fault(frozenset(), {"cell": "3.7"}, expectations={"limits": expectations.limits}))
+    profile = parse_profile(SOFT.encode())
+    assert set(softened(profile)) == {"cell_voltage", "tilt"}
+    checked = check(Fault(frozenset(), {"cell": "3.7"}, profile={"limits": profile.limits}))
     assert checked.assessment.verdict is Verdict.READY
     cell = next(one.finding for one in checked.assessment.checks if one.check.id == "cell_voltage")
     assert (cell.result, cell.limit.in_english()) == (
         CheckResult.WARN, "≥ 3.60 V, advised ≥ 3.80 V",
     )  # fmt: skip
-    about = RecordContext(at=local_now(), program_version="1", who="Li Wei", module="M", aircraft="B")
-    record = make_record(checked.assessment, about, checked.log)
+    record = checked.record(RecordContext(at=local_now(), program_version="1"), who="Li Wei", module="M", aircraft="B")
     assert record["softer_limits"] == ["tilt", "cell_voltage"]
     assert [one.in_english() for one in caveats(record)] == ["Looser than advised: Tilt: level, Cell voltage."]
     assert "Looser than advised: Tilt: level, Cell voltage." in body(record)
@@ -124,7 +121,7 @@ def test_no_profile_makes_such_a_setting_fit_to_fly(key: str, raw: int, name: st
     def set_it(rig: object) -> None:
         setattr(rig.bench.module.memory, name, raw)  # type: ignore[attr-defined]
 
-    checked = check(Fault(frozenset(), arrange=set_it, expectations={"settings": wanted, "approved_fingerprint": None}))
+    checked = check(Fault(frozenset(), arrange=set_it, profile={"settings": wanted, "approved_fingerprint": None}))
     assert checked.assessment.verdict is Verdict.NO_GO
     assert name in checked.against
 
@@ -134,7 +131,7 @@ def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
         rig.bench.module.memory.attitude_threshold = 45  # type: ignore[attr-defined]
 
     wanted = {"light_threshold_v": 1.8, "attitude_threshold_deg": 45}
-    checked = check(Fault(frozenset(), arrange=set_it, expectations={"settings": wanted, "approved_fingerprint": None}))
+    checked = check(Fault(frozenset(), arrange=set_it, profile={"settings": wanted, "approved_fingerprint": None}))
     assert checked.assessment.result("attitude_threshold") is CheckResult.WARN
     assert checked.assessment.softened == ("attitude_threshold",)
     for bound in SETTING_BOUNDS.values():
@@ -146,7 +143,7 @@ def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
 
 NOW = 100.0
 RECORD = TriggerRecord(8, 100, ("attitude",), 60, 0.5, 1.6, True, False, 1.2, 3.9, b"")
-OURS = CheckLimits()
+OURS = NO_PROFILE
 
 
 @pytest.mark.parametrize(

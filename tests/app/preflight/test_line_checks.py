@@ -9,7 +9,7 @@ import pytest
 from app.engine.device import StatusSample
 from app.engine.procedure import Ask, Cancelled, PortLost, Report, Slept
 from app.engine.session import Run
-from app.limits.expectations import Expectations, Past
+from app.limits.expectations import Past
 from app.preflight import run
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState
@@ -21,6 +21,7 @@ from app.procedures import write_all
 from app.procedures.read import read_everything
 from app.procedures.settings_reading import SettingsReading
 from app.safety.journal import Outcome
+from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered, OutcomeUnknown, Unanswered
 from protocol.fields import Value
@@ -35,7 +36,7 @@ PASS, FAIL, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.UNKNOWN
 
 
 def finding(check_id: str, **evidence: Any) -> Finding:
-    case = Case(evidence=Evidence(port="sim", **evidence), expectations=Expectations(), past=Past())
+    case = Case(evidence=Evidence(port="sim", **evidence), profile=NO_PROFILE, past=Past())
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
 

@@ -9,14 +9,15 @@ import pytest
 from app.engine.device import StatusSample
 from app.guided.kept_test import StoredTest
 from app.guided.results import GuidedKind, GuidedVerdict
-from app.limits.expectations import Expectations, LastAnswer, LastTested, Past
+from app.limits.expectations import LastAnswer, LastTested, Past
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.service import DueService
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
-from app.preflight.findings import Case, CheckResult, Finding
+from app.preflight.findings import Case, CheckResult, Finding, Person
 from app.preflight.module_checks import RecordsWord, guided_tests, records_word, service, settings_fingerprint
 from app.procedures.history import History
+from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import UserMessage
 from protocol.fields import Value
 from protocol.messages import TriggerRecord, decode
@@ -30,8 +31,8 @@ def finding(
     is_reviewed: bool = False, **evidence: Any,
 ) -> Finding:  # fmt: skip
     case = Case(
-        evidence=Evidence(port="sim", **evidence), expectations=Expectations(settings=settings or {}),
-        past=past or Past(), are_records_reviewed=is_reviewed, is_same_module=is_same,
+        evidence=Evidence(port="sim", **evidence), profile=Profile(settings=settings or {}),
+        past=past or Past(), person=Person(are_records_reviewed=is_reviewed, is_same_module=is_same),
     )  # fmt: skip
     return next(check for check in CHECKS if check.id == check_id).judge(case)
 
@@ -184,7 +185,7 @@ def test_a_word_is_offered_only_where_it_settles_something(
     history: History | None, past: Past, word: RecordsWord | None, is_said: bool
 ) -> None:
     evidence = Evidence(history=history)
-    case = Case(evidence=evidence, expectations=Expectations(), past=past, are_records_reviewed=is_said)
+    case = Case(evidence=evidence, profile=NO_PROFILE, past=past, person=Person(are_records_reviewed=is_said))
     assert records_word(case) is word
 
 
@@ -192,8 +193,8 @@ def guided(
     within_days: dict[GuidedKind, int], tests: dict[GuidedKind, LastTested], module: str | None = "M-07"
 ) -> Finding:
     past = Past(module=module, tests=tests)
-    expectations = Expectations(tests_within_days=within_days)
-    return guided_tests(Case(evidence=Evidence(), expectations=expectations, past=past))
+    profile = Profile(tests_within_days=within_days)
+    return guided_tests(Case(evidence=Evidence(), profile=profile, past=past))
 
 
 def last(verdict: GuidedVerdict, age_days: float | None) -> LastTested:
@@ -243,13 +244,13 @@ def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_
     name: str | None, is_by_option: bool, known: str
 ) -> None:
     case = Case(
-        evidence=Evidence(port="sim"), expectations=Expectations(), past=Past(module=name, fingerprint=name and "CODE"),
-        is_named_by_option=is_by_option,
+        evidence=Evidence(port="sim"), profile=NO_PROFILE, past=Past(module=name, fingerprint=name and "CODE"),
+        person=Person(is_named_by_option=is_by_option),
     )  # fmt: skip
     limits = {check.id: check.judge(case).limit.in_english() for check in CHECKS}
     said = {id_: limit for id_, limit in limits.items() if limit.endswith(f"; {known}")}
     assert said.keys() == {"trigger_records", "boot_count", "fingerprint", "guided_tests", "service"}
-    approved = replace(case, expectations=Expectations(approved_fingerprint="CODE"))
+    approved = replace(case, profile=Profile(approved_fingerprint="CODE"))
     assert settings_fingerprint(approved).limit.in_english() == "CODE"  # by the profile, under no name
 
 
@@ -265,9 +266,9 @@ def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says(
 ) -> None:
     past = Past(module="M-07", due=due)
     for is_required, expected in ((False, result), (True, required)):
-        expectations = Expectations(is_service_required=is_required)
-        found = service(Case(evidence=Evidence(), expectations=expectations, past=past))
+        profile = Profile(is_service_required=is_required)
+        found = service(Case(evidence=Evidence(), profile=profile, past=past))
         assert found.result is expected
         assert found.shown.in_english() == (" ".join(one.text.in_english() for one in due) or "none")
-    unnamed = Case(evidence=Evidence(), expectations=expectations, past=Past())
+    unnamed = Case(evidence=Evidence(), profile=profile, past=Past())
     assert service(unnamed).result is UNKNOWN

@@ -7,7 +7,7 @@ from itertools import combinations
 import pytest
 
 from app.engine.device import StatusSample
-from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past, expectations_of
+from app.limits.expectations import Past
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import STILL_S, Disturbance, Evidence
 from app.preflight.findings import Case, CheckResult, Finding
@@ -15,7 +15,7 @@ from app.preflight.line_checks import TRIALS_NEEDED, acceleration_still, status_
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
-from app.settings.profiles import LIMITS, ActivatedBy
+from app.settings.profiles import NO_PROFILE, ActivatedBy, ManualLine, Profile
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, Hazard
 from protocol.messages import Status
 from tests.support.records.preflight_rig import (
@@ -130,17 +130,17 @@ def test_a_profile_is_taken_whole() -> None:
     """
         % APPROVED.encode()
     )
-    expectations = expectations_of(profile, {2: False})
-    assert expectations == Expectations(
-        profile="H6",
-        limits=CheckLimits(heartbeats_lost_max=1, tilt_max_deg=3, cell_voltage_min_v=3.9),
+    answered = profile.answered({2: False})
+    assert answered == Profile(
+        name="H6",
+        limits={"heartbeats_lost_max": 1, "tilt_max_deg": 3, "cell_voltage_min_v": 3.9},
         settings={"attitude_threshold_deg": 65},
         activated_by=ActivatedBy.AIRCRAFT,
         is_light_inverted=True,
         approved_fingerprint=APPROVED,
-        manual=(ManualItem("Bridle free", None, is_required=True), ManualItem("Pack date", is_done=False)),
+        manual=(ManualLine("Bridle free", is_required=True), ManualLine("Pack date", is_done=False)),
     )
-    assert set(LIMITS) == set(CheckLimits.__slots__)
+    assert (answered.limit("tilt_max_deg"), answered.limit("tilt_spread_max_deg")) == (3, 2)
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_a_profile_is_taken_whole() -> None:
 )
 def test_the_last_status_counts_for_a_second(age_s: float | None, result: CheckResult) -> None:
     evidence = Evidence(port="sim", status_age_s=age_s)
-    assert status_fresh(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is result
+    assert status_fresh(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result is result
 
 
 @pytest.mark.parametrize(
@@ -168,11 +168,11 @@ def test_a_module_may_move_up_to_the_limit(
     ]
     for last, result in ((at_limit, CheckResult.PASS), (beyond, CheckResult.FAIL)):
         evidence = Evidence(port="sim", trials=[*trials, StatusSample.of(last, STILL_S)])
-        assert check_of(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is result
+        assert check_of(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result is result
 
 
 def test_light_that_reads_lower_is_judged_the_other_way() -> None:
-    inverted = Fault(frozenset(), {"light_inverted": "yes"}, expectations={"is_light_inverted": True})
+    inverted = Fault(frozenset(), {"light_inverted": "yes"}, profile={"is_light_inverted": True})
     assert check(inverted).against == set()
     assert check(inverted, FAULTS["bay open"]).against == {"light"}
 

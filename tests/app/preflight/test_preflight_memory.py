@@ -9,14 +9,15 @@ import pytest
 
 import app.__main__ as program
 from app.engine.procedure import Slept
-from app.limits.expectations import Expectations, expectations_of
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict, blocks_go
-from app.records.filing import Person, file_check
+from app.records.filing import file_check
 from app.records.record import caveats
 from app.records.report_html import body
 from app.settings.profile_file import parse_profile
+from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import FILE_NAME, StoreFault, trouble_of
 from app.system.folders import data_folder
 from tests.app.preflight.test_preflight_slept import NIGHT_S, NightRig
@@ -103,11 +104,11 @@ def test_a_full_disk_is_called_full(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 # Who, and what a person looked at
 
 
-def _filed(rig: NightRig, person: Person, expectations: Expectations | None = None) -> tuple[Verdict, list[str], str]:
+def _filed(rig: NightRig, person: Person, expectations: Profile | None = None) -> tuple[Verdict, list[str], str]:
     evidence = Evidence(port="/dev/ttyUSB0")
     rig.run(run_preflight(evidence, is_enabling=True))
     filed = file_check(
-        evidence, expectations or Expectations(), person, FrameLog(), store=None, program_version="1"
+        evidence, expectations or NO_PROFILE, person, FrameLog(), store=None, program_version="1"
     )  # fmt: skip
     return filed.assessment.verdict, [one.in_english() for one in caveats(filed.record)], body(filed.record)
 
@@ -149,6 +150,6 @@ def test_a_sleep_during_the_check_is_called_a_sleep() -> None:
 
 def test_two_manual_items_with_one_text_are_two() -> None:
     item = '[[manual]]\ntext = "Look again"\nrequired = true\n'
-    expectations = expectations_of(parse_profile((item * 2).encode()), {1: True})
+    expectations = parse_profile((item * 2).encode()).answered({1: True})
     assert [one.is_done for one in expectations.manual] == [True, None]
     assert [blocks_go(one) for one in expectations.manual] == [False, True]

@@ -10,12 +10,13 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import DeviceView, How, Known
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run, Session
-from app.limits.expectations import Expectations, Past
+from app.limits.expectations import Past
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Case
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess, void_reason
 from app.procedures.handshake import handshake
+from app.settings.profiles import NO_PROFILE
 from app.system.sleep_detector import SleepDetector
 from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import INSTANT_S, Rig
@@ -39,7 +40,7 @@ class NightRig(Rig):
         evidence = Evidence(port="sim")
         self.run(run_preflight(evidence, is_enabling=True))
         assert evidence.is_complete
-        return assess(Case(evidence=evidence, expectations=Expectations(), past=Past()))
+        return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past()))
 
     def void(self, assessment: Assessment) -> Disturbance | None:
         found = void_reason(
@@ -76,7 +77,7 @@ def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
     assert rig.void(assessment) is Disturbance.BROKEN
 
 
-MINIMUM_V = Expectations().limits.cell_voltage_min_v
+MINIMUM_V = NO_PROFILE.limit("cell_voltage_min_v")
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,11 @@ from typing import Any
 import pytest
 
 from app.engine.device import DeviceView, How, Known, Sleep
-from app.limits.expectations import CheckLimits, Expectations, ManualItem, Past
+from app.limits.expectations import Past
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult
 from app.preflight.verdict import VALID_FOR_S, Void, assess, blocks_go, void_reason
+from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.messages import UserMessage
 from protocol.fields import Value
 from protocol.link_states import Presence
@@ -29,7 +30,7 @@ def void(
 ) -> Void | None:  # fmt: skip
     known = {key: Known(value, How.READ, now) for key, value in values.items()}
     view = DeviceView(known, **{"presence": Presence.ONLINE, **device})
-    case = Case(evidence=found or evidence(), expectations=Expectations(), past=Past())
+    case = Case(evidence=found or evidence(), profile=NO_PROFILE, past=Past())
     return void_reason(assess(case), view, now, opened_at=opened_at)
 
 
@@ -102,9 +103,9 @@ def test_a_trigger_that_is_no_longer_known_voids_unless_a_restart_is_still_undec
     [(True, True, False), (False, True, True), (False, False, True), (None, True, True), (None, False, False)],
 )
 def test_a_manual_item_stands_against_go(is_done: bool | None, is_required: bool, against: bool) -> None:
-    item = ManualItem("Bridle free", is_done, is_required=is_required)
+    item = ManualLine("Bridle free", is_done=is_done, is_required=is_required)
     assert blocks_go(item) is against
-    case = Case(evidence=evidence(), expectations=Expectations(manual=(item,)), past=Past())
+    case = Case(evidence=evidence(), profile=Profile(manual=(item,)), past=Past())
     assert (UserMessage("Bridle free") in assess(case).titles_against) is against
 
 
@@ -116,8 +117,8 @@ def test_a_limit_softer_than_advised_is_a_warning_with_the_advice() -> None:
         (101.0, CheckResult.WARN, "≤ 101 ms, advised ≤ 100 ms"),
         (40.0, CheckResult.FAIL, "≤ 40 ms"),
     ):
-        limits = CheckLimits(round_trip_max_ms=most_ms)
-        assessment = assess(Case(evidence=evidence(**status), expectations=Expectations(limits=limits), past=Past()))
+        limits = {"round_trip_max_ms": most_ms}
+        assessment = assess(Case(evidence=evidence(**status), profile=Profile(limits=limits), past=Past()))
         finding = next(one.finding for one in assessment.checks if one.check.id == "round_trip")
         assert (finding.result, finding.limit.in_english()) == (result, limit)
         assert assessment.softened == (("round_trip",) if result is CheckResult.WARN else ())

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from app.limits.expectations import Expectations, Past
+from app.limits.expectations import Past
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Case, CheckResult
+from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import trigger_records
 from app.procedures.history import (
     History,
@@ -20,6 +20,7 @@ from app.procedures.history import (
     history_of,
     read_history,
 )
+from app.settings.profiles import NO_PROFILE
 from app.simulator.memory import record_frame
 from protocol.catalogue import MAX_RECORDS, TRIGGER_RECORDS
 from protocol.events import Answered
@@ -98,10 +99,8 @@ def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
     assert (history.is_answered, history.is_confirmed, history.is_line_dead) == (False, False, False)
     evidence = Evidence(history=history)
-    assert (
-        trigger_records(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is CheckResult.UNKNOWN
-    )
-    by_a_person = Case(evidence=evidence, expectations=Expectations(), past=Past(), are_records_reviewed=True)
+    assert trigger_records(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result is CheckResult.UNKNOWN
+    by_a_person = Case(evidence=evidence, profile=NO_PROFILE, past=Past(), person=Person(are_records_reviewed=True))
     assert trigger_records(by_a_person).result is CheckResult.WARN
 
 

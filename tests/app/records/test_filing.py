@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 
 from app import version
-from app.limits.expectations import Expectations
+from app.preflight.findings import Person
 from app.records.check_store import CheckStore
-from app.records.filing import Filed, Person, file_check
+from app.records.filing import Filed, file_check
 from app.records.record import Record
 from app.records.verification import Chain, RecordState, verify
 from app.safety.acts import Act
 from app.safety.journal import Outcome
+from app.settings.profiles import NO_PROFILE
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble
 from app.store.facts import FactKind, fact_hash
 from app.store.store import Store, open_store
@@ -43,7 +44,7 @@ for _ in range(int(sys.argv[2])):
 def file_one(store: Store, module: str | None = None, *, adapter: str = "") -> Filed:
     checked = check()
     return file_check(
-        checked.assessment.case.evidence, Expectations(), Person(module=module), checked.log,
+        checked.assessment.case.evidence, NO_PROFILE, Person(module=module), checked.log,
         store=store, program_version=version(), adapter=adapter,
     )  # fmt: skip
 
@@ -173,7 +174,7 @@ def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None
         checked = check()
         for aircraft in ("H6", "", "X8", "H6", "Q4", "X8"):
             file_check(
-                checked.assessment.case.evidence, Expectations(), Person(aircraft=aircraft), checked.log,
+                checked.assessment.case.evidence, NO_PROFILE, Person(aircraft=aircraft), checked.log,
                 store=store, program_version=version(),
             )  # fmt: skip
         assert CheckStore(store.database).aircraft() == ("X8", "Q4", "H6")
@@ -186,7 +187,7 @@ _WRITER = """
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
-from app.records.record import RecordContext, make_record
+from app.records.record import RecordContext
 from app.records.check_store import CheckStore
 from app.store.store import open_store
 from tests.support.records.preflight_rig import check
@@ -196,8 +197,8 @@ store = CheckStore(open_store(Path(sys.argv[1])).database)
 checked, number, life = check(), 0, []
 
 def make(number, previous):
-    about = RecordContext(at=datetime.now(UTC), program_version="1", module="M", number=number, previous=previous)
-    return make_record(checked.assessment, about, checked.log)
+    about = RecordContext(at=datetime.now(UTC), program_version="1", number=number, previous=previous)
+    return checked.record(about, module="M")
 
 while True:
     number += 1

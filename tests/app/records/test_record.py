@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 
 from app import version
-from app.limits.expectations import Expectations, ManualItem
-from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, make_record, seal
+from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, seal
 from app.records.report_files import check_target, suggested_name, write_report
 from app.records.report_html import body
 from app.records.verification import CONTENT, Chain, RecordState, Verification
 from app.records.verification import verify as verify_record
 from app.records.verification import verify_bytes as verify_file_bytes
+from app.settings.profiles import ManualLine
 from app.text.i18n import set_language
 from app.text.messages import UserMessage, clean, message, message_from_json
 from app.text.user_error import UserError
@@ -36,8 +36,8 @@ HOSTILE = (
 
 @cache
 def _checked(kind: str) -> Any:
-    items = (ManualItem("Lines and canopy looked at", is_done=True), ManualItem("Hatch free"))
-    manual = Fault(frozenset(), expectations={"manual": items, "profile": "H6"})
+    items = (ManualLine("Lines and canopy looked at", is_done=True), ManualLine("Hatch free"))
+    manual = Fault(frozenset(), profile={"manual": items, "name": "H6"})
     match kind:
         case "go":
             return check(manual)
@@ -47,16 +47,20 @@ def _checked(kind: str) -> Any:
     return check(manual, options={"mute": "yes"})
 
 
+PERSON = {"who": "Li Wei", "module": "M-07", "aircraft": "B-1234"}
+
+
 def known_circumstances(**circumstances: Any) -> RecordContext:
-    known: dict[str, Any] = {"at": AT, "program_version": version(), "who": "Li Wei"}
-    known |= {"module": "M-07", "aircraft": "B-1234"}
+    known: dict[str, Any] = {"at": AT, "program_version": version()}
     return RecordContext(**(known | circumstances))
 
 
 def checked_record(kind: str = "go", **circumstances: Any) -> Record:
     """A record signed by a known station."""
     checked = _checked(kind)
-    return make_record(checked.assessment, known_circumstances(**circumstances), checked.log, station())
+    person = PERSON | {name: circumstances.pop(name) for name in (*PERSON, "remarks") if name in circumstances}
+    record: Record = checked.record(known_circumstances(**circumstances), station(), **person)
+    return record
 
 
 _record = checked_record
@@ -198,12 +202,11 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
     sound = _Tags()
     sound.feed(body(_record()))
     for text in HOSTILE:
-        items = (ManualItem(text, is_done=True),)
-        checked = check(Fault(frozenset(), expectations={"manual": items, "profile": text}))
-        circumstances = RecordContext(
-            at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text, number=1
-        )
-        record = make_record(checked.assessment, circumstances, checked.log, station())
+        items = (ManualLine(text, is_done=True),)
+        checked = check(Fault(frozenset(), profile={"manual": items, "name": text}))
+        circumstances = RecordContext(at=AT, program_version="1")
+        names = {"who": text, "module": text, "aircraft": text, "remarks": text}
+        record = checked.record(circumstances, station(), **names)
         printed = body(record)
         tags = _Tags()
         tags.feed(printed)
@@ -257,10 +260,10 @@ def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str
 def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, text: str) -> None:
     from ui.files.report_printer import print_report
 
-    items = tuple(ManualItem(text) for _ in range(40))
-    checked = check(Fault(frozenset(), {"mute": "yes"}, expectations={"manual": items, "profile": text}))
-    about = RecordContext(at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text * 2)
-    record = make_record(checked.assessment, about, checked.log)
+    items = tuple(ManualLine(text) for _ in range(40))
+    checked = check(Fault(frozenset(), {"mute": "yes"}, profile={"manual": items, "name": text}))
+    about = RecordContext(at=AT, program_version="1")
+    record = checked.record(about, who=text, module=text, aircraft=text, remarks=text * 2)
     assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
 
 
@@ -317,4 +320,3 @@ def test_a_simulated_module_is_no_evidence() -> None:
 def test_times_have_the_local_zone() -> None:
     assert "UTC+08:00" in body(_record())
     assert "00:00:00 UTC<" in body(_record(at=datetime(2026, 1, 2, tzinfo=UTC)))
-    assert isinstance(Expectations().limits.tilt_max_deg, float)

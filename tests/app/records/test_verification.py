@@ -14,7 +14,7 @@ import pytest
 
 from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
-from app.records.record import Record, as_text, make_record, seal
+from app.records.record import Record, as_text, seal
 from app.records.report_html import body
 from app.records.verification import (
     CONTENT,
@@ -33,7 +33,7 @@ from app.stations.station import KEY_FILE, encoded, fingerprint_of, own_station
 from app.store.store import open_store
 from app.text.user_error import UserError
 from tests.app.records.test_filing import file_one
-from tests.app.records.test_record import checked_record, known_circumstances
+from tests.app.records.test_record import PERSON, checked_record, known_circumstances
 from tests.support.records.preflight_rig import FAULTS, check
 from tests.support.records.stations_made import find_station, station
 
@@ -207,7 +207,7 @@ def test_the_signature_of_a_revoked_station_counts_no_more(tmp_path: Path) -> No
 @pytest.mark.parametrize("name", sorted(FAULTS))
 def test_no_honest_record_contradicts_itself(name: str) -> None:
     checked = check(FAULTS[name])
-    record = make_record(checked.assessment, known_circumstances(), checked.log, station())
+    record = checked.record(known_circumstances(), station(), **PERSON)
     assert _verified(record).state is RecordState.INTACT
     assert assess(checked.assessment.case).verdict is verdict_from(record)
 

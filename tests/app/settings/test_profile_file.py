@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.limits.expectations import CheckLimits
 from app.settings import profile_file
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
@@ -191,12 +190,6 @@ def test_saving_is_atomic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         save_profile(path, Profile(name="new"))
     assert read_profile(path) == old
     assert [one.name for one in tmp_path.iterdir()] == ["p.toml"]
-
-
-def test_the_limits_are_those_of_the_pre_flight_check() -> None:
-    assert set(LIMITS) == set(CheckLimits.__dataclass_fields__)
-    for name, allowed in LIMITS.items():
-        assert allowed.low <= getattr(CheckLimits(), name) <= allowed.high
 
 
 TEXTS = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclude_characters=profile_file._TURNING))

@@ -104,11 +104,9 @@ _base: list[str] = []
 
 def _base_record() -> str:
     if not _base:
-        from app.records.record import make_record
-
         checked = check()
-        circumstances = RecordContext(at=NOON, program_version=version(), who="Li", module="M", aircraft="A")
-        _base.append(json.dumps(make_record(checked.assessment, circumstances, checked.log)))
+        circumstances = RecordContext(at=NOON, program_version=version())
+        _base.append(json.dumps(checked.record(circumstances, who="Li", module="M", aircraft="A")))
     return _base[0]
 
 

@@ -2,19 +2,26 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from app.limits.expectations import Expectations, ManualItem, Past, settings_code
+from app.limits.expectations import Past
 from app.preflight.evidence import Evidence, FrameLog
-from app.preflight.findings import Case
+from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess
+from app.records.record import Record, RecordContext, make_record
+from app.settings.fingerprint import fingerprint
+from app.settings.profiles import ManualLine, Profile
+from app.stations.station import Station
 from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard
 from tests.support.line.sim_line import Rig
 
-APPROVED = settings_code(
-    {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, "light_threshold_v": 1.8}
+APPROVED = (
+    fingerprint(
+        {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, "light_threshold_v": 1.8}
+    ).code
+    or ""
 )
 FORBIDDEN = {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 Arrange = Callable[[Rig], None]
@@ -30,6 +37,11 @@ class Checked:
     def against(self) -> set[str]:
         return set(self.assessment.open_checks) | {"manual" for item in self.assessment.manual if item.is_done is False}
 
+    def record(self, about: RecordContext, station: Station | None = None, **person: Any) -> Record:
+        """As checked by this person."""
+        case = replace(self.assessment.case, person=Person(**person))
+        return make_record(replace(self.assessment, case=case), about, self.log, station)
+
 
 @dataclass(frozen=True, slots=True)
 class Fault:
@@ -38,13 +50,13 @@ class Fault:
     named: frozenset[str]
     options: Mapping[str, str] = field(default_factory=dict)
     arrange: Arrange | None = None
-    expectations: Mapping[str, Any] = field(default_factory=dict)
+    profile: Mapping[str, Any] = field(default_factory=dict)
     past: Mapping[str, Any] = field(default_factory=dict)
     is_enabling: bool = True
 
     @property
     def is_of_module(self) -> bool:
-        """Whether the module itself has the fault, not only the expectations."""
+        """Whether the module itself has the fault, not only the profile."""
         return bool(self.options) or self.arrange is not None or not self.is_enabling
 
 
@@ -75,16 +87,15 @@ def measured(*faults: Fault, options: Mapping[str, str] | None = None, is_enabli
 
 def judged(found: Measured, *faults: Fault) -> Checked:
     """Judge the evidence by the expectations of these faults."""
-    expectations: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
+    profile: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
     past: dict[str, Any] = {"module": "M-07", "boot_count": 36, "has_check": True}
     for fault in faults:
-        expectations |= fault.expectations
+        profile |= fault.profile
         past |= fault.past
     case = Case(
         evidence=found.evidence,
-        expectations=Expectations(**expectations),
+        profile=Profile(**profile),
         past=Past(**past),
-        fingerprint=settings_code,
     )
     return Checked(found.rig, assess(case), found.log)
 
@@ -201,10 +212,10 @@ FAULTS: Mapping[str, Fault] = {
     # Nothing of the module; last, so that the pairs with them are measured once.
     "not as in the profile": Fault(
         _names("attitude_threshold"),
-        expectations={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
+        profile={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
     ),
     "another module": Fault(_names("boot_count"), past={"boot_count": 100}),
     "other records": Fault(_names("boot_count"), past={"do_records_follow": False}),
-    "not approved": Fault(_names("fingerprint"), expectations={"approved_fingerprint": "AAAA-AAAA"}),
-    "canopy torn": Fault(_names("manual"), expectations={"manual": (ManualItem("Canopy", is_done=False),)}),
+    "not approved": Fault(_names("fingerprint"), profile={"approved_fingerprint": "AAAA-AAAA"}),
+    "canopy torn": Fault(_names("manual"), profile={"manual": (ManualLine("Canopy", is_done=False),)}),
 }

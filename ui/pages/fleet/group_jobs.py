@@ -14,13 +14,13 @@ from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
-from app.limits.expectations import Expectations, expectations_of
 from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
-from app.records.filing import Filed, Person
-from app.settings.profiles import Profile
+from app.records.filing import Filed
+from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -116,10 +116,9 @@ class GroupChecks(QObject):
         if evidence.began_at is None:
             self._finish(connection, name, None, CANCELLED if isinstance(job.run.error, Cancelled) else SILENT)
             return
-        expectations = Expectations() if self.profile is None else expectations_of(self.profile)
         check.filing = BackgroundTask("dps-s check", self)
         file_in_background(
-            check.filing, evidence, expectations, Person(module=name or None), check.log,
+            check.filing, evidence, self.profile or NO_PROFILE, Person(module=name or None), check.log,
             is_stored=evidence.is_complete, store=self._services.storage.store, target=connection.target,
             then=partial(self._on_filed, connection, name, check),
         )  # fmt: skip

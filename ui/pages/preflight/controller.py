@@ -14,16 +14,16 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.diagnosis.link_state import Phase
 from app.engine.procedure import PortLost, Report
 from app.engine.worker import Batch, Job
-from app.limits.expectations import Expectations, Past, expectations_of
+from app.limits.expectations import Past
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
-from app.preflight.findings import CheckResult
+from app.preflight.findings import CheckResult, Person
 from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_of_reading, void_reason
-from app.records.filing import Filed, Person
+from app.records.filing import Filed
 from app.records.record import Record
 from app.safety.interlocks import interlock_inputs
-from app.settings.profiles import ActivatedBy, Profile
+from app.settings.profiles import NO_PROFILE, ActivatedBy, Profile
 from app.store.database import StoreTrouble
 from app.text.messages import message
 from protocol.link_states import Presence
@@ -67,8 +67,8 @@ class Entered:
     def activated_by(self) -> ActivatedBy:
         return ActivatedBy.PERSON if self.profile is None else self.profile.activated_by
 
-    def expectations(self) -> Expectations:
-        return Expectations() if self.profile is None else expectations_of(self.profile, self.ticked)
+    def answered(self) -> Profile:
+        return NO_PROFILE if self.profile is None else self.profile.answered(self.ticked or {})
 
 
 class PreflightController(QObject):
@@ -317,7 +317,7 @@ class PreflightController(QObject):
         )
         is_stored = evidence.is_complete and self.void is None
         file_in_background(
-            self._filing, evidence, entered.expectations(), person, self._log, past=past, is_stored=is_stored,
+            self._filing, evidence, entered.answered(), person, self._log, past=past, is_stored=is_stored,
             target=self._connector.current.target, store=self._services.storage.store,
             then=partial(self._end_filing, is_stored=is_stored),
         )  # fmt: skip

@@ -104,7 +104,7 @@ def remedy(judged: Judged, case: Case, *, has_profile: bool) -> Remedy | None:
 
 def _write(key: str, judged: Judged, case: Case) -> Remedy | None:
     """The profile's value, else the vendor's default; it is written in Settings, which asks what it always asks."""
-    value = case.expectations.settings.get(key)
+    value = case.profile.settings.get(key)
     if judged.blocks_go and value is not None:
         return Remedy(marked("Write the profile's value"), Mend.WRITE, values={key: value})
     if key == "light_threshold_v":

@@ -98,7 +98,7 @@ def _checking(work: PreflightController) -> Announcement:
 
 def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
     verdict = assessment.verdict
-    head = capitalised(meaning_of(verdict, assessment.case.expectations.activated_by).translated())
+    head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
     if verdict is Verdict.READY and work.reported_active is not False:
         head = tr("Reading again…")  # it may be active by now
     warnings = sum(one.finding.result is CheckResult.WARN for one in assessment.checks)
@@ -115,7 +115,7 @@ def _failed(work: PreflightController, assessment: Assessment) -> Announcement:
     named = join_names(names[:MAX_NAMED])
     if len(names) > MAX_NAMED:
         named = tr("{names} and {count} more", names=named, count=len(names) - MAX_NAMED)
-    head = capitalised(meaning_of(Verdict.NO_GO, assessment.case.expectations.activated_by).translated())
+    head = capitalised(meaning_of(Verdict.NO_GO, assessment.case.profile.activated_by).translated())
     # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
     lines = (tr("Not met: {names}", names=named), *filter(None, _footer(work)))
     return Announcement(Standing.NO_GO, tr(VERDICT_WORDS[Verdict.NO_GO]), head, lines)

@@ -12,13 +12,14 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import evidence_of
-from app.limits.expectations import Expectations, Past
+from app.limits.expectations import Past
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.verdict import Judged
 from app.records.report_html import body
 from app.records.verification import RecordState, verify_file
+from app.settings.profiles import Profile
 from app.store.store import Store
 from app.system.folders import data_folder
 from app.text.messages import UserMessage
@@ -280,7 +281,7 @@ def test_each_row_that_is_not_met_carries_what_mends_it(
     id_: str, result: CheckResult, settings: dict[str, Value], module: str | None, mend: Mend | None, words: str
 ) -> None:
     check = next(check for check in CHECKS if check.id == id_)
-    case = Case(evidence=Evidence(), expectations=Expectations(settings=settings), past=Past(module=module))
+    case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module=module))
     judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
     act = remedy(judged, case, has_profile=False)
     assert (act and act.mend, act.words if act else "") == (mend, words)
