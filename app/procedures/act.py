@@ -205,8 +205,8 @@ def _performed(act: Act, after: _Observed) -> Performed:
 def _refresh(act: Act) -> Procedure[None]:
     """Read what the conditions need. The status waits behind another question, so that every late answer has passed
     and the act itself needs no fence."""
-    sight: EngineView = yield Inspect()
-    if act is Act.ACTIVATE and sight.device.fresh("attitude_threshold_deg", sight.now) is None:
+    view: EngineView = yield Inspect()
+    if act is Act.ACTIVATE and view.device.fresh("attitude_threshold_deg", view.now) is None:
         yield Ask(BY_NAME["attitude_threshold"].query())
     if act is Act.ZERO:
         yield from _watch_motion()
@@ -215,36 +215,36 @@ def _refresh(act: Act) -> Procedure[None]:
 
 def _watch_motion() -> Procedure[None]:
     """Ask for reports for two seconds, to judge whether the module lies still."""
-    sight: EngineView = yield Inspect()
-    ends_at = sight.now + WATCH_S
-    while sight.now < ends_at and sight.device.presence is not Presence.OFFLINE:
+    view: EngineView = yield Inspect()
+    ends_at = view.now + WATCH_S
+    while view.now < ends_at and view.device.presence is not Presence.OFFLINE:
         yield Ask(STATUS.query())
         yield Pause(REPORTS_EVERY_S)
-        sight = yield Inspect()
+        view = yield Inspect()
 
 
 def conditions_open(
-    act: Act, sight: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None
+    act: Act, view: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None
 ) -> tuple[Refusal, ...]:
-    """The conditions of `act` that are not met at the time of `sight`; none if it may be sent."""
-    now_is = interlock_inputs(
-        sight.device,
-        sight.now,
+    """The conditions of `act` that are not met at the time of `view`; none if it may be sent."""
+    inputs = interlock_inputs(
+        view.device,
+        view.now,
         must_be_proven=True,
-        is_identity_settled=sight.is_settled,
+        is_identity_settled=view.is_settled,
         permit=permit,
-        overtaken_at=sight.overtaken_at,
-        opened_at=sight.opened_at,
+        overtaken_at=view.overtaken_at,
+        opened_at=view.opened_at,
         armed=armed.act if armed is not None else None,
         is_audit_ready=journal.is_ready,
     )
-    return refusals(act, now_is)
+    return refusals(act, inputs)
 
 
-def _detail(sight: EngineView) -> dict[str, object]:
+def _detail(view: EngineView) -> dict[str, object]:
     """What was known at the decision, for the log."""
     keys = ("tilt_deg", "acceleration_g", "active", "triggered", "boot_count", "attitude_threshold_deg")
-    return {key: sight.device.fresh(key, sight.now) for key in keys}
+    return {key: view.device.fresh(key, view.now) for key in keys}
 
 
 def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
@@ -261,12 +261,12 @@ def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
     # After an answer to the act all reports are newer. Without one an old report could still come.
     reports = yield from _reports(is_fenced=message is None, apart_s=READING_PAUSE_S if act is Act.DEPLOY else 0.0)
     if act is Act.ACTIVATE and is_acknowledged:
-        sight: EngineView = yield Inspect()
-        ends_at = sight.now + REPORTED_WITHIN_S
-        while reports and not all(report.active for report in reports) and sight.now < ends_at:
+        view: EngineView = yield Inspect()
+        ends_at = view.now + REPORTED_WITHIN_S
+        while reports and not all(report.active for report in reports) and view.now < ends_at:
             yield Pause(REPORTS_EVERY_S)
             reports = yield from _reports(is_fenced=False)
-            sight = yield Inspect()
+            view = yield Inspect()
     return _Observed(is_acknowledged, raw, reports, has_fired=has_fired)
 
 

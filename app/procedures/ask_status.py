@@ -19,8 +19,8 @@ def ask_status() -> Procedure[bool]:
     """Query the status; return whether it is proven to be recent. The values are in `EngineView.device`."""
     for _ in range(TRIES):
         outcome = yield Ask(STATUS.query(), is_fenced=True)
-        sight: EngineView = yield Inspect()
-        if sight.device.proven("active", sight.now) is not None:
+        view: EngineView = yield Inspect()
+        if view.device.proven("active", view.now) is not None:
             return True
         if not isinstance(outcome, Answered) and not (yield from is_alive()):
             break

@@ -93,8 +93,8 @@ def change_baud(
     """
     request = BAUD_RATE.set(new_rate)
     yield from ask_status()
-    sight: EngineView = yield Inspect()
-    old_rate = sight.baud_rate
+    view: EngineView = yield Inspect()
+    old_rate = view.baud_rate
     refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     if refused:
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)

@@ -55,9 +55,9 @@ def find_rate(first: int | None = None) -> Procedure[Found]:
 
     Only questions are sent.
     """
-    sight: EngineView = yield Inspect()
+    view: EngineView = yield Inspect()
     rates = sorted(BAUD_RATES, key=lambda rate: rate != first)
-    return (yield from _search([(rate, WAITS_S) for rate in rates], sight.baud_rate))
+    return (yield from _search([(rate, WAITS_S) for rate in rates], view.baud_rate))
 
 
 def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:

@@ -160,17 +160,17 @@ def _begin(journal: Journal) -> Entry:
 def _lock_until_reported(
     journal: Journal, repeat: LockRepeat, proof: _Reports, entries: list[Entry]
 ) -> Procedure[None]:
-    sight: EngineView = yield Inspect()
-    if sight.proven_rate not in (None, sight.baud_rate):
-        yield UseRate(sight.proven_rate)
+    view: EngineView = yield Inspect()
+    if view.proven_rate not in (None, view.baud_rate):
+        yield UseRate(view.proven_rate)
     may_search = True
-    silent_since = sight.now
+    silent_since = view.now
     question = unanswered = asked_after = 0
     is_last_answered = True
     while not proof.is_locked:
-        sight = yield Inspect()
-        is_going_on = repeat.is_repeating(sight.now)
-        if repeat.is_due(sight.now) and not proof.says_locked:
+        view = yield Inspect()
+        is_going_on = repeat.is_repeating(view.now)
+        if repeat.is_due(view.now) and not proof.says_locked:
             sent = repeat.sent
             answer = yield Ask(LOCK, (ACKNOWLEDGED_S,), repeat=repeat)
             if repeat.sent == sent:  # not sent, because the computer slept
@@ -178,30 +178,30 @@ def _lock_until_reported(
                 continue
             if not entries:
                 entries.append(_begin(journal))
-            proof.note(answer, sight.now)
+            proof.note(answer, view.now)
             yield Report(min(repeat.sent, MAX_LOCKS) - 1, MAX_LOCKS, marked("Locking…"))
         if not is_last_answered:
             yield Pause(BREATH_S)
         answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)
-        sight = yield Inspect()
-        is_last_answered = proof.note(answer, sight.now)
+        view = yield Inspect()
+        is_last_answered = proof.note(answer, view.now)
         # Unanswered, the same question is repeated (a late answer counts), three times in case the module lacks it.
         unanswered = 0 if is_last_answered else unanswered + 1
         if is_last_answered or unanswered % 3 == 0:
             question = 1 - question
         if is_last_answered:
-            silent_since = sight.now
+            silent_since = view.now
         if not is_going_on:
             asked_after += 1
             if not is_last_answered or proof.is_locked is False or asked_after > 2 * AGREEING:
                 return
         if proof.is_locked is False or (proof.heard_at is not None and not proof.says_locked):
-            yield Pause(max(0.0, repeat.next_at - sight.now))
-        is_in_doubt = sight.is_rate_searched or sight.proven_rate is None
-        if may_search and is_in_doubt and sight.now - silent_since > SILENT_S:
+            yield Pause(max(0.0, repeat.next_at - view.now))
+        is_in_doubt = view.is_rate_searched or view.proven_rate is None
+        if may_search and is_in_doubt and view.now - silent_since > SILENT_S:
             may_search = False
             found = yield from find_rate()
-            if found.baud_rate is None and sight.proven_rate is not None:
-                yield UseRate(sight.proven_rate)
-            sight = yield Inspect()
-            silent_since = sight.now
+            if found.baud_rate is None and view.proven_rate is not None:
+                yield UseRate(view.proven_rate)
+            view = yield Inspect()
+            silent_since = view.now

@@ -78,12 +78,12 @@ def survives_power_cycle(
     boots_before = yield from _boots()
     boots: int | None = None
     while True:
-        sight: EngineView = yield Inspect()
-        waited_s = sight.now - before.now
+        view: EngineView = yield Inspect()
+        waited_s = view.now - before.now
         if waited_s > longest_wait_s:
             return PowerCycleResult(ending=Ending.NOT_SEEN, stamps={}, boots_before=boots_before)
         yield Report(int(waited_s), int(longest_wait_s), marked("Switch the module off and on"))
-        has_restarted = sight.device.restarts != before.device.restarts
+        has_restarted = view.device.restarts != before.device.restarts
         boots = yield from _boots()
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break

@@ -104,68 +104,68 @@ def watch(
     it is known whether the stream was on already. `memory`: a stream that an earlier session left on is switched off.
     `listens_briefly`: switch it on as soon as a usual stream would have shown.
     """
-    course = _StreamProgress(memory or StreamMemory(), listens_briefly)
+    progress = _StreamProgress(memory or StreamMemory(), listens_briefly)
     try:
         while True:
             with suppress(Slept):  # on the command line it is in the foreground, and goes on as in the background
-                sight: EngineView = yield Inspect()
-                yield from _turn(course, switch, sight, read_all=read_all)
-                yield Pause(min(REST_S, max(TURN_S, course.rests_until - sight.now)))
+                view: EngineView = yield Inspect()
+                yield from _turn(progress, switch, view, read_all=read_all)
+                yield Pause(min(REST_S, max(TURN_S, progress.rests_until - view.now)))
     except Cancelled:  # not if the port was lost
-        yield from _switch_off(course, switch)
+        yield from _switch_off(progress, switch)
         raise
 
 
-def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, read_all: bool) -> Procedure[None]:
-    if sight.device.presence is Presence.OFFLINE:
-        course.has_read = False  # everything is read again once the link's own heartbeats are answered
+def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, read_all: bool) -> Procedure[None]:
+    if view.device.presence is Presence.OFFLINE:
+        progress.has_read = False  # everything is read again once the link's own heartbeats are answered
         return
-    if sight.device.restarts != course.restarts:
-        course.restarts = sight.device.restarts
-        on_at = course.switched_on_at
-        course.may_be_ours = on_at is not None and sight.now - on_at < RESTART_NOTICED_S
-        course.switched_on_at, course.has_given_up, course.has_read = None, False, False
-        course.intent = None
-    if sight.device.last_sleep != course.last_sleep:
-        course.last_sleep, course.has_read = sight.device.last_sleep, False
-    if sight.device.is_restart_suspected and not course.is_suspicious:
-        course.due.pop(_BOOT_COUNT, None)
-    course.is_suspicious = sight.device.is_restart_suspected
-    if read_all and not course.has_read:
-        yield from _read_all(course)
+    if view.device.restarts != progress.restarts:
+        progress.restarts = view.device.restarts
+        on_at = progress.switched_on_at
+        progress.may_be_ours = on_at is not None and view.now - on_at < RESTART_NOTICED_S
+        progress.switched_on_at, progress.has_given_up, progress.has_read = None, False, False
+        progress.intent = None
+    if view.device.last_sleep != progress.last_sleep:
+        progress.last_sleep, progress.has_read = view.device.last_sleep, False
+    if view.device.is_restart_suspected and not progress.is_suspicious:
+        progress.due.pop(_BOOT_COUNT, None)
+    progress.is_suspicious = view.device.is_restart_suspected
+    if read_all and not progress.has_read:
+        yield from _read_all(progress)
         for command in READABLE_SETTINGS:
-            course.due[command.query()] = sight.now + SETTINGS_EVERY_S
+            progress.due[command.query()] = view.now + SETTINGS_EVERY_S
         return
-    yield from _steer_stream(course, switch, sight)
-    polled = [*_polled(switch, sight), *(_SETTINGS if read_all else ())]
-    is_beginning = course.listens_briefly and switch.began_at is None and not course.has_come
-    if is_beginning and sight.now - sight.opened_at < BRIEF_UNPOLLED_S:
+    yield from _steer_stream(progress, switch, view)
+    polled = [*_polled(switch, view), *(_SETTINGS if read_all else ())]
+    is_beginning = progress.listens_briefly and switch.began_at is None and not progress.has_come
+    if is_beginning and view.now - view.opened_at < BRIEF_UNPOLLED_S:
         # A streamed report could be mistaken for its answer.
         polled = [(request, every_s) for request, every_s in polled if request.command is not STATUS]
-    due = [(request, every_s) for request, every_s in polled if sight.now >= course.due.get(request, 0.0)]
+    due = [(request, every_s) for request, every_s in polled if view.now >= progress.due.get(request, 0.0)]
     if due:
         # The longest overdue in periods of its own: on a slow line the status must not starve the others.
-        request, every_s = max(due, key=lambda asked: (sight.now - course.due.get(asked[0], 0.0)) / asked[1])
-        course.due[request] = sight.now + every_s
+        request, every_s = max(due, key=lambda asked: (view.now - progress.due.get(asked[0], 0.0)) / asked[1])
+        progress.due[request] = view.now + every_s
         yield from _ask(request, attempts=1)  # it is repeated soon anyway
-        yield from _confirm_change(course, request, sight)
-    course.rests_until = 0.0 if is_beginning else min(course.due.get(request, 0.0) for request, _ in polled)
+        yield from _confirm_change(progress, request, view)
+    progress.rests_until = 0.0 if is_beginning else min(progress.due.get(request, 0.0) for request, _ in polled)
 
 
-def _confirm_change(course: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:
+def _confirm_change(progress: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:
     """Ask again at once for a setting that changed: it may have been a damaged frame."""
     key, after = request.command.key, (yield Inspect())
     old, new = before.device.values.get(key), after.device.values.get(key)
     if request.command in READABLE_SETTINGS and old is not None and new is not None and old.value != new.value:
-        course.due[request] = 0.0
+        progress.due[request] = 0.0
 
 
-def _read_all(course: _StreamProgress) -> Procedure[None]:
+def _read_all(progress: _StreamProgress) -> Procedure[None]:
     for command in READABLE:
         is_alive = yield from _ask(command.query())
         if not is_alive:
             return
-    course.has_read = True
+    progress.has_read = True
 
 
 def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
@@ -174,75 +174,75 @@ def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
     return isinstance(outcome, Answered) or (yield from is_alive())
 
 
-def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineView) -> Procedure[None]:
-    memory, listened_s = course.memory, sight.now - sight.opened_at
-    boots = sight.device.fresh(_BOOT_COUNT.command.key, sight.now)
-    if memory.was_left_on and course.switched_on_at is None and sight.is_settled:
+def _steer_stream(progress: _StreamProgress, switch: StreamSwitch, view: EngineView) -> Procedure[None]:
+    memory, listened_s = progress.memory, view.now - view.opened_at
+    boots = view.device.fresh(_BOOT_COUNT.command.key, view.now)
+    if memory.was_left_on and progress.switched_on_at is None and view.is_settled:
         if memory.boot_count is not None and boots not in (None, memory.boot_count):
             memory.clear()  # another module's, or before a restart: the stream was not switched on here
-        elif sight.device.is_streaming and memory.boot_count in (None, boots):
-            course.switched_on_at, memory.is_taken_over, memory.was_left_on = sight.now, True, False
-        elif not sight.device.is_streaming and listened_s >= LISTEN_FIRST_S:
+        elif view.device.is_streaming and memory.boot_count in (None, boots):
+            progress.switched_on_at, memory.is_taken_over, memory.was_left_on = view.now, True, False
+        elif not view.device.is_streaming and listened_s >= LISTEN_FIRST_S:
             memory.clear()
-    if course.may_be_ours and course.switched_on_at is None and sight.device.is_streaming:
-        course.switched_on_at, course.may_be_ours = sight.now, False
+    if progress.may_be_ours and progress.switched_on_at is None and view.device.is_streaming:
+        progress.switched_on_at, progress.may_be_ours = view.now, False
     if not switch.is_on:
-        yield from _switch_off(course, switch)
+        yield from _switch_off(progress, switch)
         return
-    if switch.began_at is None and sight.device.is_streaming:
-        switch.began_at = sight.opened_at
-    if course.switched_on_at is not None:
-        waited_s = sight.now - course.switched_on_at
-        course.hz = sight.device.stream_hz if sight.device.is_streaming else course.hz
-        if not sight.device.is_streaming and waited_s > STREAM_STARTS_S:
-            course.has_given_up = True
+    if switch.began_at is None and view.device.is_streaming:
+        switch.began_at = view.opened_at
+    if progress.switched_on_at is not None:
+        waited_s = view.now - progress.switched_on_at
+        progress.hz = view.device.stream_hz if view.device.is_streaming else progress.hz
+        if not view.device.is_streaming and waited_s > STREAM_STARTS_S:
+            progress.has_given_up = True
         return
-    if sight.device.is_streaming or course.has_given_up or not sight.is_settled or _is_listening(course, sight):
+    if view.device.is_streaming or progress.has_given_up or not view.is_settled or _is_listening(progress, view):
         return
-    if course.intent is None:
-        course.intent = memory.note_on(None if boots is None else int(boots))
-    if not course.intent.done():
+    if progress.intent is None:
+        progress.intent = memory.note_on(None if boots is None else int(boots))
+    if not progress.intent.done():
         return
     # Set before the answer, so that an unconfirmed or cancelled "on" is switched off again.
-    course.switched_on_at, course.listened_s, course.hz = sight.now, listened_s, 0.0
+    progress.switched_on_at, progress.listened_s, progress.hz = view.now, listened_s, 0.0
     if switch.began_at is None:
-        switch.began_at = sight.now
+        switch.began_at = view.now
     outcome = yield Ask(SERIAL_OUTPUT.set(True))
     refused = isinstance(outcome, Answered) and not _is_accepted(outcome)
     if refused or not isinstance(outcome, Answered | OutcomeUnknown):
-        course.switched_on_at, course.intent = None, None
-        course.has_given_up = True
+        progress.switched_on_at, progress.intent = None, None
+        progress.has_given_up = True
         memory.clear()
 
 
-def _is_listening(course: _StreamProgress, sight: EngineView) -> bool:
+def _is_listening(progress: _StreamProgress, view: EngineView) -> bool:
     """Whether it is still unknown if a stream was on already."""
-    course.has_come |= any(known.how is How.STREAMED for known in sight.device.values.values())
-    limit_s = BRIEF_LISTEN_S if course.listens_briefly and not course.has_come else LISTEN_FIRST_S
-    return sight.now - sight.opened_at < min(limit_s, LISTEN_FIRST_S)
+    progress.has_come |= any(known.how is How.STREAMED for known in view.device.values.values())
+    limit_s = BRIEF_LISTEN_S if progress.listens_briefly and not progress.has_come else LISTEN_FIRST_S
+    return view.now - view.opened_at < min(limit_s, LISTEN_FIRST_S)
 
 
 def _is_accepted(outcome: Answered) -> bool:
     return any(isinstance(message, Acknowledgement) and message.is_accepted for message in outcome.messages)
 
 
-def _polled(switch: StreamSwitch, sight: EngineView) -> Iterator[tuple[Request, float]]:
+def _polled(switch: StreamSwitch, view: EngineView) -> Iterator[tuple[Request, float]]:
     """Questions with their period in seconds; the status only if it is not streamed."""
-    if not sight.device.is_streaming:
+    if not view.device.is_streaming:
         yield STATUS.query(), POLL_EVERY_S if switch.is_on else UNSEEN_POLL_EVERY_S
     for request in _SLOW:
         yield request, SLOW_EVERY_S
     yield _BOOT_COUNT, BOOT_EVERY_S
 
 
-def _switch_off(course: _StreamProgress, switch: StreamSwitch) -> Procedure[None]:
+def _switch_off(progress: _StreamProgress, switch: StreamSwitch) -> Procedure[None]:
     """Switch the stream off if this procedure switched it on. Repeated if unanswered, as "off" twice is harmless."""
-    if course.switched_on_at is None:
+    if progress.switched_on_at is None:
         return
-    switch.is_unknown_before = 0 < course.hz * course.listened_s < MIN_EXPECTED and course.listens_briefly
+    switch.is_unknown_before = 0 < progress.hz * progress.listened_s < MIN_EXPECTED and progress.listens_briefly
     for _ in range(OFF_ATTEMPTS):
         outcome = yield Ask(SERIAL_OUTPUT.set(False), (0.12,))
         if isinstance(outcome, Answered) and _is_accepted(outcome):
-            course.memory.clear()
+            progress.memory.clear()
             break
-    course.switched_on_at, course.intent = None, None
+    progress.switched_on_at, progress.intent = None, None

@@ -152,8 +152,8 @@ def _old_value(command: Command) -> Procedure[int | None]:
     """The byte before the write, which distinguishes "refused" from "clamped"; None if unknown."""
     if not command.reads_back or command.write is None:
         return None
-    sight: EngineView = yield Inspect()
-    known = sight.device.fresh(command.key, sight.now)
+    view: EngineView = yield Inspect()
+    known = view.device.fresh(command.key, view.now)
     if known is not None:
         return command.write.encode(known)
     reading = yield from ask_value(command)

@@ -108,35 +108,35 @@ class WriteContext:
     """Called in the session's thread before the set of this setting may be sent."""
 
 
-def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedure[WriteReport]:
+def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
     """Raises `ValueRefused` or `LookupError` before anything is sent."""
     for change in changes:
         change.command.set(change.value)
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
-    if refused := _unaccepted(changes, leave):
+    if refused := _unaccepted(changes, context):
         results = tuple(_not_sent(change, WriteFault.NOT_ALLOWED) for change in ordered)
         return WriteReport(results=results, refusals=refused)
     before = yield from read_settings()
-    if leave.store_snapshot is not None:
-        yield from _store_snapshot(leave.store_snapshot)
-    course = _WriteProgress(leave)
+    if context.store_snapshot is not None:
+        yield from _store_snapshot(context.store_snapshot)
+    progress = _WriteProgress(context)
     try:
         for done, change in enumerate(ordered):
             yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
-            yield from _write_one(course, change)
-            if leave.on_written is not None:
-                leave.on_written(course.results[-1])
-            sight: EngineView = yield Inspect()
-            course.restarts.append(sight.device.restarts)
-        is_sent = any(written.heard is not SetReply.NOT_SENT for written in course.results)
+            yield from _write_one(progress, change)
+            if context.on_written is not None:
+                context.on_written(progress.results[-1])
+            view: EngineView = yield Inspect()
+            progress.restarts.append(view.device.restarts)
+        is_sent = any(written.heard is not SetReply.NOT_SENT for written in progress.results)
         if is_sent:
-            report = yield from _last_reading(course, before)
+            report = yield from _last_reading(progress, before)
         else:
-            report = WriteReport(results=tuple(course.results), refusals=course.refused, baud=course.baud)
+            report = WriteReport(results=tuple(progress.results), refusals=progress.refused, baud=progress.baud)
     except BaseException:
-        settle_writes(leave.journal, course.entries, unconfirmed(course.results))
+        settle_writes(context.journal, progress.entries, unconfirmed(progress.results))
         raise
-    settle_writes(leave.journal, course.entries, report.results)
+    settle_writes(context.journal, progress.entries, report.results)
     return replace(report, before=before.values)
 
 
@@ -144,7 +144,7 @@ def write_all(changes: Sequence[SettingChange], leave: WriteContext) -> Procedur
 class _WriteProgress:
     """The progress of `write_all`."""
 
-    leave: WriteContext
+    context: WriteContext
     results: list[Written] = field(default_factory=list)
     restarts: list[int] = field(default_factory=list)
     """The device's restarts after each write."""
@@ -156,42 +156,42 @@ class _WriteProgress:
     """Why nothing more is sent."""
 
 
-def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]:
-    leave = course.leave
-    if course.fault is None and change.command is BAUD_RATE:
-        course.refused = yield from _refusals(leave)
-        course.fault = WriteFault.NOT_ALLOWED if course.refused else None
-    if course.fault is not None:
-        course.results.append(_not_sent(change, course.fault))
+def _write_one(progress: _WriteProgress, change: SettingChange) -> Procedure[None]:
+    context = progress.context
+    if progress.fault is None and change.command is BAUD_RATE:
+        progress.refused = yield from _refusals(context)
+        progress.fault = WriteFault.NOT_ALLOWED if progress.refused else None
+    if progress.fault is not None:
+        progress.results.append(_not_sent(change, progress.fault))
     elif change.command is BAUD_RATE:
-        if leave.on_begun is not None:
-            leave.on_begun(BAUD_RATE)
-        baud = yield from change_baud(int(change.value), leave.journal, permit=leave.permit, armed=leave.armed)
-        course.baud, course.refused = baud, baud.refusals
-        course.results.append(_written(change, baud))
+        if context.on_begun is not None:
+            context.on_begun(BAUD_RATE)
+        baud = yield from change_baud(int(change.value), context.journal, permit=context.permit, armed=context.armed)
+        progress.baud, progress.refused = baud, baud.refusals
+        progress.results.append(_written(change, baud))
     else:
-        written, course.refused = yield from write_logged(change, leave, course.entries)
-        course.results.append(written)
-        course.fault = written.fault if written.heard is SetReply.NOT_SENT else None
+        written, progress.refused = yield from write_logged(change, context, progress.entries)
+        progress.results.append(written)
+        progress.fault = written.fault if written.heard is SetReply.NOT_SENT else None
 
 
 def write_logged(
-    change: SettingChange, leave: WriteContext, entries: dict[Command, Entry]
+    change: SettingChange, context: WriteContext, entries: dict[Command, Entry]
 ) -> Procedure[tuple[Written, tuple[Refusal, ...]]]:
     """Write one setting, if that is allowed; the caller settles the intent in `entries`, also where this raises."""
     command, value = change.command, change.value
-    refused = _unaccepted([change], leave) or (yield from _refusals(leave))
+    refused = _unaccepted([change], context) or (yield from _refusals(context))
     if not refused:
         frame = command.set(value).encode()
-        entry = entries[command] = leave.journal.begin(Act.WRITE, frame, {command.key: value})
+        entry = entries[command] = context.journal.begin(Act.WRITE, frame, {command.key: value})
         if not entry.done():
             # Unlike an act a set is sent even if the disk takes too long, after checking again whether it is allowed.
             yield from _wait_for_disk(entry)
-            refused = yield from _refusals(leave)
+            refused = yield from _refusals(context)
     if refused:
         return _not_sent(change, WriteFault.NOT_ALLOWED), refused
-    if leave.on_begun is not None:
-        leave.on_begun(command)
+    if context.on_begun is not None:
+        context.on_begun(command)
     return (yield from write_verified(command, value)), ()
 
 
@@ -203,7 +203,7 @@ def settle_writes(journal: Journal, entries: Mapping[Command, Entry], results: I
         journal.settle(entry, _outcome(written), {} if written is None else _result(written))
 
 
-def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
+def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
     """Read everything once more after a pause: only values that are still there, without a restart, are verified."""
     yield Pause(SETTLE_S)
     for _ in range(LAST_READINGS):
@@ -211,18 +211,18 @@ def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[
         is_spoiled = last.boot_count is None or not last.faults.keys() <= before.faults.keys()
         if last.is_silent or not is_spoiled:
             break
-    sight: EngineView = yield Inspect()
+    view: EngineView = yield Inspect()
     if last.boot_count is None:
-        results = unconfirmed(course.results)
+        results = unconfirmed(progress.results)
     else:
-        results = [_read_again(written, last.values) for written in course.results]
-    results = _invalidated(results, course.restarts, now=sight.device.restarts)
-    written_keys = {written.command.key for written in course.results if written.heard is not SetReply.NOT_SENT}
+        results = [_read_again(written, last.values) for written in progress.results]
+    results = _invalidated(results, progress.restarts, now=view.device.restarts)
+    written_keys = {written.command.key for written in progress.results if written.heard is not SetReply.NOT_SENT}
     stood = {key: value for key, value in before.values.items() if key not in written_keys}
     return WriteReport(
         results=tuple(results),
-        refusals=course.refused,
-        baud=course.baud,
+        refusals=progress.refused,
+        baud=progress.baud,
         changed=changed_settings(stood, last.values),
         unread=tuple(
             command for command in READABLE_SETTINGS if command.key in stood and command.key not in last.values
@@ -255,8 +255,8 @@ def _unconfirmed(written: Written) -> Written:
 
 
 def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
-    sight: EngineView = yield Inspect()
-    snapshot = snapshot_of(sight.device, sight.now)
+    view: EngineView = yield Inspect()
+    snapshot = snapshot_of(view.device, view.now)
     stored = store(snapshot) if snapshot.settings else None
     if stored is not None and not stored.done():
         yield from _wait_for_disk(stored)
@@ -268,23 +268,23 @@ def _wait_for_disk(future: Future[int]) -> Procedure[None]:
     yield from ask_status()
 
 
-def _unaccepted(changes: Sequence[SettingChange], leave: WriteContext) -> tuple[Refusal, ...]:
-    risk = risk_message(change for change in changes if change not in leave.accepted_risks)
+def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tuple[Refusal, ...]:
+    risk = risk_message(change for change in changes if change not in context.accepted_risks)
     if risk is None:
         return ()
     return (Refusal(Interlock.RISK_ACCEPTED, message(marked("Not accepted: {what}"), what=risk)),)
 
 
-def _refusals(leave: WriteContext) -> Procedure[tuple[Refusal, ...]]:
+def _refusals(context: WriteContext) -> Procedure[tuple[Refusal, ...]]:
     """The conditions that are not met; asks for the status if it is not proven to be recent."""
     for has_been_asked in (False, True):
-        sight: EngineView = yield Inspect()
-        armed = leave.armed.act if leave.armed is not None else None
-        now_is = interlock_inputs(
-            sight.device, sight.now, must_be_proven=True, is_identity_settled=sight.is_settled, armed=armed,
-            is_unlocked=leave.is_unlocked,
+        view: EngineView = yield Inspect()
+        armed = context.armed.act if context.armed is not None else None
+        inputs = interlock_inputs(
+            view.device, view.now, must_be_proven=True, is_identity_settled=view.is_settled, armed=armed,
+            is_unlocked=context.is_unlocked,
         )  # fmt: skip
-        found = refusals(Act.WRITE, now_is)
+        found = refusals(Act.WRITE, inputs)
         if not found or has_been_asked:
             break
         yield from ask_status()

@@ -174,61 +174,61 @@ class Refusal:
         return self.message.translated()
 
 
-def refusals(act: Act, now_is: InterlockInputs) -> tuple[Refusal, ...]:
+def refusals(act: Act, inputs: InterlockInputs) -> tuple[Refusal, ...]:
     """Open conditions of `act`, in the order of the table; empty: it may be done."""
-    found = ((condition, _CHECKS[condition](act, now_is)) for condition in CONDITIONS[act])
+    found = ((condition, _CHECKS[condition](act, inputs)) for condition in CONDITIONS[act])
     return tuple(Refusal(condition, message) for condition, message in found if message is not None)
 
 
 _Check = Callable[[Act, InterlockInputs], UserMessage | None]
 
 
-def _online(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return None if now_is.presence is Presence.ONLINE else message(marked("The module does not answer."))
+def _online(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    return None if inputs.presence is Presence.ONLINE else message(marked("The module does not answer."))
 
 
-def _is_identity_settled(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return None if now_is.is_identity_settled else message(marked("Module not proven: only queries are sent."))
+def _is_identity_settled(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    return None if inputs.is_identity_settled else message(marked("Module not proven: only queries are sent."))
 
 
 def _unknown(what: str) -> UserMessage:
     return message(marked("Unknown: {what}."), what=message(what))
 
 
-def _fresh_status(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    age_s = inf if now_is.status_at is None else now_is.now - now_is.status_at
-    if now_is.status_fault is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
+def _fresh_status(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    age_s = inf if inputs.status_at is None else inputs.now - inputs.status_at
+    if inputs.status_fault is None and 0.0 <= age_s <= inputs.status_fresh_for_s:
         return None
-    is_restarted = now_is.status_at is None or now_is.status_fault is StaleReason.RESTARTED
-    if now_is.lag_s is not None and not is_restarted:
-        return message(marked("Data arrives {seconds:.1f} s late."), seconds=now_is.lag_s)
+    is_restarted = inputs.status_at is None or inputs.status_fault is StaleReason.RESTARTED
+    if inputs.lag_s is not None and not is_restarted:
+        return message(marked("Data arrives {seconds:.1f} s late."), seconds=inputs.lag_s)
     if is_restarted or isinf(age_s):
         return message(marked("No current status."))
     return message(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, age_s))
 
 
-def _is_locked(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.active is False:
+def _is_locked(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    if inputs.active is False:
         return None
-    return message(marked("The module is ACTIVE: lock it first.")) if now_is.active else _unknown(marked("Activation"))
+    return message(marked("The module is ACTIVE: lock it first.")) if inputs.active else _unknown(marked("Activation"))
 
 
-def _is_active(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.active:
+def _is_active(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    if inputs.active:
         return None
-    if now_is.active is False:
+    if inputs.active is False:
         return message(marked("The module is LOCKED: activate it first."))
     return _unknown(marked("Activation"))
 
 
-def _not_triggered(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.triggered is False:
+def _not_triggered(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    if inputs.triggered is False:
         return None
-    return message(marked("The module reports that it has fired.")) if now_is.triggered else _unknown(marked("Trigger"))
+    return message(marked("The module reports that it has fired.")) if inputs.triggered else _unknown(marked("Trigger"))
 
 
-def _below_tilt(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    tilt, threshold = now_is.tilt_deg, now_is.attitude_threshold_deg
+def _below_tilt(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    tilt, threshold = inputs.tilt_deg, inputs.attitude_threshold_deg
     if threshold is None or tilt is None:
         return _unknown(marked("Attitude threshold") if threshold is None else marked("Tilt"))
     if tilt < threshold:
@@ -237,17 +237,17 @@ def _below_tilt(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     return message(text, tilt=tilt, threshold=threshold)
 
 
-def _is_level(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.tilt_deg is None:
+def _is_level(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    if inputs.tilt_deg is None:
         return _unknown(marked("Tilt"))
-    if now_is.tilt_deg <= LEVEL_WITHIN_DEG:
+    if inputs.tilt_deg <= LEVEL_WITHIN_DEG:
         return None
     text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
-    return message(text, tilt=now_is.tilt_deg, limit=LEVEL_WITHIN_DEG)
+    return message(text, tilt=inputs.tilt_deg, limit=LEVEL_WITHIN_DEG)
 
 
-def _is_still(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    motion = now_is.motion
+def _is_still(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    motion = inputs.motion
     if motion is None or motion.until - motion.since < STILL_FOR_S:
         return message(marked("Not watched for 2 s yet."))
     is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
@@ -258,61 +258,61 @@ def _is_still(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     return message(text, low=low, high=high, weak=motion.acceleration_low_g, strong=motion.acceleration_high_g)
 
 
-def _nothing_else_armed(act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    armed = now_is.armed
+def _nothing_else_armed(act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    armed = inputs.armed
     if armed is None or armed is act:
         return None
     return message(marked("Already armed: {what}."), what=message(TITLES[armed]))
 
 
-def _confirmed(act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return _permitted(act, now_is, marked("Not confirmed."))
+def _confirmed(act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    return _permitted(act, inputs, marked("Not confirmed."))
 
 
-def _ritual_done(act: Act, now_is: InterlockInputs) -> UserMessage | None:
+def _ritual_done(act: Act, inputs: InterlockInputs) -> UserMessage | None:
     missing = marked("Not armed and held for 2 s.")
-    permit = now_is.permit
+    permit = inputs.permit
     if permit is not None and permit.origin is not Origin.RITUAL:
         return message(missing)
-    return _permitted(act, now_is, missing)
+    return _permitted(act, inputs, missing)
 
 
-def _permitted(act: Act, now_is: InterlockInputs, missing: str) -> UserMessage | None:
-    permit = now_is.permit
+def _permitted(act: Act, inputs: InterlockInputs, missing: str) -> UserMessage | None:
+    permit = inputs.permit
     if permit is None or permit.act is not act:
         return message(missing)
     if permit.is_rehearsal:
         return message(marked("Nothing is sent."))
-    why = _void_reason(permit, act, now_is)
+    why = _void_reason(permit, act, inputs)
     return None if why is None else message(marked("Confirm again: {why}."), why=why)
 
 
-def _void_reason(permit: Permit, act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if not permit.is_good(act, now_is.now):
-        age_s = max(0.0, permit.age_s(now_is.now))
+def _void_reason(permit: Permit, act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    if not permit.is_good(act, inputs.now):
+        age_s = max(0.0, permit.age_s(inputs.now))
         return (
             message(marked("already used"))
             if permit.is_spent
             else message(marked("{seconds:.1f} s old"), seconds=age_s)
         )
     for at, why in (
-        (now_is.slept_until, marked("computer slept")),
-        (now_is.overtaken_at, marked("LOCK was pressed")),
-        (now_is.opened_at, marked("port reopened")),
+        (inputs.slept_until, marked("computer slept")),
+        (inputs.overtaken_at, marked("LOCK was pressed")),
+        (inputs.opened_at, marked("port reopened")),
     ):
         if at is not None and permit.granted_at <= at:
             return message(why)
     return None
 
 
-def _intent_durable(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    if now_is.is_audit_ready:
+def _intent_durable(_act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    if inputs.is_audit_ready:
         return None
     return message(marked("The audit log cannot be written."))
 
 
-def _may_write(act: Act, now_is: InterlockInputs) -> UserMessage | None:
-    return None if now_is.is_unlocked else _is_locked(act, now_is)
+def _may_write(act: Act, inputs: InterlockInputs) -> UserMessage | None:
+    return None if inputs.is_unlocked else _is_locked(act, inputs)
 
 
 _CHECKS: Mapping[Interlock, _Check] = MappingProxyType({

@@ -100,8 +100,8 @@ def test_the_links_own_heartbeat_holds_lock_back_neither_in_its_time_nor_beyond_
 def go_on_after_lock(patch: pytest.MonkeyPatch) -> None:
     permitted = safety._permitted
 
-    def permit_all(act: Act, now_is: InterlockInputs, missing: str) -> UserMessage | None:
-        return permitted(act, replace(now_is, overtaken_at=None), missing)
+    def permit_all(act: Act, inputs: InterlockInputs, missing: str) -> UserMessage | None:
+        return permitted(act, replace(inputs, overtaken_at=None), missing)
 
     patch.setattr(safety, "_permitted", permit_all)
     patch.setattr(Session, "_withhold_dangerous", lambda session: None)

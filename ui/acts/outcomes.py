@@ -23,7 +23,7 @@ _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """Open conditions of `act`, apart from the person's confirmation."""
     connector = services.connector
-    now_is = interlock_inputs(
+    inputs = interlock_inputs(
         connector.current.device,
         connector.clock(),
         must_be_proven=False,
@@ -32,7 +32,7 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         # Without a port there is no log; the condition that a module answers is open then anyway.
         is_audit_ready=connector.current.target is None or connector.current.journal().is_ready,
     )
-    return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
+    return tuple(one for one in refusals(act, inputs) if one.condition not in _ASKED_ANYWAY)
 
 
 class OutcomeWatch:

@@ -231,5 +231,5 @@ def test_what_was_confirmed_before_a_lock_or_a_sleep_is_not_done_and_it_is_said_
 ) -> None:
     """The permit alone is good, and LOCK or the sleep came after it."""
     permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
-    now_is = InterlockInputs(now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, **since)
-    assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said
+    inputs = InterlockInputs(now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, **since)
+    assert [one.sentence for one in refusals(Act.SHUTDOWN, inputs)] == said

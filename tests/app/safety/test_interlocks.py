@@ -113,7 +113,7 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
     given = permits(act)
     for row in rows_of(act):
         status, tilt, permit, motion = (str(row[name]) for name in ("status", "tilt", "permit", "motion"))
-        now_is = InterlockInputs(
+        inputs = InterlockInputs(
             now=NOW, presence=row["presence"], status_at=STATUS[status][0], status_fault=STATUS[status][1],
             active=row["active"], triggered=row["triggered"], tilt_deg=TILT[tilt][0],
             attitude_threshold_deg=TILT[tilt][1], armed=row["armed"], permit=given[permit],
@@ -137,7 +137,7 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
             "writable": row["is_unlocked"] or row["active"] is False,
         }
         expected = [WORDS[word] for word in NEEDED[act].split() if not holds[word]]
-        assert [refusal.condition for refusal in refusals(act, now_is)] == expected
+        assert [refusal.condition for refusal in refusals(act, inputs)] == expected
         allowed += not expected
     assert allowed > 0
 
@@ -152,15 +152,15 @@ def test_every_act_has_its_conditions_and_words() -> None:
 
 def test_only_the_ritual_deploys() -> None:
     for origin in Origin:
-        now_is = InterlockInputs(
+        inputs = InterlockInputs(
             now=NOW, presence=Presence.ONLINE, status_at=NOW, active=True, triggered=False,
             permit=Permit(Act.DEPLOY, origin, NOW),
         )  # fmt: skip
-        assert bool(refusals(Act.DEPLOY, now_is)) is (origin is not Origin.RITUAL)
+        assert bool(refusals(Act.DEPLOY, inputs)) is (origin is not Origin.RITUAL)
 
 
 @pytest.mark.parametrize(
-    ("act", "now_is", "sentence"),
+    ("act", "inputs", "sentence"),
     [
         (Act.ZERO, InterlockInputs(now=NOW), "The module does not answer."),
         (Act.ZERO, InterlockInputs(now=NOW), "No current status."),
@@ -182,8 +182,8 @@ def test_only_the_ritual_deploys() -> None:
          "The module is ACTIVE: lock it first."),
     ],
 )  # fmt: skip
-def test_the_sentence_names_the_open_condition(act: Act, now_is: InterlockInputs, sentence: str) -> None:
-    assert sentence in [refusal.sentence for refusal in refusals(act, now_is)]
+def test_the_sentence_names_the_open_condition(act: Act, inputs: InterlockInputs, sentence: str) -> None:
+    assert sentence in [refusal.sentence for refusal in refusals(act, inputs)]
 
 
 def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:

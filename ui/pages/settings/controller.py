@@ -214,7 +214,7 @@ class SettingsController(QObject):
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
         port = self._connector.current
         armed = self._services.armed.act
-        now_is = interlock_inputs(
+        inputs = interlock_inputs(
             port.device,
             port.clock(),
             must_be_proven=False,
@@ -222,9 +222,9 @@ class SettingsController(QObject):
             armed=armed,
             is_unlocked=is_unlocked,
         )
-        found = refusals(Act.WRITE, now_is)
+        found = refusals(Act.WRITE, inputs)
         # The engine asks for an unknown activation itself; here only a known ACTIVE refuses.
-        return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or now_is.active)
+        return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or inputs.active)
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...], accepted: frozenset[SettingChange]) -> Notice:
         text = join_sentences([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
