@@ -1,13 +1,12 @@
-"""The latest bytes of the line, in bounded memory, ready to be saved as a capture."""
+"""The latest bytes of the line, in bounded memory, ready to be saved as a session."""
 
-from array import array
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from itertools import accumulate, chain, islice
+from itertools import chain, islice
 
-from app.captures.entries import CaptureEntry, Way, entries_of
+from app.captures.entries import CaptureEntry, entries_of
+from app.captures.line import LineBytes
 from app.system.wall_clock import WallClock
 from protocol.events import Event
 
@@ -18,45 +17,17 @@ PART_ENTRIES = 1000
 _PART_BYTES = 64 * 1024
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """Consecutive entries as a few large objects: many small ones that come and go fragment the memory, and the garbage
-    collector visits each."""
-
-    raw: bytes
-    ends: "array[int]"
-    """Where each entry ends in `raw`."""
-    at_s: "array[float]"
-    are_sent: bytes
-    """1 for each entry that was sent, else 0."""
-
-    def __len__(self) -> int:
-        return len(self.ends)
-
-    def __iter__(self) -> Iterator[CaptureEntry]:
-        begins = 0
-        for end, at_s, is_sent in zip(self.ends, self.at_s, self.are_sent, strict=True):
-            yield CaptureEntry(at_s, Way.OUT if is_sent else Way.IN, self.raw[begins:end])
-            begins = end
-
-
-def _part_of(entries: list[CaptureEntry]) -> _Part:
-    return _Part(
-        b"".join(entry.raw for entry in entries),
-        array("I", accumulate(len(entry.raw) for entry in entries)),
-        array("d", (entry.at_s for entry in entries)),
-        bytes(entry.way is Way.OUT for entry in entries),
-    )
-
-
 class TrafficBuffer:
-    """Bytes that were sent and received, oldest first. Not thread-safe."""
+    """Bytes that were sent and received, oldest first. Not thread-safe.
+
+    Kept in parts: many small objects that come and go fragment the memory, and the garbage collector visits each.
+    """
 
     def __init__(self) -> None:
         self.clear()
 
     def clear(self) -> None:
-        self._parts: deque[_Part] = deque()
+        self._parts: deque[LineBytes] = deque()
         self._newest: list[CaptureEntry] = []
         """Not yet in a part."""
         self._count = self._bytes = self._newest_bytes = 0
@@ -75,12 +46,12 @@ class TrafficBuffer:
             self._bytes += len(entry.raw)
             self._newest_bytes += len(entry.raw)
             if len(self._newest) >= PART_ENTRIES or self._newest_bytes >= _PART_BYTES:
-                self._parts.append(_part_of(self._newest))
+                self._parts.append(LineBytes.of(self._newest))
                 self._newest, self._newest_bytes = [], 0
         while self._parts and (self._count > MAX_ENTRIES or self._bytes > MAX_BYTES):
             oldest = self._parts.popleft()
             self._count -= len(oldest)
-            self._bytes -= len(oldest.raw)
+            self._bytes -= oldest.byte_count
             self.has_dropped = True
 
     def entries(self, most: int | None = None) -> tuple[CaptureEntry, ...]:
@@ -98,8 +69,7 @@ class TrafficBuffer:
 
     def _last(self, most: int | None) -> Iterator[CaptureEntry]:
         skipped = 0 if most is None else max(0, self._count - most)
-        everything: list[_Part | list[CaptureEntry]] = [*self._parts, self._newest]
-        for some in everything:
-            if skipped < len(some):
-                yield from islice(some, skipped, None)
-            skipped = max(0, skipped - len(some))
+        for part in (*self._parts, LineBytes.of(self._newest)):
+            if skipped < len(part):
+                yield from islice(part.entries(), skipped, None)
+            skipped = max(0, skipped - len(part))

@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.engine.worker import Batch
-from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of
-from app.recordings.recorder import Heading, Recorder
+from app.recordings.library import RecordingLibrary, entry_of
+from app.recordings.recorder import Recorder
 from app.terminal import console
 from app.terminal.connection import Conversation
 from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable
@@ -48,12 +48,12 @@ class RecordedSession:
     def __init__(self, recorder: Recorder, span: StreamSpan) -> None:
         self._recorder, self._span = recorder, span
         self._samples = 0
-        self.entries: dict[Path, RecordingEntry] = {}
+        self.paths: list[Path] = []
         """More than one after a sleep or a jump of the clock."""
 
     def begin(self, conversation: Conversation) -> None:
         connection = conversation.connection
-        self._recorder.begin(Heading(connection.port, connection.baud_rate))
+        self._recorder.begin(connection.port, connection.baud_rate)
 
     def on_batch(self, batch: Batch) -> None:
         if self._recorder.is_recording:
@@ -64,7 +64,7 @@ class RecordedSession:
             self._recorder.on_batch(replace(batch, samples=wanted, events=events))
 
     def on_turn(self, _conversation: Conversation) -> None:
-        self._note_entry()
+        self._note_path()
         if self._recorder.trouble is not None:
             self._span.is_over = True  # nothing more is recorded: said now, not after the flight
         console.show_progress(tr("{file}: {why}", file=tr("Reports"), why=f"{self._samples} (Ctrl-C)"))
@@ -73,7 +73,7 @@ class RecordedSession:
         """Wait until everything is on disk; print what is missing. Idempotent."""
         console.clear_progress()
         self._recorder.settle(SETTLE_LIMIT_S)
-        self._note_entry()
+        self._note_path()
         if self._recorder.trouble is not None:
             console.notify(self._recorder.trouble.translated())
         if self._recorder.dropped:
@@ -85,10 +85,10 @@ class RecordedSession:
     def is_whole(self) -> bool:
         return not self._recorder.dropped and self._recorder.trouble is None
 
-    def _note_entry(self) -> None:
-        entry = self._recorder.entry
-        if entry is not None:
-            self.entries[entry.path] = entry
+    def _note_path(self) -> None:
+        path = self._recorder.path
+        if path is not None and path not in self.paths:
+            self.paths.append(path)
 
 
 def _is_report(event: Event) -> bool:
@@ -97,11 +97,11 @@ def _is_report(event: Event) -> bool:
 
 def write_files(session: RecordedSession, path: Path, *, appends: bool) -> bool:
     """Write the file, or one for each session; whether they are complete."""
-    is_whole = session.is_whole and bool(session.entries)
-    if not session.entries:
+    is_whole = session.is_whole and bool(session.paths)
+    if not session.paths:
         console.notify(tr("Nothing was recorded."))
-    for number, running in enumerate(session.entries.values(), start=1):
-        entry = entry_of(running.path)
+    for number, recorded in enumerate(session.paths, start=1):
+        entry = entry_of(recorded)
         is_output = path == STANDARD_OUTPUT
         target = path if number == 1 or is_output else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:

@@ -11,7 +11,7 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Final
 
-from app.recordings.session_format import SUFFIX, Opening
+from app.recordings.session_format import SUFFIX
 from app.recordings.session_reader import read_heading
 from app.system.files import lock, private_opener
 from app.text.messages import UserMessage, message
@@ -216,32 +216,17 @@ def entry_of(path: Path) -> RecordingEntry:
         return replace(found, trouble=unreadable(path, error))
     opening, ends = files[0].opening, files[-1]
     return replace(
-        _headed(found, opening),
+        found,
+        started_at=opening.started_at,
+        port=opening.port,
+        baud_rate=opening.baud_rate,
+        sequence=opening.sequence,
         module=ends.opening.module,
         duration_s=max(0.0, ends.end_ns / 1e9 - opening.started_at.timestamp()),
         sample_count=sum(file.reports for file in files),
         was_cut_off=not (is_running or all(file.is_ended for file in files)),
         was_triggered=any(file.was_triggered for file in files),
     )
-
-
-def running_entry(
-    path: Path, number: int, opening: Opening, *, end_s: float, reports: int, size: int
-) -> RecordingEntry:
-    """The entry of the session that is being written, without access to the disk."""
-    entry = RecordingEntry(
-        path=path, further=tuple(part_path(path, part) for part in range(2, number + 1)),
-        started_at=opening.started_at, duration_s=max(0.0, end_s - opening.start_s), sample_count=reports,
-        size_bytes=size, is_running=True,
-    )  # fmt: skip
-    return _headed(entry, opening)
-
-
-def _headed(entry: RecordingEntry, opening: Opening) -> RecordingEntry:
-    return replace(
-        entry, started_at=opening.started_at, port=opening.port, baud_rate=opening.baud_rate, module=opening.module,
-        sequence=opening.sequence,
-    )  # fmt: skip
 
 
 def is_held(path: Path) -> bool:

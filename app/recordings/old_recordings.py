@@ -9,6 +9,7 @@ import struct
 import zlib
 from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
+from operator import itemgetter
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +19,7 @@ from app.captures.entries import CaptureEntry, Way
 from app.captures.text import TimedLines
 from app.recordings.library import TRASH, is_held
 from app.recordings.markers import MarkerKind
-from app.recordings.session_format import NANOSECONDS, OLD_EXPORT, SUFFIX, TOPIC_OF_WAY, Opening, is_time
+from app.recordings.session_format import OLD_EXPORT, RX, SUFFIX, TX, Opening, is_time
 from app.recordings.writer import Note, write_session
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -118,17 +119,17 @@ def _convert_export(path: Path, target: Path) -> None:
                 baud_rate=int(about["baud_rate"]), module=about["module"], program=about["program"],
             )  # fmt: skip
             entries, notes = list[CaptureEntry](), list[Note]()
-            ways = {topic: way for way, topic in TOPIC_OF_WAY.items()}
+            ways = {RX: Way.IN, TX: Way.OUT}
             for _schema, channel, message in reader.iter_messages():
-                at_s, fields = (message.log_time - opening.wall_offset_ns) / NANOSECONDS, json.loads(message.data)
+                at_s, fields = opening.mono_s(message.log_time), json.loads(message.data)
                 if channel.topic in ways:
                     entries.append(CaptureEntry(at_s, ways[channel.topic], base64.b64decode(fields["data"])))
                 elif channel.topic == "/limits":
-                    notes.append(Note(at_s, "limits", {_LIMITS[key]: value for key, value in fields.items()}))
+                    notes.append((at_s, {"event": "limits"} | {_LIMITS[key]: value for key, value in fields.items()}))
                 elif channel.topic == "/events":
-                    notes.append(Note(at_s, fields.pop("event"), fields))
+                    notes.append((at_s, fields))
                 elif channel.topic != "/status":  # which is in the bytes
-                    notes.append(Note(at_s, "reading", fields))
+                    notes.append((at_s, {"event": "reading", **fields}))
     except (McapError, ValueError, KeyError, TypeError, AttributeError, RecursionError, struct.error) as error:
         raise UserError(marked("cannot be read")) from error
     write_session(target, opening, entries, notes, is_ended=about.get("was_cut_off") != "true")
@@ -152,13 +153,14 @@ def _convert_folder(folder: Path, target: Path) -> None:
     opening = _opening_of(folder)
     data, gaps, is_ended, end_s = _committed(folder, opening)
     times = np.frombuffer(data["status.time_s.f8"], "<f8")
-    notes = [Note(at_s, MarkerKind.DAMAGED.value, {}) for at_s in gaps]
+    notes: list[Note] = [(at_s, {"event": MarkerKind.DAMAGED.value}) for at_s in gaps]
     for table, name, key in (("cell", "voltage_v", "cell_voltage_v"), ("light", "voltage_v", "light_v")):
         columns = (np.frombuffer(data[f"{table}.{column}"], kind) for column, kind in
                    (("time_s.f8", "<f8"), (f"{name}.f4", "<f4")))  # fmt: skip
-        notes += [Note(at_s, "reading", {key: round(float(value), 4)}) for at_s, value in zip(*columns, strict=True)]
+        notes += [(float(at_s), {"event": "reading", key: round(float(value), 4)})
+                  for at_s, value in zip(*columns, strict=True)]  # fmt: skip
     notes += _journal(data["journal.jsonl"])
-    notes.sort(key=lambda note: note.at_s)
+    notes.sort(key=itemgetter(0))
     entries = _line(data["line.dpscap"], opening.start_s, times)
     write_session(target, opening, entries, notes, end_s=end_s, is_ended=is_ended, is_private=True)
 
@@ -204,4 +206,4 @@ def _journal(raw: bytes) -> Iterator[Note]:
         except (ValueError, RecursionError, KeyError, AttributeError, TypeError):
             continue
         if is_time(at_s):
-            yield Note(at_s, str(fields.pop("kind", what)).replace("_", " "), fields)
+            yield at_s, {"event": str(fields.pop("kind", what)).replace("_", " "), **fields}

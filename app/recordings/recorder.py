@@ -19,14 +19,7 @@ from typing import NamedTuple
 from app import version
 from app.engine.device import Sleep
 from app.engine.worker import Batch
-from app.recordings.library import (
-    RecordingEntry,
-    RecordingLibrary,
-    new_path,
-    part_path,
-    running_entry,
-    stopped_message,
-)
+from app.recordings.library import RecordingLibrary, new_path, part_path, stopped_message
 from app.recordings.markers import Marker, MarkerKind, MarkerTracker
 from app.recordings.session_format import Opening
 from app.recordings.writer import SessionWriter
@@ -49,18 +42,13 @@ CLOCK_JUMP_S = 2.0
 """Change of the wall clock after which a new session begins, with the right time."""
 
 
-class Heading(NamedTuple):
-    """What is known when a session begins."""
+class _Session(NamedTuple):
+    """What is known when a session begins. `number` counts the sessions, to tell a failure of this one from one of an
+    earlier session."""
 
     port: str
     baud_rate: int
-    module: str = ""
-
-
-class _Session(NamedTuple):
-    """`number` counts the sessions, to tell a failure of this one from one of an earlier session."""
-
-    heading: Heading
+    module: str
     at: float
     number: int
 
@@ -100,25 +88,25 @@ class Recorder:
         # Of the thread:
         self._thread: threading.Thread | None = None
         self._session: _Session | None = None
-        self._parts: list[SessionWriter] = []
-        """Of the session, oldest first; the last one is open."""
         self._tracker = MarkerTracker()
         self._pending: list[Marker] = []
         self._sleep: Sleep | None = None
         self._writer: SessionWriter | None = None
-        self._entry: RecordingEntry | None = None
+        """Of the last part."""
+        self._first: SessionWriter | None = None
         self._synced_at = self._disk_checked_at = 0.0
 
     # Any thread
 
-    def begin(self, heading: Heading) -> None:
+    def begin(self, port: str, baud_rate: int, module: str = "") -> None:
         """Starts recording; ends the current recording."""
         with self._came:
             if self._is_stopped:
                 return
             self._is_wanted, self._error, self._dropped = True, None, 0
             self._begun += 1
-            self._put(partial(self._begin, _Session(heading, self._clock(), self._begun)))
+            session = _Session(port, baud_rate, module, self._clock(), self._begun)
+            self._put(partial(self._begin, session))
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
                 self._thread.start()
@@ -192,9 +180,16 @@ class Recorder:
         return self._is_wanted
 
     @property
-    def entry(self) -> RecordingEntry | None:
-        """The current recording, without access to the disk; None before the first byte."""
-        return self._entry
+    def path(self) -> Path | None:
+        """Of the current recording; None before the first byte."""
+        first = self._first
+        return None if first is None else first.path
+
+    @property
+    def started_at(self) -> datetime | None:
+        """When the current recording began, UTC; None before the first byte."""
+        first = self._first
+        return None if first is None else first.opening.started_at
 
     @property
     def trouble(self) -> UserMessage | None:
@@ -263,12 +258,11 @@ class Recorder:
             if not firsts:
                 self._pending = markers
                 return
-            self._open(session.heading, min(session.at, *firsts, *(one.time_s for one in markers)))
+            self._open(session, min(session.at, *firsts, *(one.time_s for one in markers)))
         if self._writer is not None:
             self._writer.put(batch, markers, self._tracker.limits)
 
-    def _open(self, heading: Heading, start_s: float) -> None:
-        """Begins a session."""
+    def _open(self, session: _Session, start_s: float) -> None:
         wall_offset_s = self._wall_clock() - self._clock()
         self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.library.prune()
@@ -276,27 +270,25 @@ class Recorder:
         opening = Opening(
             started_at=datetime.fromtimestamp(start_s + wall_offset_s, UTC),
             start_s=start_s,
-            port=heading.port,
-            baud_rate=heading.baud_rate,
-            module=heading.module,
+            port=session.port,
+            baud_rate=session.baud_rate,
+            module=session.module,
             station=_own_station(self.library.folder.parent),
             program=f"DPS-S Configurator {version()}",
             sequence=self.library.next_sequence(),
         )
-        self._begin_part(new_path(self.library.folder, opening.started_at), opening)
+        self._first = self._begin_part(new_path(self.library.folder, opening.started_at), opening)
 
-    def _begin_part(self, path: Path, opening: Opening) -> None:
+    def _begin_part(self, path: Path, opening: Opening) -> SessionWriter:
         self._writer = SessionWriter(path, opening)
-        self._parts.append(self._writer)
         self._synced_at = self._disk_checked_at = self._clock()
-        self._refresh_entry()
+        return self._writer
 
     def _name(self, module: str) -> None:
         if self._session is not None:
-            self._session = self._session._replace(heading=self._session.heading._replace(module=module))
+            self._session = self._session._replace(module=module)
         if self._writer is not None:
             self._writer.name_module(module)
-            self._refresh_entry()
 
     def _maintain(self) -> None:
         """Flushes, syncs, checks the disk, and begins a new part where one is due."""
@@ -314,7 +306,7 @@ class Recorder:
         if abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S:
             self._end_session(now)
         elif now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.max_bytes / 4:
-            self._next_part(now)
+            self._next_part(writer, now)
 
     def _end_session(self, at: float) -> None:
         """The next one begins with the next byte, not before `at`."""
@@ -322,18 +314,18 @@ class Recorder:
         if self._session is not None:
             self._session = self._session._replace(at=at)
 
-    def _next_part(self, now: float) -> None:
+    def _next_part(self, last: SessionWriter, now: float) -> None:
         """The session goes on in another file; both are one recording."""
-        writers = self._parts
+        first = self._first or last
         self._close()
-        self._parts = writers
-        opening = writers[0].opening
-        number = len(writers) + 1
-        started_at = datetime.fromtimestamp(now + opening.wall_offset_s, UTC)
-        opening = replace(writers[-1].opening, started_at=started_at, start_s=now, part=number)
-        self._begin_part(part_path(writers[0].path, number), opening)
-        if self._writer is not None:
-            self._writer.begin_with(self._tracker.limits)
+        opening = replace(
+            last.opening,
+            started_at=datetime.fromtimestamp(now + first.opening.wall_offset_s, UTC),
+            start_s=now,
+            part=last.opening.part + 1,
+        )
+        self._begin_part(part_path(first.path, opening.part), opening).put_limits(now, self._tracker.limits)
+        self._first = first
         self.library.prune()  # not before: what is being written is left alone
 
     def _check_disk(self) -> None:
@@ -345,7 +337,6 @@ class Recorder:
     def _flush(self, *, is_last: bool = False) -> None:
         if self._writer is not None:
             self._writer.flush(self._clock(), is_last=is_last)
-            self._refresh_entry()
 
     def _close(self) -> None:
         try:
@@ -358,22 +349,7 @@ class Recorder:
     def _release(self) -> None:
         if self._writer is not None:
             self._writer.close()
-        self._writer = self._entry = None
-        self._parts = []
-
-    def _refresh_entry(self) -> None:
-        writer = self._writer
-        if writer is None:
-            return
-        first = self._parts[0]
-        self._entry = running_entry(
-            first.path,
-            len(self._parts),
-            replace(first.opening, module=writer.opening.module),
-            end_s=writer.end_s,
-            reports=sum(part.reports for part in self._parts),
-            size=sum(part.size_bytes for part in self._parts),
-        )
+        self._writer = self._first = None
 
 
 def _own_station(folder: Path) -> str:

@@ -2,29 +2,22 @@
 
 from collections.abc import Iterable, Iterator
 from datetime import datetime
+from operator import itemgetter
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.captures.entries import CaptureEntry
+from app.captures.line import NANOSECONDS, LineBytes, LinePart
 from app.recordings.excerpt import Excerpt
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import KIND_OF_WORD, NO_LIMITS, Marker, MarkerKind, ModuleLimits
 from app.recordings.measured import Measured
 from app.recordings.reports import ReportColumns, ReportFinder
-from app.recordings.session_format import (
-    EVENTS,
-    NANOSECONDS,
-    RX,
-    TX,
-    entries_of_line,
-    is_time,
-    json_fields,
-    line_part,
-)
-from app.recordings.session_reader import FileMessage, MissingSpan, SessionFile, read_blocks
+from app.recordings.session_format import EVENTS, RX, TX, is_time, json_fields
+from app.recordings.session_reader import FileMessage, SessionFile, read_blocks
 from app.samples.ring_buffers import RecordedSeries, bucket_firsts
 from app.system.gil_yield import GilYield
 from app.text.messages import UserMessage, joined, message
@@ -39,11 +32,8 @@ _KINDS = (np.float64, np.float32, np.float32, np.uint8)
 """Of times, tilt, acceleration and flags."""
 
 
-class LimitsAt(NamedTuple):
-    """The limits from this time on."""
-
-    time_s: float
-    limits: ModuleLimits
+LimitsAt = tuple[float, ModuleLimits]
+"""The limits from this time on."""
 
 
 class Recording(Measured):
@@ -58,42 +48,41 @@ class Recording(Measured):
         """Raises OSError, `UserError`."""
         super().__init__(_MAX_LIMITS)
         self.entry = entry
-        self.damaged: list[tuple[float, float]] = []
-        """Times between which data is missing."""
         self.missing_count = 0
         """Status reports and events that were lost because the disk was too slow."""
         self._columns = _Columns(min(entry.sample_count, _MAX_EXPECTED))
         self._polled: dict[str, list[tuple[float, float]]] = {"cell_voltage_v": [], "light_v": []}
         markers: list[Marker] = []
         limits: list[LimitsAt] = []
-        files: dict[str, SessionFile] = {}
+        files: list[SessionFile] = []
         pace = GilYield()
         for path in entry.parts:
             finder = ReportFinder()
             for file, messages in read_blocks(path):
-                files[path.name] = file
+                if not files or files[-1] is not file:
+                    files.append(file)
                 if not messages:  # a gap
                     finder.forget()
                 self._read_reports(finder, file, messages)
                 self._read_events(file, messages, markers, limits)
                 pace.checkpoint()
-        self.opening = next(iter(files.values())).opening
+        self.opening = files[0].opening
         self.wall_offset_s = self.opening.wall_offset_ns / NANOSECONDS
-        for file in files.values():
-            self.damaged += [self._seconds(file, gap) for gap in file.gaps]
+        self.damaged = [gap for file in files for gap in file.gaps]
+        """Times between which data is missing."""
         markers += [Marker(first, MarkerKind.DAMAGED) for first, _ in self.damaged]
         self.markers = tuple(sorted(markers, key=lambda marker: marker.time_s))
-        self.limits = tuple(sorted(limits, key=lambda limit: limit.time_s))
+        self.limits = tuple(sorted(limits, key=itemgetter(0)))
         self._join()
         tables = [series for series in (self.tilt, self.cell, self.light) if len(series)]
-        ends = [_mono(file, file.end_ns) for file in files.values()]
+        ends = [file.opening.mono_s(file.end_ns) for file in files]
         firsts = [series.exact_since_s for series in tables] + [marker.time_s for marker in self.markers[:1]]
         self.start_s = min((self.opening.start_s, *firsts))
         self.end_s = max((*ends, *(series.last.time_s for series in tables if series.last is not None)))
         for time_s, known in self.limits:
             self.put(time_s, known)
         if self.limits:  # unknown after the end
-            self.put(max(self.end_s, self.limits[-1].time_s), NO_LIMITS)
+            self.put(max(self.end_s, self.limits[-1][0]), NO_LIMITS)
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")
@@ -129,14 +118,18 @@ class Recording(Measured):
         self.close()
 
     def _read_reports(self, finder: ReportFinder, file: SessionFile, messages: Iterable[FileMessage]) -> None:
-        found = finder.feed(line_part((one.log_ns, one.data) for one in messages if one.topic == RX))
+        found = finder.feed(_line_part(messages, RX))
         self._columns.append(found, file.opening.wall_offset_ns)
 
     def _read_events(
-        self, file: SessionFile, messages: Iterable[FileMessage], markers: list[Marker], limits: list[LimitsAt]
+        self,
+        file: SessionFile,
+        messages: Iterable[FileMessage],
+        markers: list[Marker],
+        limits: list[tuple[float, ModuleLimits]],
     ) -> None:
         for _, log_ns, data in (one for one in messages if one.topic == EVENTS):
-            fields, at_s = json_fields(data), _mono(file, log_ns)
+            fields, at_s = json_fields(data), file.opening.mono_s(log_ns)
             match fields.get("event"):
                 case "reading":
                     for key, polled in self._polled.items():
@@ -145,7 +138,7 @@ class Recording(Measured):
                             polled.append((at_s, value))
                 case "limits":
                     values = (_number(fields.get(key)) for key in ModuleLimits._fields)
-                    limits.append(LimitsAt(at_s, ModuleLimits(*values)))
+                    limits.append((at_s, ModuleLimits(*values)))
                 case word:
                     if word == MarkerKind.MISSING.value:
                         self.missing_count += int(_number(fields.get("count")) or 0)
@@ -159,9 +152,6 @@ class Recording(Measured):
         self.tilt = RecordedSeries(self._times, self._tilt, firsts)
         self.acceleration = RecordedSeries(self._times, self._acceleration, firsts)
         self.cell, self.light = (_series(self._polled[key]) for key in ("cell_voltage_v", "light_v"))
-
-    def _seconds(self, file: SessionFile, gap: MissingSpan) -> tuple[float, float]:
-        return _mono(file, gap.first_ns), _mono(file, gap.last_ns)
 
 
 class _Columns:
@@ -197,11 +187,12 @@ def traffic_of(entry: RecordingEntry) -> Iterator[CaptureEntry]:
     for path in entry.parts:
         for file, messages in read_blocks(path, at_once=100):
             if start_ns is None:
-                start_ns = file.opening.wall_offset_ns + round(file.opening.start_s * NANOSECONDS)
-            received, sent = (
-                line_part((one.log_ns, one.data) for one in messages if one.topic == topic) for topic in (RX, TX)
-            )
-            yield from entries_of_line(received, sent, start_ns)
+                start_ns = file.opening.wall_ns(file.opening.start_s)
+            yield from LineBytes(_line_part(messages, RX), _line_part(messages, TX)).entries(start_ns)
+
+
+def _line_part(messages: Iterable[FileMessage], topic: str) -> LinePart:
+    return LinePart.read((one.log_ns, one.data) for one in messages if one.topic == topic)
 
 
 def open_recording(entry: RecordingEntry) -> Recording:
@@ -221,10 +212,6 @@ def tilt_outline(entry: RecordingEntry, buckets: int) -> tuple[tuple[float, floa
         return ()
     found = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
     return tuple(zip(found.low.tolist(), found.high.tolist(), strict=True))
-
-
-def _mono(file: SessionFile, wall_ns: int) -> float:
-    return (wall_ns - file.opening.wall_offset_ns) / NANOSECONDS
 
 
 def _series(polled: list[tuple[float, float]]) -> RecordedSeries:

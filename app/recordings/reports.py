@@ -7,7 +7,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from app.recordings.session_format import LinePart
+from app.captures.line import LinePart
 from protocol.catalogue import MODULE_HEADER, RECORD_CODE, STATUS, Layout
 
 _HEAD: Final = bytes((*MODULE_HEADER, STATUS.code))

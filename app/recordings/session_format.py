@@ -12,15 +12,12 @@ A chunk holds what came within half a second; its checksum tells whether it is w
 
 import json
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
-from app.captures.entries import CaptureEntry, Way
+from app.captures.line import NANOSECONDS
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -32,7 +29,6 @@ OLD_EXPORT: Final = "dps-s recording"
 VERSION: Final = 1
 RX, TX, EVENTS, STATUS, PROGRESS = "/line/rx", "/line/tx", "/events", "/status", "/progress"
 LINE_ENCODING: Final = "dps-s-line-1"
-TOPIC_OF_WAY: Final = {Way.IN: RX, Way.OUT: TX}
 CHECKSUM: Final = "crc32"
 _NUMBER: Final = {"type": "number"}
 _FLAG: Final = {"type": "boolean"}
@@ -44,13 +40,10 @@ SCHEMAS: Final[Mapping[str, Mapping[str, object]]] = {
 """Required fields of the JSON topics; names include the unit, as in all files of the program."""
 CHANNELS: Final[Mapping[int, str]] = dict(enumerate((RX, TX, *SCHEMAS), start=1))
 """Their numbers are always the same, so that a file whose first chunk is damaged can still be read."""
-NANOSECONDS: Final = 1_000_000_000
 MAX_UPTIME_S: Final = 1e9
 """About thirty years."""
 _FIRST_YEAR: Final = 1970
 _LAST_YEAR: Final = 2200
-_COUNT = np.dtype("<u4")
-_MAX_OFFSET_NS: Final = 0xFFFFFFFF
 
 
 def is_time(value: float) -> bool:
@@ -81,6 +74,13 @@ class Opening:
     @property
     def wall_offset_ns(self) -> int:
         return round(self.wall_offset_s * 1e6) * 1000
+
+    def wall_ns(self, at_s: float) -> int:
+        """A monotonic time as files have it."""
+        return round(at_s * NANOSECONDS) + self.wall_offset_ns
+
+    def mono_s(self, wall_ns: int) -> float:
+        return (wall_ns - self.wall_offset_ns) / NANOSECONDS
 
     def fields(self) -> dict[str, str]:
         """The metadata record."""
@@ -142,63 +142,3 @@ def json_fields(data: bytes) -> dict[str, object]:
     except (ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}
-
-
-def line_messages(entries: Iterable[tuple[int, bytes]]) -> Iterator[tuple[int, bytes]]:
-    """Messages of /line/…, each as log time and data, for entries of time in ns and bytes. Usually it is one."""
-    some: list[tuple[int, bytes]] = []
-    for entry in entries:
-        if some and entry[0] - some[0][0] > _MAX_OFFSET_NS:
-            yield _line_message(some)
-            some = []
-        some.append(entry)
-    if some:
-        yield _line_message(some)
-
-
-def _line_message(entries: Sequence[tuple[int, bytes]]) -> tuple[int, bytes]:
-    times, raws = zip(*entries, strict=True)
-    columns = np.array([[at - times[0] for at in times], [len(raw) for raw in raws]], _COUNT)
-    return times[0], b"".join((np.array(len(raws), _COUNT).tobytes(), columns.tobytes(), *raws))
-
-
-@dataclass(frozen=True, slots=True)
-class LinePart:
-    """Bytes of one direction. `times_ns`, `lengths`: of the reads or writes that they came in."""
-
-    times_ns: NDArray[np.int64]
-    lengths: NDArray[np.int64]
-    raw: bytes
-
-
-def line_part(messages: Iterable[tuple[int, bytes]]) -> LinePart:
-    """Joins messages of one direction, given as log time and data; one that contradicts itself is left out."""
-    whole = [
-        (log_ns, count, data)
-        for log_ns, data in messages
-        if (count := int.from_bytes(data[:4], "little")) and len(data) > 4 + 8 * count
-    ]
-    if not whole:
-        return LinePart(np.empty(0, np.int64), np.empty(0, np.int64), b"")
-    counts = np.array([count for _, count, _ in whole])
-    lengths = np.frombuffer(b"".join(data[4 + 4 * n : 4 + 8 * n] for _, n, data in whole), _COUNT).astype(np.int64)
-    totals = np.add.reduceat(lengths, np.cumsum(counts) - counts)
-    is_good = totals == [len(data) - 4 - 8 * count for _, count, data in whole]
-    if not is_good.all():
-        return line_part((one[0], one[2]) for one, good in zip(whole, is_good.tolist(), strict=True) if good)
-    offsets = np.frombuffer(b"".join(data[4 : 4 + 4 * n] for _, n, data in whole), _COUNT)
-    times = np.repeat(np.array([log_ns for log_ns, _, _ in whole], np.int64), counts) + offsets
-    return LinePart(times, lengths, b"".join(data[4 + 8 * n :] for _, n, data in whole))
-
-
-def entries_of_line(received: LinePart, sent: LinePart, start_ns: int) -> list[CaptureEntry]:
-    """Both directions in order; times count from `start_ns`."""
-    merged: list[tuple[int, Way, bytes]] = []
-    for way, part in ((Way.IN, received), (Way.OUT, sent)):
-        ends = np.cumsum(part.lengths)
-        spans = zip((ends - part.lengths).tolist(), ends.tolist(), strict=True)
-        merged += [
-            (at, way, part.raw[first:end]) for at, (first, end) in zip(part.times_ns.tolist(), spans, strict=True)
-        ]
-    merged.sort(key=lambda entry: entry[0])
-    return [CaptureEntry((at - start_ns) / NANOSECONDS, way, raw) for at, way, raw in merged]

@@ -4,6 +4,7 @@ import mmap
 import struct
 import zlib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -13,14 +14,13 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Metadata
+from mcap.records import Metadata
 from mcap.writer import MCAP0_MAGIC as MCAP_MAGIC
 
 from app.recordings.session_format import (
     CHANNELS,
     END,
     FORMAT,
-    NANOSECONDS,
     OLD_EXPORT,
     PROGRESS,
     Opening,
@@ -58,25 +58,18 @@ class FileMessage(NamedTuple):
     data: bytes
 
 
-class MissingSpan(NamedTuple):
-    """What is damaged or missing between two chunks."""
-
-    first_ns: int
-    last_ns: int
-
-
 @dataclass(slots=True)
 class SessionFile:
     """One file, read once from its beginning. Times are nanoseconds since 1970."""
 
-    path: Path
     opening: Opening
     """Of the first whole heading; `module` is that of the last one."""
     last_progress: bytes = b"{}"
     end_ns: int = 0
     is_ended: bool = False
     """Closed properly."""
-    gaps: list[MissingSpan] = field(default_factory=list)
+    gaps: list[tuple[float, float]] = field(default_factory=list)
+    """Monotonic times between which something is damaged or missing."""
     size_bytes: int = 0
 
     @property
@@ -90,34 +83,36 @@ class SessionFile:
         """A report said so."""
         return json_fields(self.last_progress).get("triggered") is True
 
+    def note_gap(self, until_ns: int) -> None:
+        """Something after `end_ns` is damaged or missing."""
+        self.gaps.append((self.opening.mono_s(self.end_ns), self.opening.mono_s(max(self.end_ns, until_ns))))
+
 
 def read_blocks(path: Path, at_once: int = 1000) -> Iterator[tuple[SessionFile, list[FileMessage]]]:
     """Yields the messages of up to `at_once` chunks. A gap begins a new block. Raises OSError, `UserError`."""
-    with path.open("rb") as file:
-        if not (size := file.seek(0, 2)):
-            raise UserError(marked("unknown kind of file"))
-        with mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ) as data:
-            yield from _Walk(path, data).blocks(at_once)
+    with _mapped(path) as data:
+        yield from _Walk(data).blocks(at_once)
 
 
 def read_heading(path: Path) -> SessionFile:
     """The heading and, without reading the file whole, where it ends. Raises OSError, `UserError`."""
+    with _mapped(path) as data:
+        return _Walk(data).heading()
+
+
+@contextmanager
+def _mapped(path: Path) -> Iterator[mmap.mmap]:
     with path.open("rb") as file:
-        if not (size := file.seek(0, 2)):
+        if file.read(len(MCAP_MAGIC)) != MCAP_MAGIC:
             raise UserError(marked("unknown kind of file"))
-        with mmap.mmap(file.fileno(), size, access=mmap.ACCESS_READ) as data:
-            return _Walk(path, data).heading()
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            yield data
 
 
 class _Walk:
-    def __init__(self, path: Path, data: mmap.mmap) -> None:
-        """Raises `UserError`."""
-        if data[: len(MCAP_MAGIC)] != MCAP_MAGIC:
-            raise UserError(marked("unknown kind of file"))
-        self._path, self._data = path, data
-        self._size = len(data)
+    def __init__(self, data: mmap.mmap) -> None:
+        self._data, self._size = data, len(data)
         self._zstd = zstandard.ZstdDecompressor()
-        self._topics = dict(CHANNELS)
         self._file: SessionFile | None = None
         self._is_damaged = False
         self._chunks = self._unpacked_bytes = 0
@@ -184,7 +179,7 @@ class _Walk:
                 if messages:
                     yield file, messages
                 messages, count, self._is_damaged = [], 0, False
-                file.gaps.append(MissingSpan(file.end_ns, max(file.end_ns, min(one.log_ns for one in chunk))))
+                file.note_gap(min(one.log_ns for one in chunk))
                 yield file, []
             messages += chunk
             self._note_progress(file)
@@ -196,7 +191,7 @@ class _Walk:
         if self._file is None:
             raise UserError(marked("not a recording by this program"))
         if self._is_damaged:
-            self._file.gaps.append(MissingSpan(self._file.end_ns, self._file.end_ns))
+            self._file.note_gap(self._file.end_ns)
         yield self._file, messages
 
     def _note_progress(self, file: SessionFile) -> None:
@@ -233,7 +228,7 @@ class _Walk:
             kind, length, channel, sequence, log_ns, _ = _MESSAGE.unpack_from(chunk, place)
             begin, place = place, place + _HEAD.size + length
             if kind == Opcode.MESSAGE:
-                topic = self._topics.get(channel)
+                topic = CHANNELS.get(channel)
                 if topic is not None:
                     messages.append(FileMessage(topic, log_ns, chunk[begin + _MESSAGE.size : place]))
                 if topic == PROGRESS:
@@ -241,16 +236,7 @@ class _Walk:
                     self._chunks = sequence + 1
                     self._progress = messages[-1]
                     break
-            elif kind == Opcode.CHANNEL:
-                self._read_channel(chunk[begin + _HEAD.size : place])
         return messages
-
-    def _read_channel(self, record: bytes) -> None:
-        try:
-            channel = Channel.read(ReadDataStream(BytesIO(record)))
-        except (McapError, ValueError, struct.error):
-            return
-        self._topics[channel.id] = channel.topic
 
     def _read_metadata(self, begin: int, end: int) -> None:
         if end - begin > _MAX_HEADING:
@@ -264,7 +250,7 @@ class _Walk:
         if record.name == FORMAT:
             if self._file is None:
                 opening = opening_of(record.metadata)
-                self._file = SessionFile(self._path, opening, end_ns=_ns_of(opening), size_bytes=self._size)
+                self._file = SessionFile(opening, end_ns=opening.wall_ns(opening.start_s), size_bytes=self._size)
             elif is_whole(record.metadata):
                 self._file.opening = opening_of(record.metadata)
             else:
@@ -314,7 +300,3 @@ class _Walk:
                 if begin + size < place and self._data[begin] == Opcode.METADATA:
                     yield begin + _HEAD.size, begin + size
             place += _HEAD.size + length
-
-
-def _ns_of(opening: Opening) -> int:
-    return round(opening.started_at.timestamp() * NANOSECONDS)

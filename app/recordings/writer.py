@@ -2,17 +2,19 @@
 
 import math
 import os
-from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
+from heapq import merge
+from operator import itemgetter
 from pathlib import Path
-from typing import IO, Final, NamedTuple
+from typing import IO, Final
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, IndexType, Writer
 
-from app.captures.entries import CaptureEntry, Way, entries_of
+from app.captures.entries import CaptureEntry, entries_of
 from app.captures.explain import meaning
+from app.captures.line import NANOSECONDS, LineBytes, LinePart
 from app.engine.device import DeviceView
 from app.engine.worker import Batch, PortState
 from app.recordings.markers import NO_LIMITS, Marker, ModuleLimits
@@ -23,15 +25,13 @@ from app.recordings.session_format import (
     EVENTS,
     FORMAT,
     LINE_ENCODING,
-    NANOSECONDS,
     PROGRESS,
+    RX,
     SCHEMAS,
     STATUS,
-    TOPIC_OF_WAY,
+    TX,
     Opening,
     json_bytes,
-    line_messages,
-    line_part,
     with_checksum,
 )
 from app.system.files import draft_of, lock, private_opener
@@ -40,15 +40,13 @@ from protocol.frame import Direction, Frame
 
 STATUS_EVERY_NS: Final = NANOSECONDS // 10
 """Of the decoded reports for other viewers; a change of a flag is written in any case."""
+EVERY_S: Final = 0.5
+"""Of what was recorded before, as the recorder flushes."""
 POLLED: Final = ("cell_voltage_v", "light_v")
 
 
-class Note(NamedTuple):
-    """An event of a session that was recorded before."""
-
-    at_s: float
-    event: str
-    values: dict[str, object]
+Note = tuple[float, dict[str, object]]
+"""An event: monotonic time and fields."""
 
 
 class SessionWriter:
@@ -57,16 +55,15 @@ class SessionWriter:
     def __init__(self, path: Path, opening: Opening) -> None:
         self.path = path
         self.opening = opening
-        self.reports = self.size_bytes = 0
+        self.reports = 0
         self.was_triggered = False
         self.end_s = opening.start_s
         """Up to here everything is in the file."""
-        self._offset_ns = opening.wall_offset_ns
         self._limits = NO_LIMITS
         self._baud_rate = opening.baud_rate
         self._line: list[Event] = []
         self._entries: list[CaptureEntry] = []
-        self._events: list[tuple[float, dict[str, object]]] = []
+        self._notes: list[Note] = []
         self._finder = ReportFinder()
         self._shown = 0, -1
         """Time and flags of the last report for other viewers."""
@@ -82,16 +79,10 @@ class SessionWriter:
             self._mcap.start(profile="", library="DPS-S Configurator")
             self._mcap.add_metadata(FORMAT, opening.fields())
             self._register()
-            self._flush()
+            self._mcap.flush()  # type: ignore[no-untyped-call]
         except BaseException:
             self.close()
             raise
-
-    def begin_with(self, limits: ModuleLimits) -> None:
-        """A further part says what is in force at its beginning."""
-        if limits != self._limits:
-            self._limits = limits
-            self.note(self.opening.start_s, "limits", **limits._asdict())
 
     def put(self, batch: Batch, markers: Iterable[Marker], limits: ModuleLimits) -> None:
         """Takes in what the next `flush` writes."""
@@ -107,79 +98,63 @@ class SessionWriter:
                 self.note(batch.at, "baud rate", baud_rate=self._baud_rate)
         for marker in markers:
             self.note(marker.time_s, marker.kind.value, port=marker.port)
+        self.put_limits(batch.at, limits)
+
+    def put_limits(self, at: float, limits: ModuleLimits) -> None:
         if limits != self._limits:
             self._limits = limits
-            self.note(batch.at, "limits", **limits._asdict())
+            self.note(at, "limits", **limits._asdict())
 
-    def put_recorded(self, entries: Iterable[CaptureEntry], notes: Iterable[Note], *, every_s: float = 0.5) -> float:
-        """Takes in and flushes what was recorded before, without a module; returns the time of the last of it."""
-        left, end_s = deque(notes), self.opening.start_s
-        flushed_s = end_s
-        for entry in entries:
-            while left and left[0].at_s <= entry.at_s:
-                self._put_note(left.popleft())
-            if entry.at_s > flushed_s + every_s:
-                self.flush(end_s)
-                flushed_s = entry.at_s
-            self._entries.append(entry)
-            end_s = max(end_s, entry.at_s)
-        for note in left:
-            self._put_note(note)
-            end_s = max(end_s, note.at_s)
-        return end_s
-
-    def _put_note(self, note: Note) -> None:
-        self.note(note.at_s, note.event, **note.values)
+    def put_recorded(self, recorded: CaptureEntry | Note) -> None:
+        """Takes in what was recorded before."""
+        if isinstance(recorded, CaptureEntry):
+            self._entries.append(recorded)
+        else:
+            self._notes.append(recorded)
 
     def note(self, at: float, event: str, **values: object) -> None:
-        self._events.append((at, {"event": event, **values}))
+        self._notes.append((at, {"event": event, **values}))
 
     def name_module(self, module: str) -> None:
         self.opening = replace(self.opening, module=module)
-        self._flush()
+        self._mcap.flush()  # type: ignore[no-untyped-call]
         self._mcap.add_metadata(FORMAT, self.opening.fields())
-        self._flush()
+        self._mcap.flush()  # type: ignore[no-untyped-call]
 
     def flush(self, now_s: float, *, is_last: bool = False) -> None:
         """Writes everything pending as one chunk. Without anything, once a second that nothing came."""
         # Joins what was received together, also by several batches.
         self._entries += entries_of(self._line, 0.0)
         self._line = []
-        is_idle = not (self._entries or self._events)
+        is_idle = not (self._entries or self._notes)
         if is_idle and not is_last and now_s < self.end_s + 1.0:
             return
-        ordered = self._ordered()
-        statuses: list[tuple[int, bytes]] = []
-        for way, topic in TOPIC_OF_WAY.items():
-            messages = list(line_messages((at, entry.raw) for at, entry in ordered if entry.way is way))
-            for message in messages:
+        line = LineBytes.of(self._entries, self.opening.wall_offset_ns, after_ns=self._line_ns)
+        for topic, part in ((RX, line.received), (TX, line.sent)):
+            for message in part.messages():
                 self._add(topic, *message)
-            if way is Way.IN:
-                statuses = self._statuses(messages)
-        if ordered:
-            self._line_ns = ordered[-1][0]
-            self.end_s = max(self.end_s, (self._line_ns - self._offset_ns) / NANOSECONDS)
-        self._entries = []
-        for at_s, event in self._events:
-            self.end_s = max(self.end_s, at_s)
-            self._add(EVENTS, self._wall_ns(at_s), json_bytes(event))
-        self.end_s = max(self.end_s, now_s)
+        self._line_ns = max(self._line_ns, line.end_ns)
+        statuses = self._statuses(line.received)
+        for at_s, event in self._notes:
+            self._add(EVENTS, self.opening.wall_ns(at_s), json_bytes(event))
+        times = (*(entry.at_s for entry in self._entries[-1:]), *(at_s for at_s, _ in self._notes))
+        self.end_s = max((self.end_s, now_s, self.opening.mono_s(self._line_ns), *times))
         progress = json_bytes({"reports": self.reports, "triggered": self.was_triggered})
-        self._add(PROGRESS, self._wall_ns(self.end_s), progress, self._chunks)
+        end_ns = self.opening.wall_ns(self.end_s)
+        self._add(PROGRESS, end_ns, progress, self._chunks)
         for status in statuses:  # our reader stops in front of them
             self._add(STATUS, *status)
-        self._events = []
+        self._entries, self._notes = [], []
         self._chunks += 1
-        self._flush()
+        self._mcap.flush()  # type: ignore[no-untyped-call]
         if is_last:
-            end = {"progress": progress.decode(), "end_ns": str(self._wall_ns(self.end_s))}
+            end = {"progress": progress.decode(), "end_ns": str(end_ns)}
             self._mcap.add_metadata(END, with_checksum(end))
             self._mcap.finish()  # type: ignore[no-untyped-call]
-            self._sync()
 
-    def _statuses(self, received: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
+    def _statuses(self, received: LinePart) -> list[tuple[int, bytes]]:
         """Counts the reports as our reader finds them; those for other viewers."""
-        found = self._finder.feed(line_part(received))
+        found = self._finder.feed(received)
         self.reports += len(found.flags)
         self.was_triggered |= bool((found.flags & TRIGGERED).any())
         statuses = []
@@ -195,7 +170,8 @@ class SessionWriter:
     def sync(self) -> None:
         """Waits until the data is safe from a power failure."""
         if self._file is not None:
-            self._sync()
+            self._file.flush()
+            os.fsync(self._file.fileno())
 
     def close(self) -> None:
         """Closes the file; never raises. Idempotent."""
@@ -206,26 +182,9 @@ class SessionWriter:
             except OSError:
                 return  # what did not fit is lost
 
-    def _flush(self) -> None:
-        self._mcap.flush()  # type: ignore[no-untyped-call]
-        if self._file is not None:
-            self.size_bytes = self._file.tell()
-
-    def _sync(self) -> None:
-        if self._file is not None:
-            self._file.flush()
-            os.fsync(self._file.fileno())
-
-    def _ordered(self) -> list[tuple[int, CaptureEntry]]:
-        """With times that increase by at least 1 ns, so that the order of both directions is kept."""
-        ordered, last = [], self._line_ns
-        for entry in self._entries:
-            last = max(last + 1, self._wall_ns(entry.at_s))
-            ordered.append((last, entry))
-        return ordered
-
-    def _wall_ns(self, at_s: float) -> int:
-        return round(at_s * NANOSECONDS) + self._offset_ns
+    @property
+    def size_bytes(self) -> int:
+        return 0 if self._file is None else self._file.tell()
 
     def _add(self, topic: str, log_ns: int, data: bytes, sequence: int = 0) -> None:
         self._mcap.add_message(self._numbers[topic], log_ns, data, log_ns, sequence)
@@ -266,10 +225,16 @@ def write_session(
         draft.unlink()
         writer = SessionWriter(draft, opening)
         try:
-            end_s = max(end_s, writer.put_recorded(entries, notes))
-            writer.flush(end_s)
+            flush_s = opening.start_s + EVERY_S
+            streams: tuple[Iterable[CaptureEntry | Note], ...] = notes, entries
+            for recorded in merge(*streams, key=itemgetter(0)):
+                if recorded[0] > flush_s:
+                    writer.flush(writer.end_s)
+                    flush_s = recorded[0] + EVERY_S
+                writer.put_recorded(recorded)
+            writer.flush(max(end_s, writer.end_s))
             if is_ended:
-                writer.flush(end_s, is_last=True)
+                writer.flush(writer.end_s, is_last=True)
             writer.sync()
         finally:
             writer.close()

@@ -123,9 +123,8 @@ class SessionRecording:
         recorder = self._recorder
         if recorder is None:
             return RecordingState()
-        entry = recorder.entry
-        since = None if entry is None else entry.started_at
-        return RecordingState(since, recorder.dropped, None if recorder.is_recording else recorder.trouble)
+        trouble = None if recorder.is_recording else recorder.trouble
+        return RecordingState(recorder.started_at, recorder.dropped, trouble)
 
     def settle(self, deadline_s: float) -> bool:
         """Wait until all batches are on disk; whether that was so within the time."""
@@ -149,11 +148,11 @@ class SessionRecording:
             self._port.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
 
     def _begin(self, connection: Connection) -> None:
-        from app.recordings.recorder import Heading, Recorder
+        from app.recordings.recorder import Recorder
 
         if self._recorder is None:
             self._recorder = Recorder(self.library)
-        self._recorder.begin(Heading(connection.port, connection.baud_rate, self._module))
+        self._recorder.begin(connection.port, connection.baud_rate, self._module)
 
     def _end(self) -> None:
         if self._recorder is not None:

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from app.captures.line import LinePart
 from app.recordings.library import entry_of
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import Recording, traffic_of
 from app.recordings.reports import ReportFinder
-from app.recordings.session_format import LinePart, line_messages, line_part
 from app.text.user_error import UserError
 from protocol.frame import Frame
 from protocol.messages import Status, decode
@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[3]
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
     """Six seconds, with a chunk every half second, as in the field."""
     with recorder_in(tmp_path_factory.mktemp("whole")) as bench:
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         for number in range(12):
             bench.feed(*stream(1000.0 + number / 2, 0.5, rate_hz=100))
         bench.finish()
@@ -149,7 +149,7 @@ from app.recordings.recorder import Recorder
 from app.recordings.library import RecordingLibrary
 
 recorder = Recorder(RecordingLibrary(Path({folder!r})))
-recorder.begin(HEADING)
+recorder.begin(*HEADING)
 for one in stream(time.monotonic(), 2.0, rate_hz=100):
     recorder.on_batch(one)
 assert recorder.settle(WAIT_S)
@@ -225,17 +225,17 @@ def test_a_report_has_the_time_of_its_last_byte(parts: list[bytes], cuts: list[i
         messages = [(end * 10, data[first:end]) for first, end in spans]
         finder = ReportFinder()
         if is_joined:
-            times = finder.feed(line_part(line_messages(messages))).times_ns.tolist()
+            times = finder.feed(LinePart.of(messages)).times_ns.tolist()
         else:
-            times = [at for one in messages for at in finder.feed(line_part(line_messages([one]))).times_ns.tolist()]
+            times = [at for one in messages for at in finder.feed(LinePart.of([one])).times_ns.tolist()]
         ends = [min(end for _, end in spans if end >= 8 * (number + 1)) * 10 for number in range(len(parts))]
         assert times == ends
 
 
 def test_a_long_silence_begins_another_message() -> None:
-    messages = list(line_messages([(0, b"a"), (4_000_000_000, b"b"), (5_000_000_000, b"c")]))
+    messages = list(LinePart.of([(0, b"a"), (4_000_000_000, b"b"), (5_000_000_000, b"c")]).messages())
     assert [at for at, _ in messages] == [0, 5_000_000_000]
-    part = line_part(messages)
+    part = LinePart.read(messages)
     assert (part.times_ns.tolist(), part.raw) == ([0, 4_000_000_000, 5_000_000_000], b"abc")
     spoilt = [(at, data + b"x") for at, data in messages[:1]] + messages[1:] + [(9, b""), (9, b"\xff" * 20)]
-    assert line_part(spoilt).raw == b"c"
+    assert LinePart.read(spoilt).raw == b"c"

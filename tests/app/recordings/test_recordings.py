@@ -17,7 +17,6 @@ from app.engine.device import How, Known
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState, Worker
 from app.recordings.markers import MarkerKind
-from app.recordings.recorder import Heading
 from app.recordings.recording import traffic_of
 from app.recordings.session_format import CHANNELS, Opening, opening_of, with_checksum
 from app.samples.ring_buffers import RecordedSeries, Series, bucket_firsts
@@ -141,7 +140,7 @@ def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None
     """While a port opens, batches still have the view of the previous module."""
     before = device(900.0, cell_voltage_v=3.3, light_v=0.2, attitude_threshold_deg=30)
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         opening = replace(OPEN, state=PortState.OPENING)
         first = batch(1000.0, view=before, connection=opening, events=(asked(1000.0),))
         bench.feed(first, batch(1001.0, report(1001.0)))
@@ -272,7 +271,7 @@ def test_a_file_of_anything_is_refused(tmp_path: Path, raw: bytes) -> None:
 
 def test_unknown_events_of_a_later_version_are_skipped(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(Heading("sim://x", 9600))
+        bench.recorder.begin("sim://x", 9600)
         bench.feed(batch(1000.0, report(1000.0)))
         writer = bench.recorder._writer
         assert writer is not None
@@ -299,7 +298,7 @@ def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
             heard(one)
 
         worker = Worker(take)
-        made.recorder.begin(Heading("sim://recorded", 115200))
+        made.recorder.begin("sim://recorded", 115200)
         worker.start()
         try:
             worker.open("sim://recorded?stream_at_boot=yes&rate=400&uptime=60", 115200)

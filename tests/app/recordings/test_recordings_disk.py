@@ -13,6 +13,7 @@ from app.recordings.markers import MarkerKind
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import (
     HEADING,
+    PORT,
     WAIT_S,
     Bench,
     batch,
@@ -65,11 +66,11 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
     batches = list(stream(1000.0, 2.0, rate_hz=50))
     with recorder_in(tmp_path) as bench:
         failing_after(monkeypatch, count, OSError(errno.ENOSPC, "No space left on device"))
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         for one in batches:
             bench.feed(one)
         assert not bench.recorder.is_recording
-        assert bench.recorder.entry is None
+        assert bench.recorder.path is None
         assert bench.recorder.trouble is not None
         assert bench.recorder.trouble.text.startswith("Not recording: the disk is full.")
         (entry,) = bench.library.entries()
@@ -81,8 +82,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         monkeypatch.undo()
         bench.record(batch(1010.0, report(1010.0)))
         assert bench.recorder.trouble is None
-        assert bench.recorder.entry is not None
-        assert bench.recorder.entry.sample_count == 1
+        assert bench.library.entries()[0].sample_count == 1
 
 
 def test_the_last_disk_space_is_left_free(tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
         assert bench.recorder.trouble is not None
         monkeypatch.undo()
         bench.record(batch(1001.0, report(1001.0)))
-        assert bench.recorder.entry is not None
+        assert bench.recorder.path is not None
 
 
 def test_a_failure_of_the_previous_session_does_not_end_this_one(
@@ -127,11 +127,10 @@ def test_a_failure_of_the_previous_session_does_not_end_this_one(
             sync(self)
 
         monkeypatch.setattr(SessionWriter, "sync", fail_once)
-        bench.recorder.begin(HEADING._replace(module="Bench 8"))
+        bench.recorder.begin(PORT, 115200, "Bench 8")
         bench.feed(batch(1001.0, report(1001.0)))
         assert (failures, bench.recorder.trouble) == ([], None)
-        assert bench.recorder.entry is not None
-        assert bench.recorder.entry.module == "Bench 8"
+        assert bench.library.entries()[0].module == "Bench 8"
 
 
 class Jam:
@@ -161,7 +160,7 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
 ) -> None:
     with recorder_in(tmp_path, max_waiting=300) as bench:
         jam = Jam(monkeypatch)
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         bench.recorder.on_batch(batch(1000.0, report(1000.0)))
         assert jam.hangs.wait(WAIT_S)
         fill(bench, 1000, first_s=1001.0)
@@ -183,7 +182,7 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
 def test_after_lost_batches_the_last_state_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with recorder_in(tmp_path, max_waiting=30) as bench:
         jam = Jam(monkeypatch)
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         bench.recorder.on_batch(batch(1000.0, report(1000.0)))
         assert jam.hangs.wait(WAIT_S)
         fill(bench, 50, first_s=1001.0)

@@ -40,7 +40,7 @@ def recording(tmp_path: Path) -> Iterator[Recording]:
     """Three seconds of stream with a trigger, changing limits, a lost port and requests."""
     light = BY_NAME["light"].query()
     with recorder_in(tmp_path / "shelf") as bench:
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, 3.0, rate_hz=400))
         fired = report(1003.5, 77, triggered=True, active=True)

@@ -39,7 +39,7 @@ def record(
 ) -> Path:
     """Record ten reports a second, tipped over for one second in the middle while active; return the folder."""
     with recorder_in(folder) as bench:
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         bench.recorder.name_module(module)
         for second in range(seconds):
             start_s = 1000.0 + second

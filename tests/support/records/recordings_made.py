@@ -14,7 +14,7 @@ from app.captures.entries import CaptureEntry, Way
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
-from app.recordings.recorder import Heading, Recorder
+from app.recordings.recorder import Recorder
 from app.recordings.recording import Recording, open_recording, traffic_of
 from app.recordings.session_format import Opening
 from app.recordings.writer import write_session
@@ -32,7 +32,7 @@ OPEN = Connection(PortState.OPEN, PORT, 115200)
 CLOSED = replace(OPEN, state=PortState.CLOSED)
 LINE_HZ = 1440
 WAIT_S = PATIENCE_S
-HEADING = Heading(PORT, 115200, "Bench 7")
+HEADING = PORT, 115200, "Bench 7"
 TENTHS = 26
 """Count of values of acceleration that occur: 0.0 … 2.5 g."""
 
@@ -115,7 +115,7 @@ class Bench:
 
     def record(self, *batches: Batch) -> None:
         """Begins a recording with these batches."""
-        self.recorder.begin(HEADING)
+        self.recorder.begin(*HEADING)
         self.feed(*batches)
 
     def finish(self) -> None:
@@ -148,7 +148,7 @@ def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, **options: int) -> I
 def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> Path:
     """Record a session and close it; return its path."""
     with recorder_in(folder) as bench:
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, seconds, rate_hz=rate_hz))
         bench.recorder.end()

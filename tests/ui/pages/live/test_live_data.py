@@ -16,7 +16,7 @@ from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.limits.out_of_limits import LimitsInUse
-from app.recordings.excerpt import HEAD, TimeCells, csv_parts, part_count
+from app.recordings.excerpt import HEAD, csv_parts, part_count, time_cells
 from app.recordings.export import ExportCancelled, write_parts
 from app.recordings.markers import Marker, MarkerKind
 from protocol.events import Restarted
@@ -300,7 +300,7 @@ def test_csv_counts_from_its_first_row() -> None:
 
 
 def test_time_stamps_round_up_to_the_next_second() -> None:
-    assert TimeCells(NOON).at(0.9996)[:23] == "2026-03-01 12:00:01.000"
+    assert time_cells(np.array([NOON + 0.9996])) == ["2026-03-01 12:00:01.000"]
 
 
 def test_a_span_with_dropped_samples_is_marked() -> None:

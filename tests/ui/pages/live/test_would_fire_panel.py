@@ -299,7 +299,7 @@ def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:
 
 def test_a_recording_is_judged_with_its_own_thresholds(live: Bench, tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(HEADING)
+        bench.recorder.begin(*HEADING)
         had = device(1000.0, attitude_threshold_deg=50, freefall_acceleration_g=0.4)
         tilts = [0] * 50 + [55] * 10 + [0] * 50
         samples = [StatusSample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
