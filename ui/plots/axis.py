@@ -5,7 +5,6 @@ import time
 from typing import Final
 
 import pyqtgraph as pg
-from PySide6.QtCore import QRectF
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QGraphicsItem
 
@@ -24,12 +23,13 @@ _MARGIN_PX: Final = 60
 _GAP_PX: Final = 4
 
 
-def cached_axis(side: str, view: pg.ViewBox) -> pg.AxisItem:
+def label_axis(kind: type[pg.AxisItem], side: str, view: pg.ViewBox, *, is_cached: bool = True) -> pg.AxisItem:
     """An axis of labels only."""
-    axis = pg.AxisItem(side, linkView=view)
+    axis = kind(side, linkView=view)
     axis.enableAutoSIPrefix(False)
     axis.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
-    axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+    if is_cached:
+        axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
     return axis
 
 
@@ -45,18 +45,18 @@ def times(length_s: float, most: int, end_wall_s: float | None = None) -> list[T
     return [(n * step_s - end_s, clock_text(n * step_s, decimals)) for n in numbers]
 
 
-def fitting_labels(ticks: list[Tick], box: QRectF, length_s: float) -> list[tuple[QRectF, str]]:
-    """The labels below the lane at `box` and their rooms: none below the values' axis, none touching another."""
-    metrics = QFontMetricsF(font(Size.SMALL))
-    free_from, labels = box.left(), []
+def fitting_ticks(ticks: list[Tick], width_px: float, length_s: float) -> list[tuple[Tick, float, float]]:
+    """The ticks whose labels touch none before them and are not left of the time line, where the first is moved for
+    that; each with the left and the right end of its label."""
+    metrics, second_px, free_from, fitting = QFontMetricsF(font(Size.SMALL)), width_px / length_s, 0.0, []
     for time_s, label in ticks:
-        width = metrics.horizontalAdvance(label) + _GAP_PX
-        middle = box.right() + time_s / length_s * box.width()
-        left = box.left() if abs(middle - box.left()) < 1 else middle - width / 2
-        if left >= free_from:
-            free_from = left + width + _GAP_PX
-            labels.append((QRectF(left, box.bottom() + 2, width, metrics.height() + 4), label))
-    return labels
+        half = metrics.horizontalAdvance(label) / 2 + _GAP_PX / 2
+        middle = width_px + time_s * second_px
+        middle = half if middle < 1 else middle
+        if middle - half >= free_from:
+            free_from = middle + half + _GAP_PX
+            fitting.append((((middle - width_px) / second_px, label), middle - half, middle + half))
+    return fitting
 
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:

@@ -10,25 +10,31 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
-from numpy.typing import ArrayLike, NDArray
-from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QTransform
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QStyleOptionGraphicsItem, QWidget
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QTransform
+from PySide6.QtWidgets import (
+    QGraphicsItem,
+    QGraphicsScene,
+    QGraphicsSceneMouseEvent,
+    QStyleOptionGraphicsItem,
+    QWidget,
+)
 
 from app.samples.ring_buffers import Envelope
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
-from ui.plots.axis import cached_axis
+from ui.plots.axis import label_axis
 from ui.plots.lanes import Lane, Limit, Scale, Span, Tick, fitting_scale, value_text
-from ui.plots.overlay import Overlay, Tag, apart
+from ui.plots.words import PAD_PX, Words, apart
 from ui.style.painted_widget import pen
 from ui.style.theme import Size, current, font
 
 _MAX_BUCKETS: Final = 1000
 # Two logical pixels at 200 %; more would take longer than a person notices.
 _MAX_COPIES: Final = 4
-_EDGE_PX: Final = 2
-"""Of the view around the box, so that lines on its edge are whole."""
+_EDGE_PX: Final = 4
+"""Of the view around the box, so that lines and dots on its edge are whole."""
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
 """Distinguishable from the module's own limits without colour."""
@@ -56,40 +62,42 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
     return Points(x, y, connect, gaps)
 
 
-class Lines(QGraphicsItem):
-    """Lines somewhere in `bounds`, which is the view. An item of pyqtgraph with the same points takes twice as long."""
+class Curve(pg.PlotCurveItem):  # type: ignore[misc]
+    """Lines somewhere in the view, which is taken as their bounds."""
 
     line_px = 0
     """Lines of one pixel side by side, which are far cheaper than a wider pen."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.bounds = QRectF()
-        self.pen = QPen()
-        self.points = Points(np.empty(0), np.empty(0), "all", [])
-        self._path = QPainterPath()
-        self.setVisible(False)
+        super().__init__(antialias=False, skipFiniteCheck=True)
 
     def boundingRect(self) -> QRectF:
-        return self.bounds
+        view: QRectF = self.viewRect()
+        return view
 
-    def show_lines(self, x: ArrayLike, y: ArrayLike) -> None:
-        """Between pairs of points."""
-        self.show_points(Points(np.asarray(x, np.float64), np.asarray(y, np.float64), "pairs", []))
-
-    def show_points(self, points: Points) -> None:
-        self.points = points
-        self.setVisible(len(points.x) > 0)
-        self._path = pg.arrayToQPath(points.x, points.y, connect=points.connect, finiteCheck=False)
-        self.update()
-
-    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         ratio = painter.device().devicePixelRatioF()
-        painter.setPen(self.pen)
-        painter.drawPath(self._path)
+        super().paint(painter, option, widget)
         for _ in range(min(_MAX_COPIES, round(self.line_px * ratio)) - 1):
             painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(1 / ratio, 1 / ratio))
-            painter.drawPath(self._path)
+            super().paint(painter, option, widget)
+
+
+class ValueAxis(pg.AxisItem):  # type: ignore[misc]
+    """Labels at the left of a lane, which zoom it when they are dragged."""
+
+    dragged = Signal(float)
+    """By so many pixels, downwards if positive."""
+    double_clicked = Signal()
+
+    def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
+        event.setAccepted(event.button() == Qt.MouseButton.LeftButton)
+
+    def mouseMoveEvent(self, event: QGraphicsSceneMouseEvent) -> None:
+        self.dragged.emit(event.pos().y() - event.lastPos().y())
+
+    def mouseDoubleClickEvent(self, _event: QGraphicsSceneMouseEvent) -> None:
+        self.double_clicked.emit()
 
 
 class _Segment(NamedTuple):
@@ -103,7 +111,7 @@ class _Segment(NamedTuple):
     is_current: bool
 
 
-class LimitLine(Lines):
+class LimitLine(Curve):
     """The line of a limit, or of what was last known of it."""
 
     def __init__(self, limit: Limit, steps: StepFunction) -> None:
@@ -120,7 +128,7 @@ class LimitLine(Lines):
         if self.is_stale or self.limit.is_draft:
             line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
         line.setCosmetic(True)
-        self.pen = line
+        self.setPen(line)
 
     def draw(self, span: Span, pixel_s: float) -> None:
         """Steps through the values of a time span."""
@@ -143,8 +151,9 @@ class LimitLine(Lines):
             segments.append(_Segment(start_s, end_s, change.value, word, not later))
         if segments != self.segments:
             self.segments = segments
+            self.setVisible(bool(segments))  # it takes time even with nothing in it
             x = [time_s for part in segments for time_s in (part.start_s, part.end_s)]
-            self.show_lines(x, np.repeat([part.value for part in segments], 2))
+            self.setData(np.array(x), np.repeat([part.value for part in segments], 2).astype(float), connect="pairs")
 
 
 class LaneView:
@@ -164,12 +173,17 @@ class LaneView:
         self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
         self.view.disableAutoRange()
         self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
-        self.values = cached_axis("left", self.view)
-        self.curve, self.grid = Lines(), Lines()  # the grid of an axis would be a picture as large as the lane
+        self.values = label_axis(ValueAxis, "left", self.view)
+        self.values.setCursor(Qt.CursorShape.SizeVerCursor)
+        self.values.dragged.connect(lambda way_px: self.zoom(1.01**way_px))
+        self.values.double_clicked.connect(lambda: self.fit(is_chosen_too=True))
+        self.curve, self.grid = Curve(), Curve()  # the grid of an axis would be a picture as large as the lane
         self.limits = [LimitLine(limit, limit.steps) for limit in lane.limits]
         self.limits += [LimitLine(limit, limit.stale) for limit in lane.limits if limit.stale is not None]
-        self._lines = (self.grid, self.curve, *self.limits)
-        for line in self._lines:
+        self.dot = pg.ScatterPlotItem(size=2 * _EDGE_PX)
+        self.dot_y: float | None = None
+        """The value at the cursor, which has a dot."""
+        for line in (self.grid, *self.limits, self.curve, self.dot):
             self.view.addItem(line, ignoreBounds=True)
         for item in (self.view, self.values):
             scene.addItem(item)
@@ -181,9 +195,11 @@ class LaneView:
         self.values.setTextPen(QColor(theme.muted))
         self.values.setPen(None)
         # Black hairlines would hide the curve.
-        self.grid.pen = pg.mkPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
+        self.grid.setPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
         self.ink = ink
-        self.curve.pen = pg.mkPen(ink)
+        self.curve.setPen(ink)
+        self.dot.setBrush(ink)
+        self.dot.setPen(theme.surface, width=1.5)
         self.curve.line_px = theme.line_px + 1
         for line in self.limits:
             line.apply_theme(ratio)
@@ -191,6 +207,7 @@ class LaneView:
     def place(self, box: QRectF, title_top: float) -> None:
         """Puts the lane at `box`, with the labels of its values at the left."""
         self.box, self.title_top = box, title_top
+        self._gap_word_px = QFontMetricsF(font(Size.SMALL)).horizontalAdvance(tr("no data")) + 2 * PAD_PX
         whole = box.adjusted(0, -_EDGE_PX, _EDGE_PX, _EDGE_PX)
         self.values.setWidth(box.left())
         self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
@@ -219,7 +236,7 @@ class LaneView:
         lane, self._span = self.lane, span
         envelope = lane.series.decimated(*span, min(_MAX_BUCKETS, max(50, int(self.box.width()))))
         curve = points(envelope, origin_s=span.end_s, gap_s=lane.gap_s)
-        self.curve.show_points(curve)
+        self.curve.setData(curve.x, curve.y, connect=curve.connect)
         self.gaps, newest = curve.gaps, lane.series.last
         if newest is not None and newest.time_s < span.end_s - lane.gap_s:
             self.gaps.append(Span(newest.time_s, span.end_s))
@@ -239,7 +256,16 @@ class LaneView:
             self._grid = ticks
             across = [place for value, _ in self._value_ticks for place in ((-span.length_s, value), (0.0, value))]
             down = [(time_s, end) for time_s, _ in ticks for end in self.scale[:2]]
-            self.grid.show_lines(*np.array(across + down, np.float64).reshape(-1, 2).T)
+            x, y = np.array(across + down, np.float64).reshape(-1, 2).T
+            self.grid.setData(x, y, connect="pairs")
+
+    def show_dot(self, cursor_s: float | None) -> None:
+        """At the sample nearest to a time, if there is one."""
+        near = None if cursor_s is None else self.lane.series.around(cursor_s, within_s=self.lane.gap_s)
+        self.dot_y = None if near is None else near.high
+        self.dot.setVisible(near is not None)
+        if cursor_s is not None and near is not None:
+            self.dot.setData([cursor_s - self._span.end_s], [near.high])
 
     def _set_range(self) -> None:
         length_s, (low, high, _) = self._span.length_s, self.scale
@@ -248,9 +274,6 @@ class LaneView:
         self.view.setRange(
             xRange=(-length_s, across), yRange=(low - up, high + up), padding=0.0, disableAutoRange=False
         )
-        for line in self._lines:
-            line.prepareGeometryChange()
-            line.bounds = self.view.viewRect()
         self._value_ticks = self._ticks_of_values()
         self.values.setTicks([self._value_ticks])
 
@@ -281,38 +304,45 @@ class LaneView:
     @property
     def words_key(self) -> object:
         """What the words depend on, beside the cursor; places are relative to the end of the span."""
-        gaps = [(gap.start_s - self._span.end_s, gap.end_s - self._span.end_s) for gap in self.gaps]
-        return self.scale, gaps, [part if part.word else part[2:] for line in self.limits for part in line.segments]
+        return (
+            self.scale,
+            self._wide_gaps(),
+            [part if part.word else part[2:] for line in self.limits for part in line.segments],
+        )
 
-    def name_limits(self, overlay: Overlay) -> None:
+    def _wide_gaps(self) -> list[tuple[float, float]]:
+        """Left and right of the gaps that have room for their word."""
+        first, last = self.box.left(), self.box.right()
+        ends = ((max(first, self.x(gap.start_s)), min(last, self.x(gap.end_s))) for gap in self.gaps)
+        return [(left, right) for left, right in ends if right - left > self._gap_word_px]
+
+    def name_limits(self, words: Words) -> None:
         """Names the current limits beside the lane, apart from each other."""
-        named = [
-            (self.y(part.value), Tag(tr(line.limit.label, value=value_text(part.value, line.limit.decimals)),
-                                     line.ink(), is_bold=True))
-            for line in self.limits for part in line.segments if part.is_current
-        ]  # fmt: skip
+        named = []
+        for line in self.limits:
+            for part in (part for part in line.segments if part.is_current):
+                text = tr(line.limit.label, value=value_text(part.value, line.limit.decimals))
+                named.append((self.y(part.value), words.made(text, line.ink(), is_bold=True)))
         height = QFontMetricsF(font(Size.SMALL, is_bold=True)).height()
         middles = apart([y for y, _ in named], height, self.box.top(), self.box.bottom())
-        for middle, (_, tag) in zip(middles, named, strict=True):
-            overlay.put(tag, QPointF(self.box.right() + 6, middle - height / 2), is_above=True)
+        for middle, (_, word) in zip(middles, named, strict=True):
+            words.put(word, QPointF(self.box.right() + 6, middle - height / 2), is_above=True)
 
-    def name_past(self, overlay: Overlay) -> None:
+    def name_past(self, words: Words) -> None:
         """Names past and stale limits at their ends and writes "no data" into gaps, where there is room."""
         for line in self.limits:
-            for part in line.segments:
-                tag = Tag(part.word, line.ink(), is_bold=True)
-                size, right, y = overlay.size(tag), self.x(part.end_s + self._span.end_s), self.y(part.value)
-                if part.word and right - self.x(part.start_s + self._span.end_s) > size.width() + 8:
+            for part in (part for part in line.segments if part.word):
+                word = words.made(part.word, line.ink(), is_bold=True)
+                size, right, y = word.boundingRect(), self.x(part.end_s + self._span.end_s), self.y(part.value)
+                if right - self.x(part.start_s + self._span.end_s) > size.width() + 8:
                     left = right - 4 - size.width()
-                    overlay.put(tag, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
-        word = Tag(tr("no data"), current().text, ground=current().surface)
-        size = overlay.size(word)
-        for gap in self.gaps:
-            left, right = max(self.box.left(), self.x(gap.start_s)), min(self.box.right(), self.x(gap.end_s))
-            if right - left > size.width():
-                x = (left + right - size.width()) / 2
-                tops = (self.box.top() + part * self.box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
-                overlay.put(word, *(QPointF(x, top) for top in tops))
+                    words.put(word, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
+        for left, right in self._wide_gaps():
+            word = words.made(tr("no data"), current().text, ground=current().surface)
+            size = word.boundingRect()
+            x = (left + right - size.width()) / 2
+            tops = (self.box.top() + part * self.box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
+            words.put(word, *(QPointF(x, top) for top in tops))
 
     def limit_labels_px(self) -> float:
         """Width of the widest label of a limit."""

@@ -1,41 +1,25 @@
-"""The canvas of the time plots: lanes below each other in one scene of pyqtgraph, mouse and keyboard.
-
-The mouse is handled here and not by pyqtgraph's scene, which prints errors instead of raising them.
-"""
+"""The canvas of the time plots: lanes below each other in one scene of pyqtgraph, their words, and the keyboard."""
 
 from collections import deque
 from collections.abc import Hashable, Sequence
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import ClassVar, Final
 
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import (
-    QAccessible,
-    QColor,
-    QFontMetricsF,
-    QKeyEvent,
-    QMouseEvent,
-    QPaintDevice,
-    QPainter,
-    QPen,
-    QResizeEvent,
-    QWheelEvent,
-)
-from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsItem, QGraphicsView
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt
+from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QKeyEvent, QPainter, QResizeEvent
+from PySide6.QtSvg import QSvgGenerator
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsPixmapItem, QGraphicsView
 
 from app.text.i18n import tr
-from ui.plots.axis import ago_text, cached_axis, clock_text, fitting_labels, times
+from ui.plots.axis import ago_text, clock_text, fitting_ticks, label_axis, times
+from ui.plots.front import Front
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Mark, Tick, reading
-from ui.plots.overlay import ICON_PX, Overlay, Tag, beside
 from ui.plots.sight import Sight
+from ui.plots.words import Words, beside
+from ui.style import icons
 from ui.style.painted_widget import mixed
-from ui.style.theme import Meaning, Size, current, font
-
-if TYPE_CHECKING:  # pyqtgraph has no types
-    from PySide6.QtWidgets import QGraphicsView as _GraphicsView
-else:
-    _GraphicsView = pg.GraphicsView
+from ui.style.theme import Size, current, font
 
 # In ten hours one every 36 s.
 _MAX_MARKS: Final = 1000
@@ -44,13 +28,14 @@ _MIN_LINES: Final = 2.5
 """Minimum height of a lane in lines of text, below which the labels of limits overlap; one line for the first two
 lanes."""
 _GAP_PX: Final = 4
-_DRAG_PX: Final = 3
+_ICON_PX: Final = 14
+_EDGE_PX: Final = 2
+"""Of the view in front around the lanes, for the frame of the focus."""
 _NEAR_PX: Final = 6
 """A mark as near to the cursor is named there."""
-_LEFT_BUTTON: Final = Qt.MouseButton.LeftButton
 
 
-class PlotView(_GraphicsView):
+class PlotView(pg.GraphicsView):  # type: ignore[misc]
     """Draws what is in `sight`. `wall_offset_s` added to the samples' monotonic time gives seconds since 1970."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
@@ -59,7 +44,6 @@ class PlotView(_GraphicsView):
         self._is_styled = False
         super().__init__()
         self.setObjectName("time-plot-canvas")
-        self.setMouseTracking(True)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         # With marks in sight the least region has hundreds of corners, which costs more than it saves.
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
@@ -71,24 +55,26 @@ class PlotView(_GraphicsView):
         """The age and the time of day at the cursor, and the events there."""
         self.readings: list[str] = []
         """The values at the cursor, also of lanes that a low window does not show."""
-        self.overlay = Overlay()
+        self.words, self.front = Words(self.scene()), Front(sight)
         self.all_lanes = [LaneView(lane, self.scene()) for lane in lanes]
+        for lane_view in self.all_lanes:
+            lane_view.values.dragged.connect(lambda _way_px: sight.changed.emit())
+            lane_view.values.double_clicked.connect(sight.changed.emit)
         self.lanes = self.all_lanes
         """Those in sight: only the first ones where there is no room for all."""
-        self.times = cached_axis("bottom", self.lanes[0].view)
-        for item in (self.overlay, self.times):
+        self.times = label_axis(pg.AxisItem, "bottom", self.front)
+        for item in (self.front, self.times):
             self.scene().addItem(item)
         self._drawn: Hashable = None
         """What the last picture depended on; None: it has to be drawn again."""
         self._seen = (0.0, False)
         """The length drawn last, and whether it was live."""
-        self._words: object = None
+        self._written: object = None
         """What the words depended on when they were written, if nothing else than these lets them change."""
         self._ticks: list[Tick] = []
-        self._labels: list[tuple[QRectF, str]] = []
-        self._dragged_from: QPointF | None = None
-        self._dragged_lane: LaneView | None = None
-        """The lane whose vertical scale is dragged."""
+        self._labels: list[tuple[Tick, float, float]] = []
+        """Those of the ticks that fit, and their ends within the width of the lanes."""
+        self._shown_labels: list[Tick] = []
 
     def apply_theme(self) -> None:
         theme = current()
@@ -104,7 +90,6 @@ class PlotView(_GraphicsView):
     def arrange(self) -> None:
         """Places the lanes, after a change of size, language or font."""
         whole = QRectF(self.viewport().rect())
-        self.overlay.restyle(whole)
         metrics = QFontMetricsF(font(Size.SMALL))
         line = metrics.height()
         left = metrics.horizontalAdvance("−180") + 8
@@ -128,7 +113,9 @@ class PlotView(_GraphicsView):
         self.times.setHeight(line + 4)
         self.times.setGeometry(QRectF(round(left), top - 1, round(right - left) + 2, line + 4))
         self.sight.width_px = max(1.0, self.lanes[0].box.width() * self.devicePixelRatioF())
-        self._labels, self._words = [], None
+        boxes = self.lanes[0].box.united(self.lanes[-1].box)
+        self.front.setGeometry(boxes.adjusted(-_EDGE_PX, -_EDGE_PX, _EDGE_PX, _EDGE_PX))
+        self._labels, self._written = [], None
 
     def fit(self, *, is_chosen_too: bool = False) -> None:
         """Lets the vertical scales shrink with the next draw."""
@@ -178,26 +165,41 @@ class PlotView(_GraphicsView):
         is_clock = self.shows_clock or not sight.is_live
         ticks = times(span.length_s, most, span.end_s + self.wall_offset_s if is_clock else None)
         if ticks != self._ticks or not self._labels:
-            self._ticks, self._labels = ticks, fitting_labels(ticks, box, span.length_s)
-            second_px = box.width() / span.length_s
-            self.times.setTicks([[((at.center().x() - box.right()) / second_px, text) for at, text in self._labels]])
+            self._ticks, self._labels = ticks, fitting_ticks(ticks, box.width(), span.length_s)
+            edge_s = _EDGE_PX * span.length_s / max(1.0, box.width())
+            self.front.setXRange(-span.length_s - edge_s, edge_s, padding=0.0)
+            self._label_times()
         for lane in self.lanes:
             lane.draw(span, ticks)
         words = self.hasFocus(), [lane.words_key for lane in self.lanes]
-        if marks or cursor_s is not None or words != self._words:
-            self._words = None if marks or cursor_s is not None else words
+        if marks or cursor_s is not None or words != self._written:
+            self._written = None if marks or cursor_s is not None else words
             self._write(marks)
 
-    def draw_on(self, device: QPaintDevice) -> None:
-        """Draws all as lines and texts, without the pictures that the axes are kept as."""
+    def _label_times(self, left: float = 0.0, right: float = 0.0) -> None:
+        """Without the labels that a word between these places would cover partly: they would show another time."""
+        labels = [tick for tick, begin, end in self._labels if not right or end <= left or right <= begin]
+        if labels != self._shown_labels:
+            self._shown_labels = labels
+            self.times.setTicks([labels])
+
+    def svg(self) -> bytes:
+        """All as lines and texts, without the pictures that the axes are kept as. The exporter of pyqtgraph 0.14 fails
+        at each path that Qt 6.11 closes."""
+        data, drawing = QByteArray(), QSvgGenerator()
+        drawing.setOutputDevice(QBuffer(data))
+        drawing.setSize(self.size())
+        drawing.setResolution(self.logicalDpiX())  # the labels of the axes would be scaled by that
+        drawing.setViewBox(self.rect())
         axes = [self.times, *(lane.values for lane in self.all_lanes)]
         for axis in axes:
             axis.setCacheMode(QGraphicsItem.CacheMode.NoCache)
-        painter = QPainter(device)
+        painter = QPainter(drawing)
         self.render(painter)
         painter.end()
         for axis in axes:
             axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        return bytes(data.data())
 
     def _time_text(self, cursor_s: float, marks: Sequence[Mark]) -> str:
         decimals = 1 if self.sight.span.length_s > 3 else 3
@@ -209,89 +211,73 @@ class PlotView(_GraphicsView):
 
     def _write(self, marks: Sequence[Mark]) -> None:
         """All words: the important ones first, since none may cover another."""
-        overlay, theme = self.overlay, current()
-        overlay.begin()
+        words, theme, lines = self.words, current(), list[tuple[float, QColor]]()
+        words.clear()
+        self.front.setBorder(pg.mkPen(theme.information.ink, width=2) if self.hasFocus() else None)
         boxes = self.lanes[0].box.united(self.lanes[-1].box)
-        overlay.frame = boxes.adjusted(-2, -2, 2, 2) if self.hasFocus() else None
         for lane in self.lanes:
-            lane.name_limits(overlay)
-        lefts = [boxes.left(), *self._write_marks(marks)]  # the first title is in the row of the marks
+            lane.name_limits(words)
+        lefts = [boxes.left(), *self._write_marks(marks, lines)]  # the first title is in the row of the marks
         for lane in self.lanes:
-            title = Tag(tr(lane.lane.title), lane.ink, is_bold=True)
-            placed = overlay.put(title, *(QPointF(left, lane.title_top) for left in lefts), gap_px=_GAP_PX)
+            title = words.made(tr(lane.lane.title), lane.ink, is_bold=True)
+            placed = words.put(title, *(QPointF(left, lane.title_top) for left in lefts), gap_px=_GAP_PX)
             if placed is not None:
-                overlay.put(Tag(lane.lane.unit, theme.muted), QPointF(placed.right() + 6, lane.title_top))
+                words.put(words.made(lane.lane.unit, theme.muted), QPointF(placed.right() + 6, lane.title_top))
             lefts = lefts[:1]
         for lane in self.lanes:
-            lane.name_past(overlay)
+            lane.name_past(words)
         hidden = ", ".join(tr(lane.lane.title) for lane in self.all_lanes[len(self.lanes) :])
         if hidden:
-            note = Tag(tr("A higher window also shows: {plots}", plots=hidden), theme.muted)
-            place = QPointF(boxes.left(), self.viewport().height() - overlay.size(note).height() - 2)
-            overlay.put(note, place, is_above=True)
-        if self.sight.cursor_s is not None:
-            self._write_cursor(self.sight.cursor_s)
+            note = words.made(tr("A higher window also shows: {plots}", plots=hidden), theme.muted)
+            place = QPointF(boxes.left(), self.viewport().height() - note.boundingRect().height() - 2)
+            words.put(note, place, is_above=True)
+        self._write_cursor(lines)
+        self.front.show_lines(lines)
 
-    def _write_marks(self, marks: Sequence[Mark]) -> list[float]:
+    def _write_marks(self, marks: Sequence[Mark], lines: list[tuple[float, QColor]]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
-        overlay, theme, first = self.overlay, current(), self.lanes[0]
-        columns: dict[int, Meaning | None] = {}
-        shown, ends = [], []
+        words, theme, first, end_s = self.words, current(), self.lanes[0], self.sight.span.end_s
+        shown, ends, columns = [], [], set[int]()
         for mark in sorted(marks, key=lambda mark: (mark.rank, -mark.time_s)):
-            x, tag = first.x(mark.time_s), Tag("", theme.ink(mark.meaning).name(), icon=mark.icon)
-            columns.setdefault(round(x), mark.meaning)
-            room = overlay.put(tag, QPointF(x - ICON_PX / 2, first.title_top), gap_px=_GAP_PX)
+            x, ink = first.x(mark.time_s), theme.ink(mark.meaning)
+            if round(x) not in columns:
+                columns.add(round(x))
+                # Fainter than cursor and curves; mixed, since transparent pens are slow.
+                lines.append((mark.time_s - end_s, ink if theme.line_px > 1 else mixed(ink, theme.surface, 0.4)))
+            icon = QGraphicsPixmapItem(icons.pixmap(mark.icon, _ICON_PX, ink, ratio=self.devicePixelRatioF()))
+            room = words.put(icon, QPointF(x - _ICON_PX / 2, first.title_top), gap_px=_GAP_PX)
             if room is not None:
                 shown.append((mark, room))
-        for x, meaning in columns.items():
-            ink = theme.ink(meaning)
-            # Fainter than cursor and curves; mixed, since transparent pens are slow.
-            self._draw_line(x + 0.5, ink if theme.line_px > 1 else mixed(ink, theme.surface, 0.4))
         for mark, room in shown:
-            word = Tag(tr(mark.word), theme.ink(mark.meaning).name(), is_bold=True)
-            fits = room.right() + 3 + overlay.size(word).width() < self.viewport().width()
-            placed = overlay.put(word, QPointF(room.right() + 3, first.title_top), gap_px=2) if fits else None
+            word = words.made(tr(mark.word), theme.ink(mark.meaning).name(), is_bold=True)
+            fits = room.right() + 3 + word.boundingRect().width() < self.viewport().width()
+            placed = words.put(word, QPointF(room.right() + 3, first.title_top), gap_px=2) if fits else None
             ends.append((placed or room).right() + 2 * _GAP_PX)
         return sorted(ends)
 
-    def _draw_line(self, x: float, colour: QColor) -> None:
-        self.overlay.lines += [(QLineF(x, lane.box.top(), x, lane.box.bottom()), QPen(colour)) for lane in self.lanes]
-
-    def _write_cursor(self, cursor_s: float) -> None:
+    def _write_cursor(self, lines: list[tuple[float, QColor]]) -> None:
         """Its line, the values beside the samples, and the time below."""
-        overlay, theme, x = self.overlay, current(), self.lanes[0].x(cursor_s)
-        self._draw_line(x, QColor(theme.text))
+        words, theme, cursor_s = self.words, current(), self.sight.cursor_s
+        for lane in self.all_lanes:
+            lane.show_dot(cursor_s)
+        if cursor_s is None:
+            self._label_times()
+            return
+        lines.append((cursor_s - self.sight.span.end_s, QColor(theme.text)))
+        x = self.lanes[0].x(cursor_s)
         for lane, value in zip(self.lanes, self.readings, strict=False):
-            near = lane.lane.series.around(cursor_s, within_s=lane.lane.gap_s)
-            tag = Tag(value, theme.window, is_bold=True, ground=theme.text)
-            y = lane.box.top() + 12
-            if near is not None:
-                y = lane.y(near.high) - 14
-                overlay.dots.append((QPointF(x, lane.y(near.high)), lane.ink))
-            overlay.put(tag, beside(x, y, overlay.size(tag), lane.box), is_above=True)
+            tag = words.made(value, theme.window, is_bold=True, ground=theme.text)
+            y = lane.box.top() + 12 if lane.dot_y is None else lane.y(lane.dot_y) - 14
+            words.put(tag, beside(x, y, tag.boundingRect().size(), lane.box), is_above=True)
         last = self.lanes[-1].box
-        tag = Tag(self.cursor_time, theme.window, is_bold=True, ground=theme.text)
-        size = overlay.size(tag)
+        tag = words.made(self.cursor_time, theme.window, is_bold=True, ground=theme.text)
+        size = tag.boundingRect().size()
         row = QRectF(last.left(), last.bottom() + 2, self.viewport().width() - last.left(), size.height())
-        room = QRectF(beside(x, row.center().y(), size, row), size)
-        overlay.put(tag, room.topLeft(), is_above=True)
-        for label, _ in self._labels:
-            if label.intersects(room):  # partly covered it would show another time
-                overlay.cover = overlay.cover.united(label)
+        room = words.put(tag, beside(x, row.center().y(), size, row), is_above=True)
+        if room is not None:
+            self._label_times(room.left() - last.left(), room.right() - last.left())
 
-    # Mouse and keyboard
-
-    def _part(self, position: QPointF) -> float | None:
-        """The position within the width of the view, 0 to 1; None outside the lanes."""
-        box = self.lanes[0].box
-        part = (position.x() - box.left()) / max(1.0, box.width())
-        return float(part) if 0 <= part <= 1 else None
-
-    def _lane_of_axis(self, position: QPointF) -> LaneView | None:
-        """The lane whose values are at the left of a position."""
-        if position.x() >= self.lanes[0].box.left():
-            return None
-        return next((lane for lane in self.lanes if lane.box.top() <= position.y() <= lane.box.bottom()), None)
+    # Keyboard
 
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.DevicePixelRatioChange and self._is_styled:
@@ -306,66 +292,6 @@ class PlotView(_GraphicsView):
         if self._is_styled:
             self.arrange()
             self.sight.changed.emit()
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        if event.button() == _LEFT_BUTTON:
-            self._dragged_lane = self._lane_of_axis(event.position())
-            if self._dragged_lane is not None or self._part(event.position()) is not None:
-                self._dragged_from = event.position()
-        event.accept()
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        position, begun, part = event.position(), self._dragged_from, self._part(event.position())
-        if begun is not None and event.buttons() & _LEFT_BUTTON and (position - begun).manhattanLength() >= _DRAG_PX:
-            self._dragged_from = position
-            if self._dragged_lane is not None:
-                self._dragged_lane.zoom(1.01 ** (position.y() - begun.y()))
-                self.sight.changed.emit()
-            elif position.x() != begun.x():
-                self.viewport().setCursor(Qt.CursorShape.ClosedHandCursor)
-                self.sight.pan((begun.x() - position.x()) / max(1.0, self.lanes[0].box.width()), part)
-        elif part is not None or event.buttons() == Qt.MouseButton.NoButton:
-            over_axis = self._lane_of_axis(position) is not None
-            self.viewport().setCursor(Qt.CursorShape.SizeVerCursor if over_axis else Qt.CursorShape.ArrowCursor)
-            self.sight.point(part)
-        event.accept()
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        self._dragged_from = self._dragged_lane = None
-        self.viewport().unsetCursor()
-        event.accept()
-
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        lane = self._lane_of_axis(event.position())
-        if lane is None:
-            self.sight.back_to_live()
-        else:
-            lane.fit(is_chosen_too=True)
-            self.sight.changed.emit()
-        event.accept()
-
-    def leaveEvent(self, _event: QEvent) -> None:
-        self.sight.point(None)
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zooms with Ctrl, after a click, and where nothing else can be scrolled."""
-        part = self._part(event.position())
-        zooms = self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier or not self._page_scrolls()
-        event.setAccepted(part is not None and bool(zooms))
-        if part is None or not zooms:
-            return
-        if event.angleDelta().x():
-            self.sight.pan(-event.angleDelta().x() / 1200)
-        else:
-            self.sight.zoom(0.8 ** (event.angleDelta().y() / 120), part)
-
-    def _page_scrolls(self) -> bool:
-        above = self.parentWidget()
-        while above is not None:
-            if isinstance(above, QAbstractScrollArea) and above.verticalScrollBar().maximum() > 0:
-                return True
-            above = above.parentWidget()
-        return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         sight, is_shifted = self.sight, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)

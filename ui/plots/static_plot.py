@@ -6,9 +6,9 @@ from typing import Any, ClassVar, Final
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QFontMetricsF
-from PySide6.QtWidgets import QGraphicsItem, QSizePolicy
+from PySide6.QtWidgets import QSizePolicy
 
-from ui.plots.axis import cached_axis
+from ui.plots.axis import label_axis
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Size, Space, Theme, current, font, scaled
 from ui.widgets.layouts import in_column
@@ -66,9 +66,8 @@ class StaticPlot(PaintedWidget):
         view.disableAutoRange()
         view.sigResized.connect(self.fit_to_view)
         canvas.addItem(view, 0, 1)
-        self.axes = {side: cached_axis(side, view) for side in ("left", "bottom")}
-        for axis in self.axes.values():  # its width follows the labels: a picture of another width would cut them off
-            axis.setCacheMode(QGraphicsItem.CacheMode.NoCache)
+        # Their width follows the labels: a picture of another width would cut them off.
+        self.axes = {side: label_axis(pg.AxisItem, side, view, is_cached=False) for side in ("left", "bottom")}
         canvas.addItem(self.axes["left"], 0, 0)
         canvas.addItem(self.axes["bottom"], 1, 1)
         self.column.insertWidget(self.head_rows, canvas, 1)

@@ -7,9 +7,8 @@ after the window's first paint.
 import time
 from collections.abc import Sequence
 
-from PySide6.QtCore import QBuffer, QByteArray, QPoint, Qt, Signal
+from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeySequence, QPixmap
-from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QMenu, QWidget
 
 from app.text.i18n import tr
@@ -105,14 +104,8 @@ class TimePlot(QWidget):
         return picture
 
     def svg(self) -> bytes:
-        """The plots as a drawing. The exporter of pyqtgraph fails at the curves of icons."""
-        data, drawing = QByteArray(), QSvgGenerator()
-        drawing.setOutputDevice(QBuffer(data))
-        drawing.setSize(self._view.size())
-        drawing.setResolution(self._view.logicalDpiX())  # the labels of the axes would be scaled by that
-        drawing.setViewBox(self._view.rect())
-        self._view.draw_on(drawing)
-        return bytes(data.data())
+        """The plots as a drawing."""
+        return self._view.svg()
 
     def apply_theme(self) -> None:
         """Applies the theme in use."""

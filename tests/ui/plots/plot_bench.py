@@ -3,7 +3,18 @@
 import numpy as np
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QScrollArea, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QGraphicsItem,
+    QGraphicsPixmapItem,
+    QGraphicsSimpleTextItem,
+    QLineEdit,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
@@ -14,12 +25,20 @@ from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Scale, Span
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
+from ui.style import icons, theme
+from ui.style.icons import Icon
 from ui.style.theme import Meaning
 from ui.widgets.readout import StateChip
 
 NOW_S = 5000.0
 LEFT = Qt.MouseButton.LeftButton
 NONE, CONTROL = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier
+
+
+def text_of(item: QGraphicsItem) -> str:
+    """The text of a word, also of one on a ground."""
+    words = [one for one in (item, *item.childItems()) if isinstance(one, QGraphicsSimpleTextItem)]
+    return "".join(word.text() for word in words)
 
 
 class Bench:
@@ -76,9 +95,26 @@ class Bench:
         return chip.word
 
     @property
+    def written(self) -> list[tuple[QGraphicsItem, QRectF]]:
+        """Words, grounds of words and icons in the plots, the most important first, and where they are."""
+        return [(item, item.sceneBoundingRect()) for item in self.view.words.shown]
+
+    @property
     def words(self) -> dict[str, QRectF]:
         """What is written into the plots, and where."""
-        return {tag.text: room for tag, room in self.view.overlay.shown if tag.text}
+        return {text_of(item): room for item, room in self.written if text_of(item)}
+
+    def icon(self, icon: Icon, meaning: Meaning) -> QRectF | None:
+        """Where the icon of a mark is."""
+        key = icons.pixmap(icon, 14, theme.current().ink(meaning), ratio=self.view.devicePixelRatioF()).cacheKey()
+        pictures = ((item, room) for item, room in self.written if isinstance(item, QGraphicsPixmapItem))
+        return next((room for item, room in pictures if item.pixmap().cacheKey() == key), None)
+
+    @property
+    def lines(self) -> list[float]:
+        """The places of the lines of marks and cursor, across."""
+        visible = (line for line in self.view.front.lines if line.isVisible())
+        return [self.view.front.mapViewToScene(QPointF(line.value(), 0)).x() for line in visible]
 
     def button(self, name: str) -> QPushButton | QToolButton:
         button = self.plot.findChild(QPushButton, name) or self.plot.findChild(QToolButton, name)

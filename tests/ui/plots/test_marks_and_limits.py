@@ -5,16 +5,16 @@ from itertools import combinations, pairwise
 import pytest
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QGraphicsScene, QGraphicsSimpleTextItem
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
 from tests.support.window.steps import find
-from tests.ui.plots.plot_bench import NOW_S, Bench
+from tests.ui.plots.plot_bench import NOW_S, Bench, text_of
 from ui.plots.lanes import Lane, Mark, Scale
-from ui.plots.overlay import Overlay, Tag, apart
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
+from ui.plots.words import Words, apart
 from ui.style import appearance, theme
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
@@ -36,25 +36,27 @@ def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
         bench.plot.draw(NOW_S)
         assert "triggered" in bench.words
         assert "activated" not in bench.words
-        assert [tag.icon for tag, _ in bench.view.overlay.shown if tag.icon] == [Icon.PARACHUTE]
-        places = {round(line.x1()) for line, _ in bench.view.overlay.lines}
-        assert len(places) == 2  # each has its line
+        assert bench.icon(Icon.PARACHUTE, Meaning.DANGER) is not None
+        assert bench.icon(Icon.ACTIVE, Meaning.DANGER) is None
+        assert len({round(x) for x in bench.lines}) == 2  # each has its line
 
 
 def test_marks_are_where_their_time_is(bench: Bench) -> None:
     bench.plot.add_marks([Mark(NOW_S - 10, "triggered", Icon.PARACHUTE, Meaning.DANGER)])
     bench.plot.add_marks([Mark(NOW_S - 40, "activated", Icon.ACTIVE, Meaning.ATTENTION)])
     bench.plot.draw(NOW_S)
-    icons = {tag.icon: room.center().x() for tag, room in bench.view.overlay.shown if tag.icon}
     box = bench.lane.box
-    for icon, ago_s in ((Icon.PARACHUTE, 10), (Icon.ACTIVE, 40)):
-        assert icons[icon] == pytest.approx(box.right() - ago_s / 60 * box.width(), abs=2)
+    for icon, meaning, ago_s in ((Icon.PARACHUTE, Meaning.DANGER, 10), (Icon.ACTIVE, Meaning.ATTENTION, 40)):
+        x, room = box.right() - ago_s / 60 * box.width(), bench.icon(icon, meaning)
+        assert room is not None
+        assert room.center().x() == pytest.approx(x, abs=2)
+        assert any(line == pytest.approx(x, abs=1.5) for line in bench.lines)
 
 
 def test_hundreds_of_marks_are_lines_at_as_many_pixels(bench: Bench) -> None:
     bench.plot.add_marks([Mark(NOW_S - n * 0.001, "offline", Icon.LINK_LOST) for n in range(900)])
     bench.plot.draw(NOW_S)
-    assert len(bench.view.overlay.lines) <= 2 * 14
+    assert 5 < len(bench.lines) <= 14
 
 
 @pytest.mark.parametrize("ago_s", [59.5, 59.0, 58.0, 57.0, 30.0])
@@ -66,10 +68,9 @@ def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
     count = 0
     for seconds in range(0, 30, 3):
         bench.plot.draw(NOW_S + seconds)
-        shown = bench.view.overlay.shown
-        count += sum(tag.text in ("no data", "stale") for tag, _ in shown)
-        for (one, room), (other, other_room) in combinations(shown, 2):
-            assert not room.intersects(other_room), (one, other)
+        count += len({"no data", "stale"} & set(bench.words))
+        for (one, room), (other, other_room) in combinations(bench.written, 2):
+            assert not room.intersects(other_room), (text_of(one), text_of(other))
     assert {"Tilt", "Acceleration"} <= set(bench.words)
     assert count > 10
 
@@ -84,15 +85,17 @@ def test_labels_of_limits_never_overlap(places: list[float]) -> None:
 
 
 def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
-    overlay = Overlay()
-    first, second, third = (Tag(text, LIGHT.muted) for text in ("first", "second", "third"))
-    assert overlay.put(first, QPointF(0, 0))
-    below = overlay.put(second, QPointF(1, 1), QPointF(1, 40))
+    words = Words(QGraphicsScene())
+    first, second, third = (words.made(text, LIGHT.muted) for text in ("first", "second", "third"))
+    assert words.put(first, QPointF(0, 0))
+    below = words.put(second, QPointF(1, 1), QPointF(1, 40))
     assert below is not None
     assert below.top() == 40
-    assert overlay.put(third, QPointF(2, 2), QPointF(2, 41)) is None
-    assert overlay.put(third, QPointF(2, 2), is_above=True) is not None
-    assert [tag for tag, _ in overlay.shown] == [first, second, third]
+    assert words.put(third, QPointF(2, 2), QPointF(2, 41)) is None
+    assert words.put(third, QPointF(2, 2), is_above=True) is not None
+    assert [text_of(item) for item in words.shown] == ["first", "second", "third"]
+    words.clear()
+    assert words.shown == []
 
 
 # Limits
@@ -103,13 +106,13 @@ def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
     bench.plot.draw(NOW_S)
     firm = bench.lane.limits[0]
     assert [(part.value, part.is_current) for part in firm.segments] == [(60, False), (75, True)]
-    x, y = firm.points[:2]
+    x, y = firm.getData()
     assert x.tolist() == pytest.approx([-60, -30, -30, 0], abs=0.2)
     assert y.tolist() == [60, 60, 75, 75]
     assert {"60", "75° fires"} <= set(bench.words)
     bench.fire.put(NOW_S - 1, None)
     bench.plot.draw(NOW_S + 60)
-    assert firm.points.x.tolist() == []
+    assert firm.getData()[0].tolist() == []
     assert "75° fires" not in bench.words
 
 
@@ -128,12 +131,13 @@ def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> N
     bench.stale.put(NOW_S, 60)
     bench.plot.draw(NOW_S + 30)
     assert {"60° fires", "stale"} <= set(bench.words)
-    label = next(tag for tag, _ in bench.view.overlay.shown if tag.text == "60° fires")
-    assert label.ink == LIGHT.muted
+    label = next(item for item, _ in bench.written if text_of(item) == "60° fires")
+    assert isinstance(label, QGraphicsSimpleTextItem)
+    assert label.brush().color().name().upper() == LIGHT.muted.upper()
     firm, stale = bench.lane.limits
-    assert firm.points.x.tolist() == pytest.approx([-60, -30], abs=0.2)
-    assert stale.points.x.tolist() == pytest.approx([-30, 0], abs=0.2)
-    assert stale.pen.color().name().upper() == LIGHT.muted.upper()
+    assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
+    assert stale.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
+    assert stale.opts["pen"].color().name().upper() == LIGHT.muted.upper()
 
 
 def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:
@@ -178,7 +182,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
         assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
         hidden = ", ".join(title for title in weights if title not in seen[height])
-        notes = [tag.text for tag, _ in view.overlay.shown if tag.text.startswith("A higher window")]
+        notes = [text_of(item) for item in view.words.shown if text_of(item).startswith("A higher window")]
         assert notes == ([f"A higher window also shows: {hidden}"] if hidden else [])
     assert seen[600] == list(weights)
     assert seen[240] == ["Tilt", "Acceleration"]

@@ -168,16 +168,17 @@ def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
     assert bench.plot.reading.endswith("Tilt 12°, Acceleration 1.0 g")
     assert {"12°", "1.0 g"} <= set(bench.words)
     middle = pytest.approx(bench.lane.box.center().x(), abs=1)
-    assert [line.x1() for line, _ in bench.view.overlay.lines] == [middle, middle]
-    dot, _ = bench.view.overlay.dots[0]
-    assert (dot.x(), dot.y()) == (middle, bench.lane.y(12))
+    assert bench.lines == [middle]
+    assert bench.lane.dot.isVisible()
+    (x,), (y,) = bench.lane.dot.getData()
+    assert (x, y) == (pytest.approx(-30, abs=0.2), 12)
     bench.plot.add_marks([Mark(NOW_S - 20, "triggered", Icon.PARACHUTE, Meaning.DANGER)])
     bench.plot.draw(NOW_S + 10)
     assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
     assert " · triggered, Tilt 12°" in bench.plot.reading
     bench.plot.sight.point(None)
     assert bench.plot.reading == ""
-    assert not bench.view.overlay.dots
+    assert not bench.lane.dot.isVisible()
 
 
 def test_the_cursor_of_a_recording_stays_where_the_pointer_left(recorded: Bench) -> None:
@@ -191,4 +192,4 @@ def test_the_cursor_does_not_invent_what_was_not_measured(bench: Bench) -> None:
     bench.plot.draw(NOW_S + 21)
     bench.plot.sight.point_at(NOW_S + 11)
     assert bench.plot.reading.endswith("Tilt no data, Acceleration no data")
-    assert not bench.view.overlay.dots
+    assert not bench.lane.dot.isVisible()
