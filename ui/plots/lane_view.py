@@ -207,7 +207,6 @@ class LaneView:
     def place(self, box: QRectF, title_top: float) -> None:
         """Puts the lane at `box`, with the labels of its values at the left."""
         self.box, self.title_top = box, title_top
-        self._gap_word_px = QFontMetricsF(font(Size.SMALL)).horizontalAdvance(tr("no data")) + 2 * PAD_PX
         whole = box.adjusted(0, -_EDGE_PX, _EDGE_PX, _EDGE_PX)
         self.values.setWidth(box.left())
         self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
@@ -312,9 +311,12 @@ class LaneView:
 
     def _wide_gaps(self) -> list[tuple[float, float]]:
         """Left and right of the gaps that have room for their word."""
+        if not self.gaps:
+            return []
         first, last = self.box.left(), self.box.right()
+        least_px = QFontMetricsF(font(Size.SMALL)).horizontalAdvance(tr("no data")) + 2 * PAD_PX
         ends = ((max(first, self.x(gap.start_s)), min(last, self.x(gap.end_s))) for gap in self.gaps)
-        return [(left, right) for left, right in ends if right - left > self._gap_word_px]
+        return [(left, right) for left, right in ends if right - left > least_px]
 
     def name_limits(self, words: Words) -> None:
         """Names the current limits beside the lane, apart from each other."""

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QLineF, QObject, QRectF, Signal
-from PySide6.QtGui import QColor, QPainter
+from PySide6.QtCore import QObject, QPointF, QRectF, Signal
+from PySide6.QtGui import QPainter
 
 from ui.core.background_task import BackgroundTask, Running
 from ui.style.painted_widget import pen
@@ -62,20 +62,15 @@ def _outlines(missing: "list[RecordingEntry]", running: Running) -> dict[Path, t
 
 
 def draw_outline(painter: QPainter, box: QRectF, outline: Outline, theme: Theme) -> None:
-    """Draws the tilt from 0 to 90°, or to 180° where it was larger."""
+    """Draws the tilt from 0 to 90°, or to 180° where it was larger; moves the painter."""
     painter.setPen(pen(theme.divider if theme.border_px == 1 else theme.muted, 1))
     painter.drawLine(box.bottomLeft(), box.bottomRight())
     if not outline:
         return
     top_deg = _TOP_DEG if max(high for _, high in outline) <= _TOP_DEG else 2 * _TOP_DEG
-    step = box.width() / len(outline)
-    lines, before = [], None
-    for number, (low, high) in enumerate(outline):
-        x = box.left() + (number + 0.5) * step
-        top, bottom = (box.bottom() - one / top_deg * box.height() for one in (high, low))
-        if before is not None:
-            lines.append(QLineF(before[0], before[1], x, bottom))
-        lines.append(QLineF(x, bottom, x, min(top, bottom - 0.5)))
-        before = x, top
-    painter.setPen(pen(QColor(theme.curves[0]), theme.line_px))
-    painter.drawLines(lines)
+    painter.translate(box.bottomLeft())
+    painter.scale(box.width() / len(outline), -box.height() / top_deg)
+    line = pen(theme.curves[0], theme.line_px * painter.device().devicePixelRatioF())
+    line.setCosmetic(True)  # in device pixels
+    painter.setPen(line)
+    painter.drawPolyline([QPointF(number + 0.5, value) for number, ends in enumerate(outline) for value in ends])
