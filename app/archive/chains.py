@@ -45,11 +45,6 @@ class ChainState:
     faults: tuple[UserMessage, ...] = ()
 
 
-def record_of(fact: Fact) -> Record | None:
-    record = fact.content.get("record")
-    return record if isinstance(record, dict) else None
-
-
 def chains_in(facts: LocalFacts, own: Station) -> list[ChainState]:
     """For every station the chain of its facts, and one of checks per module. `own`: this station, whose
     store is verified as by `dps-s verify --log`. Raises `UserError`."""
@@ -57,8 +52,7 @@ def chains_in(facts: LocalFacts, own: Station) -> list[ChainState]:
     checks: dict[tuple[str, object, object], list[Record]] = {}
     for fact in facts.of_kind(None):
         stations.setdefault(fact.station, []).append(fact)
-        record = record_of(fact) if fact.kind == FactKind.CHECK.value else None
-        if record is not None:
+        if record := fact.record:
             checks.setdefault((fact.station, *chain_name(record)), []).append(record)
     kept = ArchivedRecords(facts.own.database, facts.others)
     return [

@@ -4,17 +4,14 @@ Each page is complete in itself, and missing facts are found by comparison. An e
 any point, repeated, or run in parallel with another one: the next exchange adds what is missing.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from app.archive.content import MAX_LENGTH
 from app.archive.facts import (
     MAX_REFUSALS,
     Fact,
-    FactRefused,
-    FactRow,
     RefusedFact,
     StoredRow,
     checked,
@@ -70,7 +67,7 @@ def exchange(
         other = {id_: row for id_, row in offered.items() if id_ not in known or known[id_].digest != row.digest}
         done.refuse([too_long(id_) for id_, row in other.items() if row.length > MAX_LENGTH])
         for ids in _pages({id_: row for id_, row in other.items() if row.length <= MAX_LENGTH}, page):
-            facts, refused = _sorted(there.read(ids), checked)
+            facts, refused = _sorted(map(checked, there.read(ids)))
             done.received += here.add(facts)
             done.refuse(refused)
             on_page(done)
@@ -86,21 +83,17 @@ def sendable(
 ) -> Iterator[tuple[list[Fact], list[RefusedFact]]]:
     """Pages of these facts, and of those that were damaged since they were stored."""
     for ids in _pages(rows, page):
-        yield _sorted(here.read(ids), partial(_own_fact, rows))
+        yield _sorted(stored_fact(row, rows[str(row[0])].digest) for row in here.read(ids))
 
 
-def _own_fact(known: Mapping[str, StoredRow], row: FactRow) -> Fact:
-    return stored_fact(row, known[str(row[0])].digest)
-
-
-def _sorted(rows: Sequence[FactRow], check: Callable[[FactRow], Fact]) -> tuple[list[Fact], list[RefusedFact]]:
-    facts, refused = [], []
-    for row in rows:
-        try:
-            facts.append(check(row))
-        except FactRefused as error:
-            refused.append(error.refusal)
-    return facts, refused
+def _sorted(facts: Iterable[Fact | RefusedFact]) -> tuple[list[Fact], list[RefusedFact]]:
+    good, refused = list[Fact](), list[RefusedFact]()
+    for fact in facts:
+        if isinstance(fact, Fact):
+            good.append(fact)
+        else:
+            refused.append(fact)
+    return good, refused
 
 
 def _pages(rows: Mapping[str, StoredRow], page: int) -> Iterator[Sequence[str]]:

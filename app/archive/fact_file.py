@@ -14,7 +14,7 @@ from typing import IO, Final
 
 from app.archive.content import MAX_LENGTH
 from app.archive.exchange import PAGE, PAGE_LENGTH, Exchanged, OnProgress, sendable
-from app.archive.facts import FACT_COLUMNS, Fact, FactRefused, RefusedFact, checked
+from app.archive.facts import FACT_COLUMNS, Fact, RefusedFact, checked
 from app.archive.local_facts import LocalFacts
 from app.system.files import CANNOT_READ, CANNOT_WRITE, file_troubles, whole_file
 from app.text.user_error import UserError
@@ -75,10 +75,7 @@ def facts_in(path: Path) -> Iterator[Fact | RefusedFact]:
             while not rest.endswith(b"\n") and (rest := file.readline(_MAX_LINE_LENGTH)):
                 pass  # one line that is too long, not several
             value = _parsed(line)
-            try:
-                yield checked(tuple(value.get(name) for name in FACT_COLUMNS))
-            except FactRefused as error:
-                yield error.refusal
+            yield checked(tuple(value.get(name) for name in FACT_COLUMNS))
 
 
 def _copy(path: Path, target: IO[bytes]) -> None:

@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from app.archive.content import DETAIL, content_of, is_time, object_of
+from app.records.check_store import record_of
+from app.records.record import Record
 from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, Station, decoded, encoded, is_signature
 from app.store.facts import FactKind, fact_hash
 from app.text.messages import UserMessage, clean, message
@@ -67,6 +69,11 @@ class Fact:
         return name if isinstance(name, str) else None
 
     @property
+    def record(self) -> Record:
+        """Of a pre-flight check; else empty."""
+        return record_of(self.content) if self.kind == FactKind.CHECK.value else {}
+
+    @property
     def hash(self) -> str:
         """In the chain of its station."""
         return fact_hash(self.kind, self.made_at, self.payload)
@@ -88,14 +95,6 @@ class RefusedFact:
     def sentence(self) -> UserMessage:
         text = marked("{kind} of {at} ({id}): {why}.")
         return message(text, kind=self.kind or "?", at=self.made_at or "?", id=self.id[:12] or "?", why=self.why)
-
-
-class FactRefused(Exception):
-    """The row is not imported."""
-
-    def __init__(self, refusal: RefusedFact) -> None:
-        super().__init__(refusal.why.in_english())
-        self.refusal = refusal
 
 
 def fact_id(kind: str, station: str, made_at: str, payload: str) -> str:
@@ -132,18 +131,18 @@ def digests_of(rows: Mapping[str, str]) -> Digests:
             for bucket, part in parts.items()}  # fmt: skip
 
 
-def checked(row: FactRow) -> Fact:
-    """Verify a row of a server or a file. Raises `FactRefused`."""
+def checked(row: FactRow) -> Fact | RefusedFact:
+    """The fact in a row of a server or a file, verified, or why it is none."""
     if len(row) != len(FACT_COLUMNS) or not all(isinstance(value, str) for value in row):
-        raise _refused(row, marked("it is not whole"))
+        return _refused(row, marked("it is not whole"))
     id_, kind, station, made_at, payload, signature = map(str, row)
     public, seal = decoded(station, KEY_BYTES), decoded(signature, SIGNATURE_BYTES)
     if not _ID.fullmatch(id_) or not _KIND.fullmatch(kind) or public is None or seal is None:
-        raise _refused(row, marked("it is not whole"))
+        return _refused(row, marked("it is not whole"))
     if fact_id(kind, station, made_at, payload) != id_:
-        raise _refused(row, marked("it was altered"))
+        return _refused(row, marked("it was altered"))
     if not is_signature(public, seal, _signed(id_)):
-        raise _refused(row, marked("its station did not sign it"))
+        return _refused(row, marked("its station did not sign it"))
     return _readable(row)
 
 
@@ -152,26 +151,26 @@ def too_long(id_: str) -> RefusedFact:
     return RefusedFact(clean(id_, longest=ID_LENGTH), "", "", message(marked("it is too long")))
 
 
-def stored_fact(row: FactRow, digest: str) -> Fact:
-    """A fact of this computer, verified when it was imported; `digest` is from then. Raises `FactRefused`."""
+def stored_fact(row: FactRow, digest: str) -> Fact | RefusedFact:
+    """A fact of this computer, verified when it was imported; `digest` is from then."""
     if row_digest(row) != digest:
-        raise _refused(row, marked("it was altered"))
+        return _refused(row, marked("it was altered"))
     return _readable(row)
 
 
-def _readable(row: FactRow) -> Fact:
+def _readable(row: FactRow) -> Fact | RefusedFact:
     try:
         return fact_of(row)
     except ValueError:
-        raise _refused(row, marked("its content cannot be read")) from None
+        return _refused(row, marked("its content cannot be read"))
 
 
 def _signed(id_: str) -> bytes:
     return f"{DOMAIN}\n{id_}\n".encode("ascii")
 
 
-def _refused(row: FactRow, why: str) -> FactRefused:
+def _refused(row: FactRow, why: str) -> RefusedFact:
     def shown(place: int) -> str:
         return clean(str(row[place]), longest=64) if place < len(row) else ""
 
-    return FactRefused(RefusedFact(shown(0), shown(1), shown(3), message(why)))
+    return RefusedFact(shown(0), shown(1), shown(3), message(why))

@@ -6,23 +6,20 @@ from datetime import datetime
 from enum import Enum
 from typing import Final
 
-from app.archive.chains import record_of
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
-from app.guided.results import RETIRED_KINDS, TITLES, GuidedVerdict
+from app.guided.results import RETIRED_KINDS, TITLES, GuidedVerdict, StoredTest, stored_test
 from app.limits.service import ServiceKind, due_services
-from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
-from app.records.record import Record
+from app.records.check_store import CheckLine, check_line, number_of
 from app.records.verification import RecordState, verify
 from app.store.facts import FactKind
 from app.system.wall_clock import age_days
-from app.text.messages import UserMessage, clean, message
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 CHECK_DAYS: Final = 30
 TEST_DAYS: Final = 180
-SIMULATED: Final = marked("{verdict} (simulated)")
 
 
 class DueKind(Enum):
@@ -46,47 +43,6 @@ class Due:
     text: UserMessage
 
 
-@dataclass(frozen=True, slots=True)
-class CheckLine:
-    """One check according to its record."""
-
-    at: str
-    station: str
-    number: int
-    verdict: str
-    is_void: bool
-    is_simulated: bool
-    who: str
-    aircraft: str
-    fingerprint: str | None
-    hash: str
-    is_altered: bool = False
-    """The record differs from what was sealed."""
-
-    @property
-    def words(self) -> UserMessage:
-        """Its verdict and what limits it."""
-        word = message(VERDICT_WORDS[verdict_named(self.verdict)])
-        if self.is_altered:
-            return message(marked("{verdict} (record ALTERED)"), verdict=word)
-        if self.is_simulated:
-            return message(SIMULATED, verdict=word)
-        return message(marked("{verdict} (void)"), verdict=word) if self.is_void else word
-
-    @property
-    def holds(self) -> bool:
-        return not self.is_void and not self.is_altered and self.verdict in (Verdict.GO.value, Verdict.READY.value)
-
-
-@dataclass(frozen=True, slots=True)
-class GuidedLine:
-    """The last result of one guided test."""
-
-    kind: str
-    verdict: str
-    at: str
-
-
 @dataclass(slots=True)
 class ModuleToday:
     """One module today. `last_at`: time of the newest fact; `unjudged`: trigger records without a judgement;
@@ -99,7 +55,7 @@ class ModuleToday:
     trigger_records: int = 0
     unjudged: int = 0
     since_repack: int | None = None
-    tests: list[GuidedLine] = field(default_factory=list)
+    tests: list[StoredTest] = field(default_factory=list)
     due: list[Due] = field(default_factory=list)
 
     @property
@@ -120,10 +76,9 @@ def fleet_state(
         mine = {kind: about.get((state.module, kind), []) for kind in FactKind}
         everything = [fact for some in mine.values() for fact in some]
         state.last_at = max((fact.made_at for fact in everything), default="")
-        checks = [(fact, record) for fact in mine[FactKind.CHECK] if (record := record_of(fact)) is not None]
-        state.checks = len(checks)
-        last = _last_check(checks)
-        state.last_check = check_line(*last) if last is not None else None
+        state.checks = len(mine[FactKind.CHECK])
+        last = _last_check(mine[FactKind.CHECK])
+        state.last_check = line_of(last) if last is not None else None
         records = {fact.content.get("raw") for fact in mine[FactKind.TRIGGER_RECORD]}
         state.trigger_records = len(records)
         state.unjudged = len(records - _judged(mine[FactKind.JUDGEMENT]))
@@ -136,17 +91,11 @@ def fleet_state(
     return found
 
 
-def check_line(fact: Fact, record: Record) -> CheckLine:
-    def text(key: str) -> str:
-        value = record.get(key)
-        return clean(value) if isinstance(value, str) else ""
-
-    return CheckLine(
-        at=fact.made_at, station=fact.station, number=_number(record), verdict=text("verdict"),
-        is_void=record.get("void") is not None, is_simulated=record.get("is_simulated") is True, who=text("who"),
-        aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
-        is_altered=verify(record).state in (RecordState.ALTERED, RecordState.UNREADABLE),
-    )  # fmt: skip
+def line_of(fact: Fact) -> CheckLine:
+    """Of a fact `CHECK`; its record is verified."""
+    record = fact.record
+    is_altered = verify(record).state in (RecordState.ALTERED, RecordState.UNREADABLE)
+    return check_line(record, fact.made_at, station=fact.station, is_altered=is_altered)
 
 
 def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule, FactKind], list[Fact]]:
@@ -160,19 +109,12 @@ def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule,
     return found
 
 
-def _last_check(checks: Sequence[tuple[Fact, Record]]) -> tuple[Fact, Record] | None:
+def _last_check(checks: Sequence[Fact]) -> Fact | None:
     """The check with the highest number of each station, independent of its clock; of these the newest. A simulated
     check only if there is no other."""
-    real = [one for one in checks if one[1].get("is_simulated") is not True] or checks
-    last: dict[str, tuple[Fact, Record]] = {}
-    for fact, record in sorted(real, key=lambda one: _number(one[1])):
-        last[fact.station] = (fact, record)
-    return max(last.values(), key=lambda one: one[0].made_at, default=None)
-
-
-def _number(record: Record) -> int:
-    number = record.get("number")
-    return number if type(number) is int else 0
+    real = [fact for fact in checks if fact.record.get("is_simulated") is not True] or checks
+    last = {fact.station: fact for fact in sorted(real, key=lambda fact: number_of(fact.record))}
+    return max(last.values(), key=lambda fact: fact.made_at, default=None)
 
 
 def _judged(judgements: Sequence[Fact]) -> set[object]:
@@ -203,12 +145,11 @@ def _local_day(fact: Fact) -> str:
     return datetime.fromisoformat(fact.made_at).astimezone().date().isoformat()
 
 
-def _last_tests(tests: Sequence[Fact]) -> list[GuidedLine]:
-    last: dict[str, GuidedLine] = {}
-    for fact in sorted(tests, key=lambda one: (one.made_at, one.id)):
-        kind, verdict = (fact.content.get(key) for key in ("test", "verdict"))
-        if isinstance(kind, str) and isinstance(verdict, str) and fact.content.get("is_simulated") is not True:
-            last[kind] = GuidedLine(clean(kind), clean(verdict), fact.made_at)
+def _last_tests(facts: Sequence[Fact]) -> list[StoredTest]:
+    """Without those of newer versions, which nobody here could do."""
+    in_order = sorted(facts, key=lambda fact: (fact.made_at, fact.id))
+    tests = (stored_test(fact.content, fact.made_at) for fact in in_order)
+    last = {test.kind.value: test for test in tests if test is not None and not test.is_simulated}
     return [last[kind] for kind in sorted(last)]
 
 
@@ -224,13 +165,11 @@ def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int,
     if state.unjudged:
         text = marked("Unjudged trigger records: {count}.")
         due.append(Due(DueKind.TRIGGER_RECORDS, message(text, count=state.unjudged)))
-    titles = {kind.value: title for kind, title in TITLES.items()}
-    retired = {kind.value for kind in RETIRED_KINDS}
     for test in state.tests:
-        if test.kind in retired:
+        if test.kind in RETIRED_KINDS:
             continue
-        title = message(titles.get(test.kind, test.kind))
-        if test.verdict != GuidedVerdict.PASSED.value:
+        title = message(TITLES[test.kind])
+        if test.verdict is not GuidedVerdict.PASSED:
             due.append(Due(DueKind.TEST, message(marked("Guided test not passed: {test}."), test=title)))
         elif (age := age_days(test.at, now)) is None or age > test_days:
             text = marked("Guided test not within the last {days} days: {test}.")

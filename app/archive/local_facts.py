@@ -85,7 +85,10 @@ class LocalFacts:
             self.others.write_all(
                 f"INSERT INTO facts ({_COLUMNS}, digest, module, link, hash) "  # noqa: S608
                 "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
-                [(*fact.row, row_digest(fact.row), fact.module, _link(fact), fact.hash) for fact in new.values()],
+                [
+                    (*fact.row, row_digest(fact.row), fact.module, fact.record.get("hash"), fact.hash)
+                    for fact in new.values()
+                ],
             )
         return len(new)
 
@@ -195,9 +198,3 @@ def find_others(folder: Path) -> Database | None:
     except UserError as error:
         _log.warning("The archive cannot be read: %s", error)
         return None
-
-
-def _link(fact: Fact) -> str | None:
-    """The hash of a check's record."""
-    record = fact.content.get("record") if fact.kind == FactKind.CHECK.value else None
-    return str(record["hash"]) if record is not None else None

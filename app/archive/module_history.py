@@ -4,15 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.archive.chains import record_of
 from app.archive.facts import Fact
-from app.archive.fleet_state import SIMULATED, check_line
+from app.archive.fleet_state import line_of
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, decided_by, decision_text, module_of_fact, settlement_of
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.service import service_of
-from app.records.check_store import measured_in
+from app.records.check_store import SIMULATED, measured_in
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY
@@ -83,8 +82,7 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
     found.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
     values: dict[str, list[ValuePoint]] = {}
     for fact in found:
-        record = record_of(fact) if fact.kind == FactKind.CHECK.value else None
-        for name, value in measured_in(record or {}).items():
+        for name, value in measured_in(fact.record).items():
             values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
     points = {name: tuple(some) for name, some in sorted(values.items())}
     return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts)) for fact in found), points)
@@ -113,7 +111,7 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
             listed = joined([_setting(key, value) for key, value in settings])
             return message(marked("Settings: {settings}."), settings=listed)
         case FactKind.CHECK:
-            line = check_line(fact, record_of(fact) or {})
+            line = line_of(fact)
             who = UserMessage(line.who) if line.who else message(marked("not named"))
             text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
             return message(text, number=line.number, verdict=line.words, who=who)

@@ -88,6 +88,42 @@ class GuidedResult:
         return GuidedVerdict.PASSED if found == {GuidedVerdict.PASSED} else GuidedVerdict.UNCLEAR
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredTest:
+    """A result that was kept. `at`: ISO 8601; `measured`: as `MeasuredValue.plain` gives it."""
+
+    kind: GuidedKind
+    verdict: GuidedVerdict
+    at: str
+    who: str
+    is_simulated: bool = False
+    measured: tuple[Mapping[str, object], ...] = ()
+
+    def plain(self) -> dict[str, object]:
+        """For a record."""
+        return {
+            "test": self.kind.value,
+            "verdict": self.verdict.value,
+            "at": self.at,
+            "who": self.who,
+            "is_simulated": self.is_simulated,
+            "measured": [dict(one) for one in self.measured],
+        }
+
+
+def stored_test(plain: Mapping[str, object], at: str) -> StoredTest | None:
+    """A result in a fact or a record, which is untrusted; None for a test that this version does not know. A verdict
+    that it does not know is unclear."""
+    kind = next((one for one in GuidedKind if one.value == plain.get("test")), None)
+    verdict = next((one for one in GuidedVerdict if one.value == plain.get("verdict")), GuidedVerdict.UNCLEAR)
+    if kind is None:
+        return None
+    measured = plain.get("measured")
+    rows = tuple(row for row in measured if isinstance(row, Mapping)) if isinstance(measured, list) else ()
+    return StoredTest(kind=kind, verdict=verdict, at=at, who=str(plain.get("who") or ""),
+                      is_simulated=plain.get("is_simulated") is True, measured=rows)  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True)
 class BrokenOff:
     """A test that was not completed: it does not count and is not kept."""

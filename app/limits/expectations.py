@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from protocol.fields import Value
 
 if TYPE_CHECKING:  # reading loads none of it
-    from app.guided.kept_test import StoredTest
-    from app.guided.results import GuidedKind
+    from app.guided.results import GuidedKind, StoredTest
     from app.limits.service import DueService
 
 

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.limits.expectations import LastAnswer, Past
-from app.preflight.verdict import Verdict
+from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.store.database import Database
 from app.store.facts import FactKind, Facts, Kept, utc_time
-from app.text.messages import clean
+from app.text.messages import UserMessage, clean, message
 from app.trigger_records.history import Judgement, merge
 from protocol.catalogue import MAX_RECORDS
+from protocol.translatable import marked
 
 MAX_NOTE_LENGTH = 2000
 _LARGEST = 2**62
@@ -33,7 +34,7 @@ MEASURED = {
 }
 """Checks whose measured value is kept over time, with the name of the value."""
 
-_HOLDS = (Verdict.GO.value, Verdict.READY.value)
+SIMULATED = marked("{verdict} (simulated)")
 
 
 MakeRecord = Callable[[int, str | None], Record]
@@ -63,21 +64,38 @@ class Visit:
 
 
 @dataclass(frozen=True, slots=True)
-class StoredCheck:
-    """One line of the list of checks."""
+class CheckLine:
+    """One check according to its record. `at`: ISO 8601 in UTC; `station`: where it was made, "" here."""
 
-    id: int
+    at: str
     module: str | None
     number: int
-    at: str
-    aircraft: str
-    who: str
     verdict: str
     is_void: bool
+    is_simulated: bool
+    who: str
+    aircraft: str
     fingerprint: str | None
     hash: str
     measured: Mapping[str, float]
     """See `MEASURED`."""
+    station: str = ""
+    is_altered: bool = False
+    """The record differs from what was sealed, where that was looked at."""
+
+    @property
+    def words(self) -> UserMessage:
+        """Its verdict and what limits it."""
+        word = message(VERDICT_WORDS[verdict_named(self.verdict)])
+        if self.is_altered:
+            return message(marked("{verdict} (record ALTERED)"), verdict=word)
+        if self.is_simulated:
+            return message(SIMULATED, verdict=word)
+        return message(marked("{verdict} (void)"), verdict=word) if self.is_void else word
+
+    @property
+    def holds(self) -> bool:
+        return not self.is_void and not self.is_altered and self.verdict in (Verdict.GO.value, Verdict.READY.value)
 
 
 class CheckStore:
@@ -178,7 +196,7 @@ class CheckStore:
         if module is None:
             return Past(module=module)
         booted = self._facts.last_visit(module, "boot_count")
-        go = next((one for one in self.checks(module) if not one.is_void and one.verdict in _HOLDS), None)
+        go = next((one for one in self.checks(module) if one.holds), None)
         last, last_slots, known = self._last(module)
         merged = None
         if slots is not None and last is not None:
@@ -210,13 +228,14 @@ class CheckStore:
             return record
 
     def checks(self, module: str | None = None, *, aircraft: str | None = None,
-               limit: int = _LISTED) -> tuple[StoredCheck, ...]:  # fmt: skip
+               limit: int = _LISTED) -> tuple[CheckLine, ...]:  # fmt: skip
         """Newest first, of one module (None: modules without a name) or of one aircraft. Takes up to a millisecond for
         each: not for the window's thread."""
         where, value = (f"{_of_record('aircraft')} = ?", aircraft) if aircraft is not None else ("module IS ?", module)
         facts = self._facts.select(FactKind.CHECK, f"AND {where} ORDER BY number DESC LIMIT ?", (value, limit),
                                    payload="json_remove(payload, '$.record.frames')")  # fmt: skip
-        return tuple(check for check in map(_stored_check, facts) if check is not None)
+        lines = (check_line(record_of(fact.content), fact.at) for fact in facts)
+        return tuple(line for line in lines if line.hash and line.verdict)
 
     def aircraft(self) -> tuple[str, ...]:
         """Those of the last checks of all modules, the last checked first. Not for the window's thread."""
@@ -227,8 +246,7 @@ class CheckStore:
     def record(self, hash_: str) -> Record | None:
         """The record with this hash; None where there is none."""
         found = self._facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),))
-        value = found[0].content.get("record") if found else None
-        return value if isinstance(value, dict) else None
+        return record_of(found[0].content) or None if found else None
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
         """Hash of another record with the same number in the same chain. Each station has its own chains."""
@@ -260,17 +278,30 @@ def _seen(fact: Kept, judged: Mapping[str, Any]) -> SeenRecord:
                       str(judged.get("note", "")))  # fmt: skip
 
 
-def _stored_check(fact: Kept) -> StoredCheck | None:
-    """None for a record that this version cannot read."""
-    record: Any = fact.content.get("record")
-    try:
-        return StoredCheck(
-            id=fact.number, module=fact.content["module"], is_void=record["void"] is not None,
-            measured=measured_in(record),
-            **{name: record[name] for name in ("number", "at", "aircraft", "who", "verdict", "fingerprint", "hash")},
-        )  # fmt: skip
-    except (KeyError, TypeError):
-        return None
+def record_of(content: Mapping[str, Any]) -> Record:
+    """The record in a fact, empty where there is none."""
+    record = content.get("record")
+    return record if isinstance(record, dict) else {}
+
+
+def check_line(record: Record, at: str, *, station: str = "", is_altered: bool = False) -> CheckLine:
+    """Of any record; what is not in it, or is none of its kind, is empty or 0."""
+
+    def text(key: str) -> str:
+        value = record.get(key)
+        return clean(value) if isinstance(value, str) else ""
+
+    return CheckLine(
+        at=at, module=text("module") or None, number=number_of(record), verdict=text("verdict"),
+        is_void=record.get("void") is not None, is_simulated=record.get("is_simulated") is True, who=text("who"),
+        aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
+        measured=measured_in(record), station=station, is_altered=is_altered,
+    )  # fmt: skip
+
+
+def number_of(record: Record) -> int:
+    number = record.get("number")
+    return number if type(number) is int else 0
 
 
 def measured_in(record: Mapping[str, object]) -> dict[str, float]:

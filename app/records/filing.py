@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from app.guided.guided_store import GuidedStore
+from app.guided.guided_store import last_tests
 from app.guided.results import RETIRED_KINDS, GuidedKind
 from app.limits.expectations import LastTested, Past
 from app.limits.service import DueService, due_services
@@ -129,7 +129,7 @@ def service_due(store: Store, name: str, at: datetime) -> list[DueService]:
 
 def _tests(store: Store, name: str, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
     """The last guided tests; those of a simulated module never count for a real one."""
-    last = GuidedStore(store.database).last(name, counts_simulated=is_simulated(evidence.port))
+    last = last_tests(store.facts, name, counts_simulated=is_simulated(evidence.port))
     return {kind: LastTested(kept, age_days(kept.at, at)) for kind, kept in last.items() if kind not in RETIRED_KINDS}
 
 

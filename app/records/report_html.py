@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import zip_longest
 
-from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict, StoredTest, stored_test
 from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
@@ -182,32 +182,27 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
 def _tests(record: Record) -> str:
     """The last guided tests at the time of the check."""
     tests = [one for one in list_in(record, "tests") if isinstance(one, Mapping)][: len(GuidedKind)]
-    rows = [row for one in tests if (row := _test_row(one))]
+    rows = [_test_row(test) for one in tests if (test := stored_test(one, str(one.get("at")))) is not None]
     if not rows:
         return ""
     return _table([_title(tr("Guided tests"), 4), *rows])
 
 
-def _test_row(one: Mapping[str, object]) -> str:
-    try:
-        verdict, kind = GuidedVerdict(one.get("verdict")), GuidedKind(one.get("test"))
-    except ValueError:
-        return ""
-    mark, colour = _TEST_MARKS[verdict]
-    who = str(one.get("who") or "—")
-    when = f"{str(one.get('at'))[:10]}, {who}"
-    if one.get("is_simulated") is True:
+def _test_row(test: StoredTest) -> str:
+    mark, colour = _TEST_MARKS[test.verdict]
+    when = f"{test.at[:10]}, {test.who or '—'}"
+    if test.is_simulated:
         when = f"{when}, {tr('simulated')}"
-    measured = one.get("measured")
-    values = [_measured_text(row) for row in measured if isinstance(row, Mapping)] if isinstance(measured, list) else []
+    word, title = tr(VERDICT_WORDS[test.verdict]), tr(TITLES[test.kind])
+    values = [_measured_text(row) for row in test.measured[:10]]
     return (
-        f'<tr><td width="13%" style="color:{colour}"><b>{mark}&nbsp;{_escaped(tr(VERDICT_WORDS[verdict]))}</b></td>'
-        f'<td width="17%">{_escaped(tr(TITLES[kind]))}</td><td width="20%">{_cell(when, longest=_LONGEST_ITEM)}</td>'
-        f"<td><small>{_escaped('; '.join(values[:10]))}</small></td></tr>"
+        f'<tr><td width="13%" style="color:{colour}"><b>{mark}&nbsp;{_escaped(word)}</b></td>'
+        f'<td width="17%">{_escaped(title)}</td><td width="20%">{_cell(when, longest=_LONGEST_ITEM)}</td>'
+        f"<td><small>{_escaped('; '.join(values))}</small></td></tr>"
     )
 
 
-def _measured_text(row: Mapping[object, object]) -> str:
+def _measured_text(row: Mapping[str, object]) -> str:
     name, shown, tolerance = (message_from_json(row.get(key)).translated() for key in ("name", "shown", "tolerance"))
     return f"{name}: {shown}{in_brackets(tolerance)}"
 

@@ -19,7 +19,9 @@ from app.settings.profiles import (
     MAX_NAME_LENGTH,
     MAX_NOTES_LENGTH,
     MAX_TEST_DAYS,
+    OWN_KEYS,
     SETTINGS_BY_KEY,
+    TABLES,
     ActivatedBy,
     ManualLine,
     Profile,
@@ -37,23 +39,8 @@ LARGEST_BYTES = 128 * 1024
 MAX_ERRORS = 20
 MAX_DOTS = 200
 """Dots in a key: `tomllib` takes half a minute for a key of ten thousand parts."""
-_KEYS = frozenset(
-    (
-        "format",
-        "name",
-        "airframe",
-        "notes",
-        "settings",
-        "limits",
-        "manual",
-        "approved_fingerprint",
-        "light_inverted",
-        "service_required",
-        "expectations",
-        "tests",
-        "expect_active",  # of older files
-    )
-)
+_KEYS = frozenset(("format", "manual", *OWN_KEYS, *TABLES, *SETTINGS_BY_KEY, "expect_active"))
+"""The last is of older files."""
 _SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
 _TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 """Characters that reverse the direction of the text after them, which could make a name mislead."""
@@ -198,7 +185,7 @@ class _Reader:
 
     def profile(self, tables: dict[str, Any]) -> Profile:
         for key in tables:
-            if key not in _KEYS and key not in SETTINGS_BY_KEY:
+            if key not in _KEYS:
                 self._refuse_unknown(key)
         if tables.get("format", FORMAT) != FORMAT or isinstance(tables.get("format"), bool):
             self._expect(("format",), "1")

@@ -7,10 +7,7 @@ import tomlkit
 from tomlkit.container import Container
 from tomlkit.items import AoT, Item, Table
 
-from app.settings.profiles import FORMAT, LIMITS, SETTINGS_BY_KEY, ActivatedBy, Profile
-
-_TABLES = ("settings", "expectations", "limits", "tests")
-_OWN_KEYS = ("name", "airframe", "notes", "approved_fingerprint", "light_inverted", "service_required")
+from app.settings.profiles import FORMAT, LIMITS, OWN_KEYS, SETTINGS_BY_KEY, TABLES, ActivatedBy, Profile
 
 
 def toml_of(profile: Profile, source: str = "") -> str:
@@ -20,11 +17,11 @@ def toml_of(profile: Profile, source: str = "") -> str:
     settings = wanted["settings"]
     # A person may have written settings outside of their table.
     outside = {key: settings.pop(key) for key in SETTINGS_BY_KEY if key in document and key in settings}
-    own = {key: wanted[key] for key in _OWN_KEYS if key in wanted}
+    own = {key: wanted[key] for key in OWN_KEYS if key in wanted}
     if not source:
         document["format"], document["settings"] = FORMAT, tomlkit.table()  # by which others know a profile
-    _change(document, own | outside, (*_OWN_KEYS, *SETTINGS_BY_KEY))
-    for name in _TABLES:
+    _change(document, own | outside, (*OWN_KEYS, *SETTINGS_BY_KEY))
+    for name in TABLES:
         if name not in document and wanted[name]:
             document[name] = tomlkit.table()
         table = document.get(name)

@@ -46,6 +46,10 @@ MAX_NOTES_LENGTH = 8_000
 MAX_ITEMS = 40
 MAX_TEST_DAYS = 3650
 
+OWN_KEYS = ("name", "airframe", "notes", "approved_fingerprint", "light_inverted", "service_required")
+TABLES = ("settings", "expectations", "limits", "tests")
+"""Of a file, beside "format" and "manual"."""
+
 SETTINGS_BY_KEY: Mapping[str, Command] = MappingProxyType({command.key: command for command in SETTINGS})
 
 

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from app.engine.identity import IdentityEvidence
 from app.engine.snapshots import Snapshot, restorable
@@ -45,12 +45,6 @@ class AuditEntry:
     settled_at: str | None
     outcome: Outcome
     result: Mapping[str, object]
-
-
-class StreamLeftOn(NamedTuple):
-    """The program switched a stream on, and the module has not confirmed "off"; `boot_count` where it is known."""
-
-    boot_count: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,10 +130,9 @@ class Store:
     def clear_stream_on(self, adapter: str) -> None:
         self.facts.set_state(f"stream:{adapter}", None)
 
-    def stream_left_on(self, adapter: str) -> StreamLeftOn | None:
+    def stream_left_on(self, adapter: str) -> Mapping[str, Any] | None:
         """What `note_stream_on` stored; None once it is cleared."""
-        state = self.facts.state(f"stream:{adapter}")
-        return None if state is None else StreamLeftOn(state.get("boot_count"))
+        return self.facts.state(f"stream:{adapter}")
 
     # Snapshots
 

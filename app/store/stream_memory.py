@@ -49,7 +49,7 @@ class StoredStreamMemory(StreamMemory):
             _log.warning("Whether a stream was left on cannot be read: %s", error)
             return
         self.was_left_on = left_on is not None
-        self.boot_count = None if left_on is None else left_on.boot_count
+        self.boot_count = None if left_on is None else left_on.get("boot_count")
 
     def note_on(self, boot_count: int | None) -> Future[None]:
         return self._store.queue.submit(lambda: self._write(partial(self._store.note_stream_on, boot_count=boot_count)))

@@ -4,9 +4,10 @@ import argparse
 from collections.abc import Iterable
 from datetime import UTC, datetime
 
-from app.archive.fleet_state import CheckLine, ModuleToday, fleet_state
+from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import ModuleHistory, module_history
 from app.cli.archive.opened import member_json, opened_archive, shown_station
+from app.records.check_store import CheckLine
 from app.terminal import console
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
@@ -84,7 +85,7 @@ def state_json(state: ModuleToday) -> dict[str, object]:
         "trigger_records": state.trigger_records,
         "not_judged": state.unjudged,
         "since_repack": state.since_repack,
-        "tests": [{"test": one.kind, "verdict": one.verdict, "at": one.at} for one in state.tests],
+        "tests": [{"test": one.kind.value, "verdict": one.verdict.value, "at": one.at} for one in state.tests],
         "due": [{"kind": one.kind.value, "text": one.text.in_english()} for one in state.due],
     }
 

@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from app.guided.guided_store import GuidedStore
-from app.guided.kept_test import StoredTest
-from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.guided.guided_store import keep_test, last_tests
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
 from app.limits.expectations import LastTested, Past
 from app.preflight.evidence import FrameLog
 from app.preflight.findings import Case, CheckResult, Person
@@ -47,13 +46,19 @@ def store(tmp_path: Path) -> Iterator[Store]:
 def add(
     store: Store, kind: GuidedKind, verdict: GuidedVerdict = PASSED, *, module: str = "M-07", sim: bool = False
 ) -> None:
-    GuidedStore(store.database).add(
-        result(kind, verdict), module=module or None, adapter="usb", who="Li", is_simulated=sim, program="1"
+    keep_test(
+        store.facts,
+        result(kind, verdict),
+        module=module or None,
+        adapter="usb",
+        who="Li",
+        is_simulated=sim,
+        program="1",
     )
 
 
 def last(store: Store, *, sim: bool = False) -> dict[GuidedKind, GuidedVerdict]:
-    found = GuidedStore(store.database).last("M-07", counts_simulated=sim)
+    found = last_tests(store.facts, "M-07", counts_simulated=sim)
     return {kind: one.verdict for kind, one in found.items()}
 
 
@@ -64,7 +69,7 @@ def test_the_newest_result_of_each_test_counts(store: Store) -> None:
     add(store, GuidedKind.ZERO, module="M-08")
     add(store, GuidedKind.LINK, module="")
     assert last(store) == {GuidedKind.TILT: FAILED, GuidedKind.BAY: UNCLEAR}
-    assert GuidedStore(store.database).last(None, counts_simulated=True) == {}
+    assert last_tests(store.facts, None, counts_simulated=True) == {}
 
 
 def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:

@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from app.engine.device import StatusSample
-from app.guided.kept_test import StoredTest
-from app.guided.results import GuidedKind, GuidedVerdict
+from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.limits.expectations import LastAnswer, LastTested, Past
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.service import DueService

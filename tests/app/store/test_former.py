@@ -11,14 +11,14 @@ import pytest
 
 from app.archive.archive import Archive, open_archive
 from app.archive.chains import chains_in
-from app.guided.guided_store import GuidedStore
+from app.guided.guided_store import last_tests
 from app.guided.results import GuidedKind, GuidedVerdict
 from app.records.check_store import CheckStore
 from app.records.record import hash_of
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.database import FILE_NAME, StoreTrouble
-from app.store.facts import FactKind
+from app.store.facts import FactKind, utc_time
 from app.store.left_active import left_active
 from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
@@ -54,7 +54,7 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
     def rows(query: str) -> list[Any]:
         return former.execute(query).fetchall()
 
-    checks, guided = CheckStore(store.database), GuidedStore(store.database)
+    checks = CheckStore(store.database)
     modules = rows("SELECT name, adapter, first_seen_at FROM modules ORDER BY last_seen_at DESC")
     assert [(module.name, module.adapter, module.first_seen_at) for module in store.modules()] == modules
     for name, *_ in modules:
@@ -67,9 +67,10 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
                 f"SELECT place, raw, first_seen_at, judgement, note FROM trigger_records {of_module} ORDER BY place"
             )
         ]
-        assert [(check.number, check.hash, check.verdict, check.at) for check in checks.checks(name)] == rows(
-            f"SELECT number, hash, verdict, at FROM preflight_checks {of_module} ORDER BY id DESC"
-        )
+        assert [(check.number, check.hash, check.verdict, check.at) for check in checks.checks(name)] == [
+            (*row, utc_time(at))
+            for *row, at in rows(f"SELECT number, hash, verdict, at FROM preflight_checks {of_module} ORDER BY id DESC")
+        ]
         for value in ("light_v", "cell_voltage_v"):
             assert [check.measured[value] for check in reversed(checks.checks(name)) if value in check.measured] == [
                 row[0] for row in rows(f"SELECT value FROM measured_values JOIN preflight_checks c ON c.id = check_id "
@@ -82,7 +83,7 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
     assert len(store.facts.select(FactKind.VISIT)) == rows("SELECT count(*) FROM visits")[0][0]
     assert [fact.content["settings"] for fact in store.facts.select(FactKind.SNAPSHOT)][-1] == {"freefall_time_s": 1.6}
     assert store.evidence("M-07").boot_count == 37
-    tests = guided.last("M-07", counts_simulated=True)
+    tests = last_tests(store.facts, "M-07", counts_simulated=True)
     assert {kind: test.verdict for kind, test in tests.items()} == {
         GuidedKind.TILT: GuidedVerdict.PASSED, GuidedKind.BAY: GuidedVerdict.FAILED,
     }  # fmt: skip
@@ -93,7 +94,7 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
     assert len(store.facts.select(FactKind.BAUD)) == 2
     stream = store.stream_left_on("usb 9")
     assert stream is not None
-    assert (stream.boot_count, store.stream_left_on("other")) == (4, None)
+    assert (stream["boot_count"], store.stream_left_on("other")) == (4, None)
     assert store.facts.faults() == []
     with closing(sqlite3.connect(folder / "dps-s.version-8.sqlite")) as kept_file:
         assert kept_file.execute("SELECT * FROM audit").fetchall() == rows("SELECT * FROM audit")

@@ -10,7 +10,7 @@ from pathlib import Path
 from app import version
 from app.archive.local_facts import LocalFacts, open_facts
 from app.engine.snapshots import Snapshot
-from app.guided.guided_store import GuidedStore
+from app.guided.guided_store import keep_test
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.records.check_store import CheckStore
 from app.records.record import Record, RecordContext, seal
@@ -73,8 +73,14 @@ class ArchiveStation:
     def test(self, module: str, verdict: GuidedVerdict = GuidedVerdict.PASSED) -> None:
         text = UserMessage("x")
         result = GuidedResult(GuidedKind.TILT, (MeasuredValue(text, text, text, verdict, 61.0),))
-        GuidedStore(self.store.database).add(
-            result, module=self.meet(module), adapter="usb 1", who="Li", is_simulated=False, program=version()
+        keep_test(
+            self.store.facts,
+            result,
+            module=self.meet(module),
+            adapter="usb 1",
+            who="Li",
+            is_simulated=False,
+            program=version(),
         )
 
     def act(self, module: str = "", *, is_settled: bool = True) -> None:

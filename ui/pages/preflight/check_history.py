@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
-from app.records.check_store import CheckStore, StoredCheck
+from app.records.check_store import CheckLine, CheckStore
 from app.stations.known import KnownStation, Stations
 from app.store.database import StoreTrouble
 from app.store.store import Store
@@ -124,25 +124,25 @@ _STYLES: Final = {
 _VOID_LOOK: Final = (Icon.CROSS, Meaning.UNKNOWN)
 
 
-def _verdict(check: StoredCheck) -> str:
+def _verdict(check: CheckLine) -> str:
     return tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
 
 
-def _verdict_icon(check: StoredCheck) -> QIcon:
+def _verdict_icon(check: CheckLine) -> QIcon:
     return icon(*_VOID_LOOK if check.is_void else _STYLES[verdict_named(check.verdict)])
 
 
 _COLUMNS: Final = (
-    TableColumn[StoredCheck](marked("When"), lambda check: local_time(check.at)),
-    TableColumn[StoredCheck](marked("Verdict"), _verdict, picture=_verdict_icon),
-    TableColumn[StoredCheck](marked("Module"), lambda check: check.module or "—", stretches=True),
-    TableColumn[StoredCheck](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True),
-    TableColumn[StoredCheck](marked("Checked by"), lambda check: check.who or "—", stretches=True),
-    TableColumn[StoredCheck](marked("Settings code"), lambda check: check.fingerprint or "—"),
+    TableColumn[CheckLine](marked("When"), lambda check: local_time(check.at)),
+    TableColumn[CheckLine](marked("Verdict"), _verdict, picture=_verdict_icon),
+    TableColumn[CheckLine](marked("Module"), lambda check: check.module or "—", stretches=True),
+    TableColumn[CheckLine](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True),
+    TableColumn[CheckLine](marked("Checked by"), lambda check: check.who or "—", stretches=True),
+    TableColumn[CheckLine](marked("Settings code"), lambda check: check.fingerprint or "—"),
 )
 
 
-def _row_sentence(check: StoredCheck) -> str:
+def _row_sentence(check: CheckLine) -> str:
     return " · ".join(column.text(check) for column in _COLUMNS)
 
 
@@ -156,14 +156,14 @@ class CheckHistory(QWidget):
         super().__init__()
         self.setObjectName("check_history")
         self._services = services
-        self.checks: tuple[StoredCheck, ...] = ()
+        self.checks: tuple[CheckLine, ...] = ()
         self._loading: BackgroundTask[Any] = BackgroundTask("dps-s past checks", self)
         texts = services.texts
         self.filter = control(QComboBox(), texts, "check_history_filter", says="Past checks")
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
-        self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.id,
+        self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.hash,
                                _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
         self.trends = {one.name: Trend(f"trend_{one.name}") for one in TRENDED}
         self.back = control(QPushButton(), texts, "check_history_back", "Back",
@@ -218,7 +218,7 @@ class CheckHistory(QWidget):
         self._show(())
         self.count.setText(error.sentence)
 
-    def _show(self, checks: Sequence[StoredCheck]) -> None:
+    def _show(self, checks: Sequence[CheckLine]) -> None:
         self.checks = tuple(checks)
         self.count.setText(tr("Checks: {count}", count=len(checks)))
         self.table.show_rows(self.checks)
@@ -235,7 +235,7 @@ class CheckHistory(QWidget):
         chosen = self._chosen()
         self.print.setEnabled(chosen is not None and not chosen.is_void)
 
-    def _chosen(self) -> StoredCheck | None:
+    def _chosen(self) -> CheckLine | None:
         return next(iter(self.table.chosen()), None)
 
     def _print(self) -> None:

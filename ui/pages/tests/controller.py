@@ -18,9 +18,8 @@ from app.engine.procedure import Cancelled, PortLost, Report, Slept
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Job
 from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest, measure, prepare
-from app.guided.guided_store import GuidedStore
-from app.guided.kept_test import StoredTest
-from app.guided.results import BrokenOff, GuidedKind, GuidedResult
+from app.guided.guided_store import keep_test, last_tests
+from app.guided.results import BrokenOff, GuidedKind, GuidedResult, StoredTest
 from app.guided.status_watch import GuidedSetup, PersonSteps
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
@@ -318,12 +317,12 @@ def _why(error: BaseException) -> str:
 
 
 def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
-    return GuidedStore(store.database).last(name or None, counts_simulated=counts_simulated)
+    return last_tests(store.facts, name or None, counts_simulated=counts_simulated)
 
 
 def _store(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
     if name:
         store.register_module(name)
-    return GuidedStore(store.database).add(
-        result, module=name or None, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
+    return keep_test(
+        store.facts, result, module=name or None, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
     )

@@ -10,8 +10,15 @@ from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QFontMetricsF, 
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
-from app.guided.kept_test import StoredTest
-from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.guided.results import (
+    VERDICT_WORDS,
+    BrokenOff,
+    GuidedKind,
+    GuidedResult,
+    GuidedVerdict,
+    MeasuredValue,
+    StoredTest,
+)
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import capitalised, join_names
