@@ -20,7 +20,7 @@ import pytest
 from hypothesis import settings
 from pytestqt.qtbot import QtBot
 
-from app.simulator.quirks import EmptySlots, Quirks
+from app.simulator.setup import EmptySlots, Setup
 from app.text import i18n
 from tests.support import archive_server, x_server
 from tests.support.patience import PATIENCE_S
@@ -43,7 +43,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 # The simulated module is silent to the query for its records where it has none, as the vendor leaves it open (E7).
 # What that means is held by tests that say so; all others are about a module that answers with empty slots.
-vars(Quirks)["__init__"].__kwdefaults__["empty_slots"] = EmptySlots.ZEROS
+vars(Setup)["__init__"].__kwdefaults__["empty_slots"] = EmptySlots.ZEROS
 
 # What a test waits for comes late on a busy machine.
 for wait in QtBot.waitUntil, QtBot.waitSignal:

@@ -9,11 +9,11 @@ from types import FrameType
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import OPTIONS, Option, default_text, parse_value, setup_from
-from app.simulator.quirks import Group
+from app.simulator.options import OPTIONS, Option, default_text, parse_value
 from app.simulator.servers.endpoint import Endpoint, Loop, print_error
 from app.simulator.servers.pty_server import PtyEndpoint
 from app.simulator.servers.tcp_server import TcpEndpoint
+from app.simulator.setup import Group, Setup
 from app.terminal import console
 from app.terminal.arguments import expected
 from app.text.i18n import tr
@@ -74,7 +74,7 @@ def _tcp_address(text: str) -> tuple[str, int]:
 def run(args: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM. Exit code 0; 2 for wrong usage; 3 if the port cannot be made."""
     values = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
-    bench = SimulatedBench(setup_from(values))
+    bench = SimulatedBench(Setup(**values))
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from app.simulator.hardware import Hardware
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
-from app.simulator.quirks import Acknowledge, BaudChange, Delivery, EmptySlots, Quirks, Streaming
+from app.simulator.setup import Acknowledge, BaudChange, Delivery, EmptySlots, Setup, Streaming
 from protocol.catalogue import BY_NAME, FLAG, HEARTBEAT_REPLY, INVERTED, MAX_RECORDS, Command, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
@@ -40,13 +40,13 @@ def clamped(command: Command, raw: int) -> int:
     return min(max(raw, allowed.start), allowed.stop - 1)
 
 
-def store_setting(command: Command, wanted: int, old: int, quirks: Quirks) -> StoredSetting:
+def store_setting(command: Command, wanted: int, old: int, setup: Setup) -> StoredSetting:
     """The outcome of a set of `command` from `old` to `wanted` (bytes)."""
-    by_one = quirks.ack is Acknowledge.ONE and command.acknowledged_by_one
-    if quirks.refuses and wanted != old:
+    by_one = setup.ack is Acknowledge.ONE and command.acknowledged_by_one
+    if setup.refuses and wanted != old:
         return StoredSetting(old, FAILED if by_one else old)
-    value = clamped(command, wanted) if quirks.clamps else wanted
-    return StoredSetting(value if quirks.keeps else old, ACCEPTED if by_one else value)
+    value = clamped(command, wanted) if setup.clamps else wanted
+    return StoredSetting(value if setup.keeps else old, ACCEPTED if by_one else value)
 
 
 def answer(module: Hardware, request: Request, now_s: float) -> None:
@@ -74,7 +74,7 @@ def _setting(attribute: str) -> Answer:
     def ask_or_set(module: Hardware, request: Request, now_s: float) -> None:
         value: int = getattr(module.memory, attribute)
         if request.is_set:
-            kept = store_setting(request.command, request.data, value, module.quirks)
+            kept = store_setting(request.command, request.data, value, module.setup)
             setattr(module.memory, attribute, kept.value)
             value = kept.acknowledgement
         reply(module, request.command.code, value, now_s)
@@ -89,14 +89,14 @@ def _flag(attribute: str, field: Flag) -> Answer:
         kept = _set_flag(module, request, attribute, field)
         code = request.command.code
         # E4: the table prints the acknowledgement of 17 with code 16.
-        reply(module, module.quirks.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
+        reply(module, module.setup.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
 
     return set_flag
 
 
 def _set_flag(module: Hardware, request: Request, attribute: str, field: Flag) -> StoredSetting:
     old = field.encode(getattr(module.state, attribute))
-    kept = store_setting(request.command, request.data, old, module.quirks)
+    kept = store_setting(request.command, request.data, old, module.setup)
     setattr(module.state, attribute, kept.value == field.true)
     return kept
 
@@ -106,7 +106,7 @@ def _heartbeat(module: Hardware, _request: Request, now_s: float) -> None:
 
 
 def _activation(module: Hardware, request: Request, now_s: float) -> None:
-    kept = store_setting(request.command, request.data, int(module.state.is_active), module.quirks)
+    kept = store_setting(request.command, request.data, int(module.state.is_active), module.setup)
     module.activate(is_active=kept.value == FLAG.true)
     reply(module, request.command.code, kept.acknowledgement, now_s)
 
@@ -128,7 +128,7 @@ def _shutdown(module: Hardware, request: Request, now_s: float) -> None:
 
 
 def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
-    how = module.quirks.stream
+    how = module.setup.stream
     if how is Streaming.SILENT:
         return
     kept = _set_flag(module, request, "serial_output_is_on", FLAG)
@@ -140,9 +140,9 @@ def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
 
 
 def _baud_rate(module: Hardware, request: Request, now_s: float) -> None:
-    kept = store_setting(request.command, request.data, module.memory.baud_code, module.quirks)
+    kept = store_setting(request.command, request.data, module.memory.baud_code, module.setup)
     module.memory.baud_code = kept.value
-    how = module.quirks.baud_ack
+    how = module.setup.baud_ack
     if how is BaudChange.NEW:
         module.baud_rate = module.memory.baud_rate
     reply(module, request.command.code, kept.acknowledgement, now_s)
@@ -151,7 +151,7 @@ def _baud_rate(module: Hardware, request: Request, now_s: float) -> None:
 
 
 def _zero(module: Hardware, request: Request, now_s: float) -> None:
-    if module.quirks.keeps:
+    if module.setup.keeps:
         module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
     reply(module, request.command.code, ACCEPTED, now_s)
 
@@ -163,22 +163,22 @@ def _status(module: Hardware, _request: Request, now_s: float) -> None:
 
 def _cell_voltage(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
-    reply(module, module.quirks.voltage_code, module.voltage(now_s), now_s)
+    reply(module, module.setup.voltage_code, module.voltage(now_s), now_s)
 
 
 def _trigger_records(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
     frames = [record_frame(data) for data in module.memory.records]
-    fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.quirks.empty_slots)
+    fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.setup.empty_slots)
     if fill is not None:
         frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (MAX_RECORDS - len(frames))
     together = b"".join(frames)
-    delivery = module.quirks.records
+    delivery = module.setup.records
     if delivery is Delivery.PIECES:
         frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
     elif delivery is Delivery.TOGETHER:
         frames = [together] if together else []
-    gap_s = module.quirks.record_gap_ms / 1000
+    gap_s = module.setup.record_gap_ms / 1000
     for position, frame in enumerate(frames):
         module.send(frame, now_s + position * gap_s)
     if delivery is Delivery.PIECES and frames:

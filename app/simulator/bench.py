@@ -7,15 +7,14 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
-from app.simulator.options import Setup, fields_of, setup_from
 from app.simulator.physics import Physics
-from app.simulator.quirks import Quirks
-from app.simulator.wire import Faults, Wire
+from app.simulator.setup import Group, Setup
+from app.simulator.wire import Wire
 from protocol.catalogue import BAUD
 from protocol.messages import Source
 
@@ -43,9 +42,7 @@ class BenchState:
     record_count: int
     baud_rate: int
     """Present rate of the module's line."""
-    rate_hz: float
-    values: Mapping[str, Any]
-    """Quirks and line faults, by option name."""
+    setup: Setup
 
 
 class SimulatedBench:
@@ -67,10 +64,10 @@ class SimulatedBench:
         )  # fmt: skip
         # Powering on counts one boot; the option is what is read afterwards.
         memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
-        invent_records(memory, setup.history, seed=setup.seed, has_odd_voltage=setup.quirks.odd_voltage)
+        invent_records(memory, setup.history, seed=setup.seed, has_odd_voltage=setup.odd_voltage)
         memory.boot_count = (setup.boots - 1) & 0xFF
-        self.module = kind(self.world, setup.quirks, memory=memory, rate_hz=setup.rate)
-        self.wire = Wire(self.module, setup.faults, seed=setup.seed)
+        self.module = kind(self.world, setup, memory=memory)
+        self.wire = Wire(self.module)
         self.plug_number = 1
         """How often it was plugged in; a port that was opened under an earlier number is dead."""
         self.last_options: Mapping[str, Any] = {}
@@ -181,29 +178,23 @@ class SimulatedBench:
     def change(self, **values: Any) -> None:
         """Set quirks, line faults and `rate`, by option name."""
         with self._act():
-            self.module.quirks = replace(self.module.quirks, **fields_of(values, Quirks))
-            self.wire.faults = replace(self.wire.faults, **fields_of(values, Faults))
-            if "rate" in values:
-                self.module.rate_hz = values["rate"]
+            self.module.change(**values)
 
     def end_faults(self) -> None:
         """End all line faults."""
-        with self._act():
-            self.wire.faults = Faults()
+        self.change(**{one.name: one.default for one in fields(Setup) if one.metadata["group"] is Group.FAULTS})
 
     def state(self) -> BenchState:
         """The present state."""
         with self._act() as now_s:
             module, world = self.module, self.world
-            quirks, faults = self.module.quirks, self.wire.faults
             return BenchState(
                 tilt_deg=world.tilt_deg, is_falling=world.is_falling(now_s),
                 is_lifelike=world.is_lifelike, bay_is_open=world.bay_is_open,
                 cell_v=world.cell_v, has_external_power=world.has_external_power, is_on=module.is_on,
                 is_plugged_in=self.is_plugged_in, is_active=module.state.is_active, is_triggered=module.is_triggered,
                 is_streaming=module.is_streaming, boot_count=module.memory.boot_count,
-                record_count=len(module.memory.records), baud_rate=module.baud_rate, rate_hz=module.rate_hz,
-                values={name: getattr(part, name) for part in (quirks, faults) for name in part.__slots__},
+                record_count=len(module.memory.records), baud_rate=module.baud_rate, setup=module.setup,
             )  # fmt: skip
 
     # Its port
@@ -249,7 +240,7 @@ def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -
     with _benches_lock:
         bench = _benches.get(name)
         if bench is None:
-            bench = _benches[name] = SimulatedBench(setup_from(options))
+            bench = _benches[name] = SimulatedBench(Setup(**options))
             bench.last_options = options
             return bench
         is_news = options not in ({}, bench.last_options)

@@ -3,12 +3,13 @@
 import heapq
 import itertools
 import math
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from app.firing.judge import Judge, SensorSample
 from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, TriggerMoment, limits, record_data
 from app.simulator.physics import SENSOR_PERIOD_S, Physics
-from app.simulator.quirks import Quirks
+from app.simulator.setup import Setup
 from protocol.catalogue import CELL_VOLT, HEARTBEAT_REPLY, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout
 from protocol.frame import encode_long
 from protocol.messages import Source
@@ -19,7 +20,6 @@ STREAM_BACKLOG_S = 5.0
 """Older frames of a stream that was not collected are lost, as in a full driver buffer."""
 HOST_SILENT_S = 30.0
 """The host sends a heartbeat every 10 to 30 s; after this time records say that serial is not connected."""
-LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1.0, 1440.0
 BITS_PER_BYTE = 10
 
 
@@ -43,18 +43,15 @@ def to_byte(value: float) -> int:
 class Hardware:
     """Initially switched off. `world` may be changed between two calls."""
 
-    def __init__(
-        self, world: Physics, quirks: Quirks | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
-    ) -> None:
+    def __init__(self, world: Physics, setup: Setup | None = None, *, memory: Memory | None = None) -> None:
         self.world: Physics = world
-        self.quirks: Quirks = quirks or Quirks()
+        self.setup: Setup = setup or Setup()
         self.memory: Memory = memory or Memory()
         self.state: ModuleState = ModuleState()
         self.baud_rate = self.memory.baud_rate
         """Present rate of its line; the one in `memory` is used after a restart (E9)."""
         self.is_on = False
         self.stream_frames_sent = 0
-        self._rate_hz = rate_hz
         self._judge = Judge()
         self._fired = Source(0)
         self._due: list[SentBytes] = []
@@ -75,14 +72,9 @@ class Hardware:
     def is_triggered(self) -> bool:
         return bool(self._fired)
 
-    @property
-    def rate_hz(self) -> float:
-        """Status frames a second while serial output is on; the table names none."""
-        return self._rate_hz
-
-    @rate_hz.setter
-    def rate_hz(self, rate_hz: float) -> None:
-        self._rate_hz = min(HIGHEST_RATE_HZ, max(LOWEST_RATE_HZ, rate_hz))
+    def change(self, **values: Any) -> None:
+        """Set options; a stream goes on at their rate."""
+        self.setup = replace(self.setup, **values)
         self._base_stream(self._stream_due_s)
 
     @property
@@ -94,7 +86,7 @@ class Hardware:
         return abs(self.world.motion(now_s).tilt_deg - self.memory.zero_tilt_deg)
 
     def light(self, now_s: float) -> int:
-        return to_byte(self.world.light_v(now_s, is_inverted=self.quirks.light_inverted) * TENTH_VOLT.per_unit)
+        return to_byte(self.world.light_v(now_s, is_inverted=self.setup.light_inverted) * TENTH_VOLT.per_unit)
 
     def voltage(self, now_s: float) -> int:
         return to_byte(self.world.voltage_v(now_s) * CELL_VOLT.per_unit)
@@ -114,12 +106,12 @@ class Hardware:
 
     def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
         """Boot: count it (0 follows 255), send two heartbeats, enable triggers, lock (but see E15)."""
-        if self.quirks.forgets:
+        if self.setup.forgets:
             self.memory.reset_settings()
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
-        if not self.quirks.remembers:
+        if not self.setup.remembers:
             self.state = ModuleState()
-        if self.quirks.stream_at_boot:
+        if self.setup.stream_at_boot:
             self.state.serial_output_is_on = True
         self.is_on = True
         self.baud_rate = self.memory.baud_rate
@@ -196,7 +188,7 @@ class Hardware:
             serial_is_connected=now_s - self.heard_s <= HOST_SILENT_S,
             is_charging=self.world.has_external_power,
             light=self.light(now_s),
-            voltage=ODD_VOLTAGE if self.quirks.odd_voltage else self.voltage(now_s),
+            voltage=ODD_VOLTAGE if self.setup.odd_voltage else self.voltage(now_s),
         )
         self.memory.records.append(record_data(self.memory, moment))
         self.world.open_parachute(now_s)
@@ -206,7 +198,7 @@ class Hardware:
         """Time of its next spontaneous event; infinity for none."""
         if not self.is_on:
             return math.inf
-        return max(self._sampled_s, min(self.pwm_at_s, self._booted_s + (self.quirks.restart_at_s or math.inf)))
+        return max(self._sampled_s, min(self.pwm_at_s, self._booted_s + (self.setup.restart_at_s or math.inf)))
 
     def do_event(self, at_s: float) -> None:
         """The event of `event_s`."""
@@ -244,7 +236,7 @@ class Hardware:
     # Output
 
     def collect(self, now_s: float) -> list[SentBytes]:
-        """Like `tick`, as bursts with their times and baud rates."""
+        """What it has sent by now."""
         sent: list[SentBytes] = []
         if self._stream_due_s < now_s - STREAM_BACKLOG_S:
             self._base_stream(now_s - STREAM_BACKLOG_S)
@@ -264,7 +256,7 @@ class Hardware:
         return sent
 
     def next_due(self, now_s: float) -> float | None:
-        """When `tick` has something to send next, or None."""
+        """When it has something to send next, or None."""
         due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s, self.event_s())
         return None if due_s == math.inf else max(now_s, due_s)
 
@@ -281,7 +273,7 @@ class Hardware:
 
     def start_stream(self, now_s: float) -> None:
         if not self.is_streaming:
-            self._base_stream(now_s + 1 / self._rate_hz)
+            self._base_stream(now_s + 1 / self.setup.rate)
 
     def stop_stream(self) -> None:
         self._stream_due_s = math.inf
@@ -293,7 +285,7 @@ class Hardware:
 
     def _stream_one(self, at_s: float) -> None:
         self._stream_step += 1
-        self._stream_due_s = self._stream_base_s + self._stream_step / self._rate_hz
+        self._stream_due_s = self._stream_base_s + self._stream_step / self.setup.rate
         self.advance(at_s)
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A frame is skipped if the line is a whole frame behind, so that the queue stays bounded.

@@ -45,7 +45,7 @@ class SimulatedModule(Hardware):
 
     def obey(self, request: Request, now_s: float) -> None:
         """Carry out a request and queue the reply, unless it ignores the command."""
-        if request.command.code not in self.quirks.mute_codes:
+        if request.command.code not in self.setup.mute_codes:
             answer(self, request, now_s)
 
     def _requests(self, data: bytes, now_s: float) -> list[Request]:

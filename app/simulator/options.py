@@ -3,51 +3,22 @@
 `dps-s simulate --ack one --drop 0.1` and `sim://bench?ack=one&drop=0.1` are the same.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, fields
 from enum import Enum
 from functools import partial
 from typing import Any
 
-from app.simulator.quirks import Group, Quirks, option
-from app.simulator.wire import Faults
+from app.simulator.setup import Group, Setup
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATES, BY_CODE
 from protocol.translatable import marked
 
-_module, _physical = partial(option, Group.MODULE), partial(option, Group.PHYSICAL)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Setup:
-    """Initial state of a simulated module."""
-
-    quirks: Quirks = field(default_factory=Quirks)
-    faults: Faults = field(default_factory=Faults)
-    rate: float = option(Group.QUIRKS, 50.0, marked("Stream rate"), ("HZ", 1, 1440))
-    baud: int = _module(115200, marked("Baud rate"), "RATE")
-    active: bool = _module(False, marked("Active"))
-    boots: int = _module(37, marked("Boot count"), ("N", 0, 255))
-    uptime: float = _module(60.0, marked("After power-on"), ("S", 0, 65535))
-    """With 0 the two heartbeats after power-on are sent."""
-    pwm_after: float = _module(0.0, marked("PWM trigger after"), ("S", 0, 86_400))
-    """It fires then if it is active; 0 for never."""
-    history: int = _module(0, marked("Trigger records"), ("N", 0, 9))
-    seed: int = _module(1, marked("Random seed"), ("N", 0, 2**31))
-    tilt: float = _physical(0.0, marked("Tilt"), ("DEG", -180, 180))
-    cell: float = _physical(3.9, marked("Cell voltage"), ("V", 0, 5))
-    drain: float = _physical(0.05, marked("Cell drain per hour"), ("V", 0, 100))
-    bay_open: bool = _physical(False, marked("Parachute bay open"))
-    charger: bool = _physical(False, marked("External power"))
-    noise: float = _physical(0.0, marked("Sensor noise"), ("N", 0, 100))
-    """1 is typical."""
-    lifelike: bool = _physical(False, marked("Wobbles"))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """One option. `name` is the field of `Setup`, `Quirks` or `Faults`; on the command line `_` becomes `-`."""
+    """One option. `name` is the field of `Setup`; on the command line `_` becomes `-`."""
 
     name: str
     group: Group
@@ -135,12 +106,9 @@ def _option_of(source: "Field[Any]") -> Option:
     return make(parse=_between(number, least, most), metavar=metavar)
 
 
-def _options() -> Iterator[Option]:
-    for kind in (Setup, Quirks, Faults):
-        yield from (_option_of(source) for source in fields(kind) if source.metadata)
-
-
-OPTIONS: tuple[Option, ...] = tuple(sorted(_options(), key=lambda option: list(Group).index(option.group)))
+OPTIONS: tuple[Option, ...] = tuple(
+    sorted(map(_option_of, fields(Setup)), key=lambda option: list(Group).index(option.group))
+)
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 
 
@@ -182,17 +150,3 @@ def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[
     pairs = texts.items() if isinstance(texts, Mapping) else texts
     found = [(find_option(name), text) for name, text in pairs]
     return {option.name: parse_value(option, text) for option, text in found}
-
-
-def fields_of(values: Mapping[str, Any], kind: type[Setup | Quirks | Faults]) -> dict[str, Any]:
-    """Those of `values` that are fields of this class; raises `UserError` for a name that is no option."""
-    return {name: value for name, value in values.items() if find_option(name).name in kind.__slots__}
-
-
-def setup_from(values: Mapping[str, Any]) -> Setup:
-    """A setup with these values, by option name, and defaults for the rest."""
-    return Setup(
-        quirks=Quirks(**fields_of(values, Quirks)),
-        faults=Faults(**fields_of(values, Faults)),
-        **fields_of(values, Setup),
-    )

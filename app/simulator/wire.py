@@ -3,21 +3,15 @@
 The same seed and the same traffic give the same faults. Times are seconds of the module's clock.
 """
 
-# ruff: noqa: RUF009  an option is a field
-
 import math
 import random
 from collections import deque
-from dataclasses import dataclass
-from enum import StrEnum
-from functools import partial
 from typing import NamedTuple
 
 from app.simulator.hardware import BITS_PER_BYTE, SentBytes
 from app.simulator.module import SimulatedModule
-from app.simulator.quirks import MILLISECONDS, Group, option
+from app.simulator.setup import FaultDirection
 from protocol.frame import HOST_FRAME_LENGTH
-from protocol.translatable import marked
 
 MAX_GARBAGE_LENGTH = 12
 PART_S = 0.005
@@ -27,40 +21,6 @@ ROUNDING_S = 1e-9
 MAX_SPANS = 16384
 MAX_BYTES = 65536
 """Size of the driver's receive buffer."""
-
-
-SHARE = ("SHARE", 0.0, 1.0)
-_fault = partial(option, Group.FAULTS)
-
-
-class FaultDirection(StrEnum):
-    """Direction in which drop, lose, corrupt, garbage and double apply."""
-
-    TO_HOST = "to-host"
-    TO_MODULE = "to-module"
-    BOTH = "both"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Faults:
-    """Shares are 0 … 1."""
-
-    drop: float = _fault(0.0, marked("Lost frames"), SHARE)
-    lose: float = _fault(0.0, marked("Lost bytes"), SHARE)
-    corrupt: float = _fault(0.0, marked("Bit errors"), SHARE)
-    garbage: float = _fault(0.0, marked("Garbage"), SHARE)
-    double: float = _fault(0.0, marked("Duplicate replies"), SHARE)
-    direction: FaultDirection = _fault(FaultDirection.TO_HOST, marked("Direction of faults"))
-    delay_ms: float = _fault(0.0, marked("Delay"), MILLISECONDS)
-    jitter_ms: float = _fault(0.0, marked("Jitter"), MILLISECONDS)
-    split_ms: float = _fault(0.0, marked("Split, pause"), MILLISECONDS)
-    echo: bool = _fault(False, marked("Echo"))
-    mute: bool = _fault(False, marked("Mute"))
-    min_gap_ms: float = _fault(0.0, marked("Minimum gap"), MILLISECONDS)
-    """Requests that begin sooner after the last reply or request are ignored."""
-    half_duplex: bool = _fault(False, marked("Half duplex"))
-    lag_ms: float = _fault(0.0, marked("Wireless lag"), MILLISECONDS)
-    paced: bool = _fault(True, marked("Baud-rate timing"))
 
 
 class _Burst(NamedTuple):
@@ -88,11 +48,8 @@ class Wire:
     The gap and half duplex apply at the module; the lag is added on the way to the host.
     """
 
-    def __init__(
-        self, module: SimulatedModule, faults: Faults | None = None, *, seed: int = 1, host_baud: int | None = None
-    ) -> None:
+    def __init__(self, module: SimulatedModule, *, host_baud: int | None = None) -> None:
         self.module = module
-        self.faults = faults or Faults()
         self.host_baud = host_baud
         self._up: deque[_Burst] = deque()
         self._down: deque[_Burst] = deque()
@@ -102,8 +59,8 @@ class Wire:
         """Spans in which the module was sending, oldest first: from, to."""
         self._ready_s = -math.inf
         """When the module next heeds a request."""
-        self._up_random = random.Random(seed)  # noqa: S311 (faults, not secrets)
-        self._down_random = random.Random(seed + 1)  # noqa: S311
+        self._up_random = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
+        self._down_random = random.Random(module.setup.seed + 1)  # noqa: S311
 
     def write(self, data: bytes, now_s: float) -> None:
         """The host sends."""
@@ -112,7 +69,7 @@ class Wire:
         byte_s = self._byte_s(self.host_baud or self.module.baud_rate)
         begins_s = max(now_s, self._up_free_s)
         self._up_free_s = begins_s + len(data) * byte_s
-        if self.faults.echo:
+        if self.module.setup.echo:
             self._deliver(_Burst(max(begins_s, self._down_free_s), data, byte_s))
         for burst in self._suffer(data, self._up_random, FaultDirection.TO_MODULE):
             self._up += _Burst(begins_s, burst, byte_s).cut_at(HOST_FRAME_LENGTH)
@@ -167,12 +124,12 @@ class Wire:
 
     def _heard_part(self, burst: _Burst) -> bytes:
         """The bytes of a burst from the host that the module receives, with its gap and half duplex."""
-        gap_s = self.faults.min_gap_ms / 1000
+        gap_s = self.module.setup.min_gap_ms / 1000
         is_too_soon = burst.begins_s < self._ready_s - ROUNDING_S
         self._ready_s = max(self._ready_s, burst.ends_s + gap_s)
         if gap_s and is_too_soon:
             return b""
-        if not self.faults.half_duplex:
+        if not self.module.setup.half_duplex:
             return burst.data
         while self._sending and self._sending[0][1] <= burst.begins_s:
             self._sending.popleft()
@@ -187,7 +144,7 @@ class Wire:
         )
 
     def _send_down(self, bursts: list[SentBytes]) -> None:
-        faults = self.faults
+        faults = self.module.setup
         for sent in bursts:
             byte_s = self._byte_s(sent.baud_rate)
             whole = sent.data
@@ -207,28 +164,28 @@ class Wire:
                     self._deliver(_Burst(max(begins_s, self._down_free_s + pause_s), piece, byte_s))
 
     def _note_sending(self, begins_s: float, takes_s: float, *, is_reply: bool) -> None:
-        if self.faults.half_duplex:
+        if self.module.setup.half_duplex:
             self._sending.append((begins_s, begins_s + takes_s))
         if is_reply:
-            self._ready_s = max(self._ready_s, begins_s + takes_s + self.faults.min_gap_ms / 1000)
+            self._ready_s = max(self._ready_s, begins_s + takes_s + self.module.setup.min_gap_ms / 1000)
 
     def _deliver(self, burst: _Burst) -> None:
         """The burst leaves the line at its time, and reaches the host after the lag."""
         self._down_free_s = burst.ends_s
-        self._down.append(burst._replace(begins_s=burst.begins_s + self.faults.lag_ms / 1000))
+        self._down.append(burst._replace(begins_s=burst.begins_s + self.module.setup.lag_ms / 1000))
 
     def _byte_s(self, baud_rate: int) -> float:
-        return BITS_PER_BYTE / baud_rate if self.faults.paced else 0.0
+        return BITS_PER_BYTE / baud_rate if self.module.setup.paced else 0.0
 
     def _pieces(self, data: bytes) -> list[bytes]:
-        if not self.faults.split_ms or len(data) < 2:
+        if not self.module.setup.split_ms or len(data) < 2:
             return [data]
         cuts = sorted({self._down_random.randrange(1, len(data)) for _ in range(2)})
         return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
 
     def _suffer(self, data: bytes, source: random.Random, direction: FaultDirection) -> list[bytes]:
         """Apply the faults to a burst; returns none, one or two."""
-        faults = self.faults
+        faults = self.module.setup
         if faults.direction not in (direction, FaultDirection.BOTH):
             return [data]
         if faults.drop and source.random() < faults.drop:

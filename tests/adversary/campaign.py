@@ -138,7 +138,7 @@ def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
 
 def latency_s(bench: SimulatedBench) -> float:
     """Return the age of an answer that has just arrived."""
-    faults = bench.wire.faults
+    faults = bench.module.setup
     added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms + lying(bench).lies.latest_ms
     return STEP_S + added_ms / 1000
 

@@ -16,9 +16,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import parse_options, setup_from
+from app.simulator.options import parse_options
 from app.simulator.servers.endpoint import Loop
 from app.simulator.servers.pty_server import PtyEndpoint
+from app.simulator.setup import Setup
 from protocol.catalogue import LOCK
 from tests.support.processes import ENVIRONMENT, ROOT
 
@@ -112,7 +113,7 @@ def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
 def main(words: list[str]) -> int:
     """Serve until the input ends."""
     link, *options = words
-    bench = SimulatedBench(setup_from(parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
+    bench = SimulatedBench(Setup(**parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
     locks = _LockTimes(bench)
     is_ready = threading.Event()
     loop = Loop(bench, PtyEndpoint(Path(link), baud_rate=bench.module.baud_rate), announce=lambda _: is_ready.set())

@@ -1,6 +1,6 @@
 """Collapsible options of the simulated module's panel."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import OPTIONS, Option, as_text, default_text, parse_value
-from app.simulator.quirks import Group
+from app.simulator.setup import Group, Setup
 from app.text.user_error import UserError
 from ui.core.texts import Texts
 from ui.style.theme import Space
@@ -64,10 +64,10 @@ class OptionRows(QWidget):
             else:
                 self._add_text(option)
 
-    def show_values(self, values: Mapping[str, Any]) -> None:
+    def show_setup(self, setup: Setup) -> None:
         """Show these values without emitting `changed`."""
         for name, show in self._show.items():
-            show(values[name])
+            show(getattr(setup, name))
 
     def _add_number(self, option: Option) -> None:
         unit, minimum, maximum, scale = _NUMBERS[str(option.metavar)]
@@ -182,11 +182,11 @@ class SimulatorOptions(QWidget):
     def use_bench(self, bench: SimulatedBench | None) -> None:
         self._bench = bench
 
-    def show_values(self, values: Mapping[str, Any], *, rate_hz: float) -> None:
+    def show_setup(self, setup: Setup) -> None:
         """Show these values in the open sections."""
         for rows in self._rows:
             if rows.isVisible():
-                rows.show_values({**values, "rate": rate_hz})
+                rows.show_setup(setup)
 
     def _unfold(self, fold: QToolButton, rows: OptionRows, is_open: bool) -> None:
         fold.setArrowType(Qt.ArrowType.DownArrow if is_open else Qt.ArrowType.RightArrow)

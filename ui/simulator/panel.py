@@ -90,7 +90,7 @@ class SimulatorPanel(QWidget):
         self.drop.setEnabled(not state.is_falling)
         self.press.setEnabled(not state.is_on)
         self._name_plug(is_plugged_in=state.is_plugged_in)
-        self.options.show_values(state.values, rate_hz=state.rate_hz)
+        self.options.show_setup(state.setup)
 
     def _fit(self) -> None:
         self._fit_width()

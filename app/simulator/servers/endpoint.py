@@ -119,7 +119,7 @@ class Loop:
             due_s = bench.wire.next_due(now_s) if bench.is_plugged_in else None
             if due_s is None:
                 return None
-            if bench.module.is_streaming and bench.module.rate_hz > QUICK_HZ:
+            if bench.module.is_streaming and bench.module.setup.rate > QUICK_HZ:
                 due_s = max(due_s, self._last_batch_s + BATCH_S)
             return max(0.0, due_s - now_s)
 

@@ -22,8 +22,7 @@ import pytest
 import app.__main__ as program
 from app.cli.commands import SCHEMAS
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import setup_from
-from app.simulator.quirks import EmptySlots
+from app.simulator.setup import EmptySlots, Setup
 from protocol.frame import decode_request
 from tests.app.cli.reference import test_schemas as schemas
 from tests.app.cli.test_cli_program import half_width
@@ -155,7 +154,7 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setenv("COLUMNS", "120")
     link, text = str(tmp_path / "dps-s"), PAGE.read_text(encoding="utf-8")
     judge = doctest.OutputChecker()
-    bench = SimulatedBench(setup_from({"history": 2, "empty_slots": EmptySlots.NONE}))
+    bench = SimulatedBench(Setup(history=2, empty_slots=EmptySlots.NONE))
     with serving(bench, pty(Path(link))) as (_, addresses):
         addresses.get(timeout=5)
         for block in _BLOCK.findall(text):

@@ -14,6 +14,7 @@ from app.recordings.markers import Marker, MarkerKind
 from app.simulator.memory import Memory, limits, record_frame
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import GRAVITY_M_S2, Physics
+from app.simulator.setup import Setup
 from protocol.catalogue import SERIAL_OUTPUT
 from protocol.messages import Source, TriggerRecord, decode_record
 from tests.support.records.excerpts import excerpt
@@ -212,7 +213,7 @@ class Session(NamedTuple):
 
 def session(memory: Memory, done: list[Action], *, attitude: bool, freefall: bool) -> Session:
     """Streamed reports of a module with these settings, and the records that it wrote."""
-    module = SimulatedModule(Physics(drain_v_per_h=0.0), memory=memory, rate_hz=RATE_HZ)
+    module = SimulatedModule(Physics(drain_v_per_h=0.0), Setup(rate=RATE_HZ), memory=memory)
     module.power_on(0.0)
     module.state.attitude_is_enabled, module.state.freefall_is_enabled = attitude, freefall
     module.collect(1.0)

@@ -9,7 +9,7 @@ from app.preflight.evidence import Disturbance, Evidence, FlagState, FrameLog
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import setup_from
+from app.simulator.setup import Setup
 from protocol.catalogue import HEARTBEAT
 from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import Rig
@@ -26,7 +26,7 @@ def checked(rig: Rig, *, is_enabling: bool = False) -> tuple[Verdict, Evidence]:
 
 def twin(rig: Rig, *, boots: int = 37) -> SimulatedBench:
     """Another module: the same boot count and settings, its triggers never enabled."""
-    return SimulatedBench(setup_from({"uptime": 60.0, "noise": 0.0, "boots": boots}), clock=rig.clock)
+    return SimulatedBench(Setup(uptime=60.0, noise=0.0, boots=boots), clock=rig.clock)
 
 
 def exchange(rig: Rig, other: SimulatedBench, silent_s: float) -> None:

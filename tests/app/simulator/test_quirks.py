@@ -8,9 +8,9 @@ import pytest
 
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
-from app.simulator.options import parse_options, setup_from
+from app.simulator.options import parse_options
 from app.simulator.physics import Physics
-from app.simulator.quirks import EmptySlots, Quirks
+from app.simulator.setup import EmptySlots, Setup
 from protocol.catalogue import BY_CODE, CELL_VOLTAGE, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
@@ -20,14 +20,14 @@ from tests.support.line.simulated import booted, receive, say, tick
 
 def running(*, history: int = 0, **options: str) -> SimulatedModule:
     """A module that has booted a while ago, with options as one types them."""
-    quirks: Quirks = setup_from(parse_options(options)).quirks
+    setup = Setup(**parse_options(options))
     memory = Memory(boot_count=36)
-    invent_records(memory, history, seed=1, has_odd_voltage=quirks.odd_voltage)
-    return booted(SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), quirks, memory=memory))
+    invent_records(memory, history, seed=1, has_odd_voltage=setup.odd_voltage)
+    return booted(SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), setup, memory=memory))
 
 
 def test_e7_without_records_a_module_is_silent_unless_told_otherwise() -> None:
-    (declared,) = (field.default for field in fields(Quirks) if field.name == "empty_slots")
+    (declared,) = (field.default for field in fields(Setup) if field.name == "empty_slots")
     assert declared is EmptySlots.NONE
     query = TRIGGER_RECORDS.query().encode()
     assert receive(running(empty_slots="none"), query, 0.0) == b""

@@ -5,7 +5,7 @@ import pytest
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
-from app.simulator.quirks import EmptySlots, Quirks
+from app.simulator.setup import EmptySlots, Setup
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, SERIAL_OUTPUT, STATUS, TRIGGER_RECORDS
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, TriggerRecord, decode, decode_record
@@ -17,7 +17,7 @@ HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
 
 def running(world: Physics | None = None, memory: Memory | None = None) -> SimulatedModule:
     """A module that has booted a while ago, at time 0."""
-    return booted(SimulatedModule(world or Physics(), Quirks(empty_slots=EmptySlots.NONE), memory=memory))
+    return booted(SimulatedModule(world or Physics(), Setup(empty_slots=EmptySlots.NONE), memory=memory))
 
 
 def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
@@ -164,7 +164,7 @@ def test_zeroing_takes_todays_mounting_as_level() -> None:
 
 def test_the_stream_keeps_its_rate_and_ends() -> None:
     module = running()
-    module.rate_hz = 100
+    module.change(rate=100)
     say(module, "42 61 13 02 01 16")
     frames = StreamParser().feed(tick(module, 2.0))
     assert len(frames) == 200
@@ -175,7 +175,7 @@ def test_the_stream_keeps_its_rate_and_ends() -> None:
 
 def test_a_line_that_is_full_leaves_frames_out_and_never_queues_them() -> None:
     module = running(memory=Memory(baud_code=2))
-    module.rate_hz = 1440
+    module.change(rate=1440)
     say(module, "42 61 13 02 01 16")
     sent = module.collect(2.0)
     assert len(sent) == pytest.approx(2 * 9600 / 10 / 8, rel=0.05)
@@ -184,14 +184,14 @@ def test_a_line_that_is_full_leaves_frames_out_and_never_queues_them() -> None:
 
 def test_at_1440_hz_the_default_line_carries_every_frame() -> None:
     module = running()
-    module.rate_hz = 1440
+    module.change(rate=1440)
     say(module, "42 61 13 02 01 16")
     assert len(StreamParser().feed(tick(module, 1.0))) in (1439, 1440)
 
 
 def test_a_host_that_reads_seldom_gets_a_bounded_backlog() -> None:
     module = running()
-    module.rate_hz = 10
+    module.change(rate=10)
     say(module, "42 61 13 02 01 16")
     assert len(tick(module, 3600.0)) <= 51 * 8
 

@@ -9,16 +9,13 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.module import SimulatedModule
 from app.simulator.options import (
     OPTIONS,
-    Setup,
     default_text,
     find_option,
     parse_options,
     parse_value,
-    setup_from,
 )
 from app.simulator.physics import Physics
-from app.simulator.quirks import Acknowledge, Delivery, EmptySlots, Quirks
-from app.simulator.wire import Faults
+from app.simulator.setup import Acknowledge, Delivery, EmptySlots, Setup
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.frame import Frame
@@ -38,11 +35,6 @@ def bench(clock: FakeClock) -> SimulatedBench:
     return SimulatedBench(clock=clock)
 
 
-def test_every_field_of_quirks_and_faults_has_an_option() -> None:
-    fields = set(Quirks.__slots__) | set(Faults.__slots__)
-    assert {option.name for option in OPTIONS} - set(Setup.__slots__) == fields
-
-
 def test_defaults_read_back_as_themselves() -> None:
     for option in OPTIONS:
         assert parse_value(option, default_text(option)) == option.default, option.name
@@ -50,11 +42,11 @@ def test_defaults_read_back_as_themselves() -> None:
 
 
 def test_options_as_typed() -> None:
-    setup = setup_from(parse_options({"rate": "200", "drop": "0.1", "records": "pieces", "mute-codes": "14,33"}))
+    setup = Setup(**parse_options({"rate": "200", "drop": "0.1", "records": "pieces", "mute-codes": "14,33"}))
     assert setup.rate == 200
-    assert setup.faults.drop == 0.1
-    assert setup.quirks.records is Delivery.PIECES
-    assert setup.quirks.mute_codes == {0x14, 0x33}
+    assert setup.drop == 0.1
+    assert setup.records is Delivery.PIECES
+    assert setup.mute_codes == {0x14, 0x33}
 
 
 @pytest.mark.parametrize(
@@ -85,7 +77,7 @@ def test_an_unknown_option_is_refused_by_name() -> None:
 
 def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
     texts = {"active": "", "boots": "0", "history": "4", "tilt": "5", "bay_open": "yes", "cell": "3.6", "charger": "on"}
-    bench = SimulatedBench(setup_from(parse_options(texts | {"baud": "9600"})), clock=clock)
+    bench = SimulatedBench(Setup(**parse_options(texts | {"baud": "9600"})), clock=clock)
     state = bench.state()
     assert state.is_active
     assert state.boot_count == 0
@@ -99,13 +91,13 @@ def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
 
 
 def test_a_module_that_is_just_switched_on_shows_its_heartbeats(clock: FakeClock) -> None:
-    bench = SimulatedBench(setup_from({"uptime": 0.0}), clock=clock)
+    bench = SimulatedBench(Setup(uptime=0.0), clock=clock)
     assert len(bench.wire.read(clock() + 0.1)) == 12
 
 
 def test_its_pwm_input_triggers_it_at_the_given_time_if_it_is_active(clock: FakeClock) -> None:
     for is_active in (True, False):
-        bench = SimulatedBench(setup_from({"pwm_after": 20.0, "active": is_active}), clock=clock)
+        bench = SimulatedBench(Setup(pwm_after=20.0, active=is_active), clock=clock)
         clock.now_s += 19.9
         assert not bench.state().is_triggered
         clock.now_s += 0.2
@@ -116,7 +108,7 @@ def test_its_pwm_input_triggers_it_at_the_given_time_if_it_is_active(clock: Fake
 
 
 def test_a_silent_restart_each_time_that_it_has_run_so_long(clock: FakeClock) -> None:
-    bench = SimulatedBench(setup_from({"restart_at_s": 70.0, "active": True}), clock=clock)
+    bench = SimulatedBench(Setup(restart_at_s=70.0, active=True), clock=clock)
     clock.now_s += 9.99
     assert bench.state().is_active
     clock.now_s += 0.02
@@ -133,7 +125,7 @@ def test_a_silent_restart_each_time_that_it_has_run_so_long(clock: FakeClock) ->
 
 
 def test_a_restart_that_loses_the_settings(clock: FakeClock) -> None:
-    bench = SimulatedBench(setup_from({"forgets": True}), clock=clock)
+    bench = SimulatedBench(Setup(forgets=True), clock=clock)
     bench.module.memory.attitude_threshold = 70
     bench.restart()
     assert bench.module.memory.attitude_threshold == 60
@@ -150,9 +142,9 @@ def test_power_faults_and_the_plug(bench: SimulatedBench, clock: FakeClock) -> N
     assert bench.state().is_on
     bench.change(drop=0.2, ack=Acknowledge.ONE, rate=100.0)
     state = bench.state()
-    assert (state.values["drop"], state.values["ack"], state.rate_hz) == (0.2, "one", 100)
+    assert (state.setup.drop, state.setup.ack, state.setup.rate) == (0.2, "one", 100)
     bench.end_faults()
-    assert bench.state().values["drop"] == 0
+    assert bench.state().setup.drop == 0
     bench.unplug(for_s=2)
     assert not bench.state().is_plugged_in
     clock.now_s += 2.1
@@ -186,7 +178,7 @@ FRAMES += [
 
 
 def running() -> SimulatedModule:
-    return booted(SimulatedModule(Physics(), Quirks(empty_slots=EmptySlots.NONE)))
+    return booted(SimulatedModule(Physics(), Setup(empty_slots=EmptySlots.NONE)))
 
 
 @given(st.lists(st.one_of(st.binary(max_size=40), st.sampled_from(FRAMES)), max_size=30))

@@ -6,8 +6,8 @@ import pytest
 
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
-from app.simulator.quirks import Quirks
-from app.simulator.wire import FaultDirection, Faults, Wire
+from app.simulator.setup import FaultDirection, Setup
+from app.simulator.wire import Wire
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.frame import Frame
 from protocol.stream import StreamParser
@@ -19,10 +19,10 @@ BYTE_S = 10 / 115200
 
 
 def wire(*, seed: int = 1, host_baud: int | None = None, **faults: Any) -> Wire:
-    module = SimulatedModule(Physics())
+    module = SimulatedModule(Physics(), Setup(seed=seed, **faults))
     module.power_on(-60.0)
     tick(module, 0.0)
-    return Wire(module, Faults(**faults), seed=seed, host_baud=host_baud)
+    return Wire(module, host_baud=host_baud)
 
 
 def conversation(line: Wire, count: int = 200) -> list[bytes]:
@@ -110,7 +110,7 @@ def test_faults_towards_the_module_lose_requests() -> None:
     line.write(BY_NAME["attitude_threshold"].set(70).encode(), 0.0)
     assert line.read(1.0) == b""
     assert line.module.memory.attitude_threshold == 60
-    line.faults = Faults(drop=1.0)
+    line.module.change(direction=FaultDirection.TO_HOST)
     line.write(BY_NAME["attitude_threshold"].set(70).encode(), 1.0)
     assert line.read(2.0) == b""
     assert line.module.memory.attitude_threshold == 70, "the request came through, the answer did not"
@@ -193,7 +193,7 @@ def test_a_request_too_soon_after_another_is_ignored_whether_or_not_that_was_ans
     assert line.read(0.01) == ANSWER
     line.write(ASK, 0.02)
     assert line.read(1.0) == ANSWER
-    line.module.quirks = Quirks(mute_codes=frozenset({0x32}))
+    line.module.change(mute_codes=frozenset({0x32}))
     line.write(ASK, 1.0)
     line.write(BY_NAME["active"].query().encode(), 1.004)
     assert line.read(2.0) == b""
@@ -203,7 +203,7 @@ def test_a_request_too_soon_after_another_is_ignored_whether_or_not_that_was_ans
 
 def test_streamed_frames_are_no_replies_after_which_a_gap_is_needed() -> None:
     line = wire(min_gap_ms=5.0)
-    line.module.rate_hz = 200.0
+    line.module.change(rate=200.0)
     line.module.start_stream(0.0)
     line.write(BY_NAME["charging"].query().encode(), 0.1031)
     assert line.read(0.2).count(bytes.fromhex("41 75 33 01 00 34")) == 1
@@ -215,7 +215,7 @@ def test_half_duplex_loses_what_arrives_while_the_module_sends() -> None:
     assert line.read(1.0) == ANSWER
     line.write(ASK, 1.0)
     assert line.read(2.0) == ANSWER
-    line.module.rate_hz = 200.0
+    line.module.change(rate=200.0)
     line.module.start_stream(2.0)
     line.read(2.0101)
     line.write(BY_NAME["active"].query().encode(), 2.0148)  # the next frame begins in the middle of it
@@ -227,7 +227,7 @@ def test_half_duplex_loses_what_arrives_while_the_module_sends() -> None:
 
 def test_lag_delays_everything_in_order_and_not_what_the_module_hears() -> None:
     line = wire(lag_ms=900.0)
-    line.module.rate_hz = 10.0
+    line.module.change(rate=10.0)
     line.module.start_stream(0.0)
     line.write(BY_NAME["attitude_threshold"].set(70).encode(), 0.25)
     assert line.read(0.9) == b""
@@ -235,7 +235,7 @@ def test_lag_delays_everything_in_order_and_not_what_the_module_hears() -> None:
     assert line.next_due(0.9) == pytest.approx(1.0, abs=0.001), "the module has something to send"
     assert line.read(0.999) == b""
     assert line.read(1.101) == 2 * ANSWER
-    line.faults = Faults()
+    line.module.change(lag_ms=0.0)
     line.read(1.15)
     line.module.world.tilt_deg = 7.0
     later = line.read(3.0)

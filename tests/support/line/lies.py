@@ -21,7 +21,8 @@ from app.simulator.answers import ACCEPTED, answer, clamped, reply
 from app.simulator.bench import Clock, SimulatedBench
 from app.simulator.hardware import SentBytes
 from app.simulator.module import SimulatedModule
-from app.simulator.options import as_text, codes, parse_options, setup_from
+from app.simulator.options import as_text, codes, parse_options
+from app.simulator.setup import Setup
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
 from protocol.fields import Flag
 
@@ -126,7 +127,7 @@ def lying_bench(options: Mapping[str, Any], clock: Clock) -> SimulatedBench:
         if name in Lies.__slots__ and not (name == "mute_codes" and "/" not in text)
     }  # fmt: skip
     plain = {name: text for name, text in texts.items() if name not in lies}
-    bench = SimulatedBench(setup_from(parse_options(plain)), clock=clock, kind=LyingModule)
+    bench = SimulatedBench(Setup(**parse_options(plain)), clock=clock, kind=LyingModule)
     lying(bench).lies = lies_of(lies)
     return bench
 
@@ -205,7 +206,7 @@ class LyingModule(SimulatedModule):
         self._asked[code, request.is_set] += 1
         time = self._asked[code, request.is_set]
         total = self._asked[code, True] + self._asked[code, False]
-        if any(mark.what == code and total >= mark.time for mark in lies.mute_codes) or code in self.quirks.mute_codes:
+        if any(mark.what == code and total >= mark.time for mark in lies.mute_codes) or code in self.setup.mute_codes:
             return
         before = {code: read_raw(self, code) for code in _REVERTING} if lies.revert_ms else {}
         foreign = _due_rules(lies.foreign_replies, code, time)

@@ -20,8 +20,8 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.quirks import Acknowledge, Quirks
-from app.simulator.wire import Faults
+from app.simulator.options import OPTIONS
+from app.simulator.setup import Acknowledge, Group
 from app.text import i18n
 from tests.support.line.sim_line import FakeClock
 from tests.support.window.steps import find
@@ -154,27 +154,27 @@ def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: Simulated
     drop = find(panel, QDoubleSpinBox, "simulator_option_drop")
     assert isinstance(drop, QDoubleSpinBox)
     type_into(qtbot, drop, "20")
-    assert bench.state().values["drop"] == pytest.approx(0.2)
+    assert bench.state().setup.drop == pytest.approx(0.2)
     click(qtbot, panel.options.folds["protocol"])
     ack = find(panel, QComboBox, "simulator_option_ack")
     ack.setFocus()
     qtbot.keyClick(ack, Qt.Key.Key_Down)
-    assert bench.state().values["ack"] is Acknowledge.ONE
+    assert bench.state().setup.ack is Acknowledge.ONE
     keeps = find(panel, QAbstractButton, "simulator_option_keeps")
     click(qtbot, keeps)
-    assert bench.state().values["keeps"] is False
+    assert bench.state().setup.keeps is False
     panel.options.heal.click()
     panel.options.heal.setFocus()
     panel.refresh()
-    assert bench.state().values["drop"] == 0
+    assert bench.state().setup.drop == 0
     assert drop.value() == 0
-    assert bench.state().values["ack"] is Acknowledge.ONE
+    assert bench.state().setup.ack is Acknowledge.ONE
 
 
 def test_every_fault_and_quirk_has_a_row(panel: SimulatorPanel) -> None:
     shown = {widget.objectName().removeprefix("simulator_option_") for widget in panel.options.findChildren(QWidget)}
-    missing = (set(Quirks.__slots__) | set(Faults.__slots__)) - shown
-    assert not missing
+    changeable = Group.QUIRKS, Group.DEFECTS, Group.FAULTS
+    assert shown >= {option.name for option in OPTIONS if option.group in changeable}
 
 
 def test_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
@@ -183,13 +183,13 @@ def test_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> 
     mute = find(panel, QLineEdit, "simulator_option_mute_codes")
     assert isinstance(mute, QLineEdit)
     type_line(qtbot, mute, "14,33")
-    assert bench.state().values["mute_codes"] == {0x14, 0x33}
+    assert bench.state().setup.mute_codes == {0x14, 0x33}
     restart = find(panel, QDoubleSpinBox, "simulator_option_restart_at_s")
     assert isinstance(restart, QDoubleSpinBox)
     type_into(qtbot, restart, "20")
-    assert bench.state().values["restart_at_s"] == 20
+    assert bench.state().setup.restart_at_s == 20
     click(qtbot, find(panel, QAbstractButton, "simulator_option_forgets"))
-    assert bench.state().values["forgets"] is True
+    assert bench.state().setup.forgets is True
     bench.change(mute_codes=frozenset())
     restart.setFocus()
     panel.refresh()
@@ -209,12 +209,12 @@ def test_codes_that_mean_nothing_are_refused_beside_them(
     i18n.set_language(i18n.CHINESE)
     texts.retranslate()
     assert refusal.text().startswith("mute_codes=21>20：应为 ")
-    assert bench.state().values["mute_codes"] == frozenset()
+    assert bench.state().setup.mute_codes == frozenset()
     panel.refresh()
     assert mute.text() == "21>20", "what was typed stays, to be put right"
     type_line(qtbot, mute, "21")
     assert not refusal.isVisible()
-    assert bench.state().values["mute_codes"] == {0x21}
+    assert bench.state().setup.mute_codes == {0x21}
 
 
 def test_opening_the_folds_changes_nothing(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.simulator.quirks import Delivery, EmptySlots
+from app.simulator.setup import Delivery, EmptySlots
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.preflight_window import OnBench, name_module, on_bench
