@@ -165,6 +165,22 @@ def test_curves_are_wider_than_a_hairline_in_the_colours_of_the_theme(
     assert len([y for y in rows if abs(y - bench.lane.y(12)) <= 3]) == bench.lane.curve.line_px
 
 
+@pytest.mark.parametrize("rises", [True, False])
+def test_a_slope_is_as_wide_and_has_no_gap(bench: Bench, rises: bool) -> None:
+    """Lines side by side left a gap where a curve rose, and lay on each other where it fell."""
+    length_s = 3.0  # as steep as it gets
+    for value in np.arange(0, 91) if rises else np.arange(90, -1, -1):
+        bench.tilt.append(NOW_S + 60 + length_s * (value if rises else 90 - value) / 90, value)
+    bench.plot.draw(NOW_S + 60 + length_s)
+    bench.plot.sight.choose_length(60)
+    image, x = bench.plot.picture().toImage(), round(bench.lane.x(NOW_S + 60 + length_s / 2))
+    for column in range(x - 5, x + 6):
+        rows = [y for y in range(image.height()) if image.pixelColor(column, y).name() == LIGHT.curves[0].lower()]
+        rows = [y for y in rows if bench.lane.box.contains(column, y)]
+        assert len(rows) >= 2
+        assert rows == list(range(rows[0], rows[-1] + 1))
+
+
 def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
     """Draws less than a pixel apart show the same span, and the next one is a pixel further on."""
     pixel_s = bench.plot.sight.pixel_s
