@@ -2,15 +2,16 @@
 
 import math
 import time
+from collections.abc import Iterable
 from typing import Final
 
 import pyqtgraph as pg
-from PySide6.QtGui import QFontMetricsF
+from PySide6.QtGui import QColor, QFontMetricsF, QPen
 from PySide6.QtWidgets import QGraphicsItem
 
 from app.text.i18n import tr
 from ui.plots.lanes import Tick
-from ui.style.theme import Size, font
+from ui.style.theme import Size, current, font
 
 # Distances between ticks, in seconds.
 _STEPS_S: Final = (
@@ -23,14 +24,20 @@ _MARGIN_PX: Final = 60
 _GAP_PX: Final = 4
 
 
-def label_axis(kind: type[pg.AxisItem], side: str, view: pg.ViewBox, *, is_cached: bool = True) -> pg.AxisItem:
+class LabelAxis(pg.AxisItem):  # type: ignore[misc]
     """An axis of labels only."""
-    axis = kind(side, linkView=view)
-    axis.enableAutoSIPrefix(False)
-    axis.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
-    if is_cached:
-        axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
-    return axis
+
+    def __init__(self, side: str, view: pg.ViewBox, *, is_cached: bool = True) -> None:
+        super().__init__(side, linkView=view)
+        self.enableAutoSIPrefix(False)
+        self.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
+        if is_cached:
+            self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+
+    def apply_theme(self, line: QPen | None) -> None:
+        self.setTickFont(font(Size.SMALL))
+        self.setTextPen(QColor(current().muted))
+        self.setPen(line)
 
 
 def times(length_s: float, most: int, end_wall_s: float | None = None) -> list[Tick]:
@@ -45,18 +52,31 @@ def times(length_s: float, most: int, end_wall_s: float | None = None) -> list[T
     return [(n * step_s - end_s, clock_text(n * step_s, decimals)) for n in numbers]
 
 
-def fitting_ticks(ticks: list[Tick], width_px: float, length_s: float) -> list[tuple[Tick, float, float]]:
-    """The ticks whose labels touch none before them and are not left of the time line, where the first is moved for
-    that; each with the left and the right end of its label."""
-    metrics, second_px, free_from, fitting = QFontMetricsF(font(Size.SMALL)), width_px / length_s, 0.0, []
+def fitting_times(
+    ticks: Iterable[Tick], length_s: float, second_px: float, taken: Iterable[tuple[float, float]]
+) -> list[Tick]:
+    """The ticks whose labels have room; that at the very beginning is moved for it. `taken` as below."""
+    metrics, begin_s = QFontMetricsF(font(Size.SMALL)), -length_s
+    moved = []
     for time_s, label in ticks:
-        half = metrics.horizontalAdvance(label) / 2 + _GAP_PX / 2
-        middle = width_px + time_s * second_px
-        middle = half if middle < 1 else middle
-        if middle - half >= free_from:
-            free_from = middle + half + _GAP_PX
-            fitting.append((((middle - width_px) / second_px, label), middle - half, middle + half))
-    return fitting
+        half_s = (metrics.horizontalAdvance(label) + _GAP_PX) / 2 / second_px
+        moved.append((begin_s + half_s if time_s < begin_s + 1 / second_px else time_s, label))
+    return apart_from_each_other(moved, second_px, [(-math.inf, begin_s * second_px - 0.5), *taken])
+
+
+def apart_from_each_other(
+    labels: Iterable[Tick], unit_px: float, taken: Iterable[tuple[float, float]] = ()
+) -> list[Tick]:
+    """Those of `labels`, the most important first, that touch none before them and no place that is `taken`, in pixels
+    from the zero of the axis; `unit_px` is its scale."""
+    metrics, rooms, shown = QFontMetricsF(font(Size.SMALL)), list(taken), list[Tick]()
+    for place, label in labels:
+        half = (metrics.horizontalAdvance(label) + _GAP_PX) / 2
+        left, right = place * unit_px - half, place * unit_px + half
+        if all(right <= other_left or other_right <= left for other_left, other_right in rooms):
+            rooms.append((left, right))
+            shown.append((place, label))
+    return shown
 
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QTransform
+from PySide6.QtGui import QFontMetricsF, QPainter, QTransform
 from PySide6.QtWidgets import (
     QGraphicsItem,
     QGraphicsScene,
@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from app.samples.ring_buffers import Envelope
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
-from ui.plots.axis import label_axis
+from ui.plots.axis import LabelAxis
 from ui.plots.lanes import Lane, Limit, Scale, Span, Tick, fitting_scale, value_text
 from ui.plots.words import PAD_PX, Words, apart
 from ui.style.painted_widget import pen
@@ -84,7 +84,7 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
             super().paint(painter, option, widget)
 
 
-class ValueAxis(pg.AxisItem):  # type: ignore[misc]
+class ValueAxis(LabelAxis):
     """Labels at the left of a lane, which zoom it when they are dragged."""
 
     dragged = Signal(float)
@@ -174,7 +174,7 @@ class LaneView:
         self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
         self.view.disableAutoRange()
         self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
-        self.values = label_axis(ValueAxis, "left", self.view)
+        self.values = ValueAxis("left", self.view)
         self.values.setCursor(Qt.CursorShape.SizeVerCursor)
         self.values.dragged.connect(lambda way_px: self.zoom(1.01**way_px))
         self.values.double_clicked.connect(lambda: self.fit(is_chosen_too=True))
@@ -192,9 +192,7 @@ class LaneView:
     def apply_theme(self, ink: str, ratio: float) -> None:
         """`ink`: of the curve; `ratio`: device pixels per logical pixel, since cosmetic pens are in the former."""
         theme = current()
-        self.values.setTickFont(font(Size.SMALL))
-        self.values.setTextPen(QColor(theme.muted))
-        self.values.setPen(None)
+        self.values.apply_theme(None)
         # Black hairlines would hide the curve.
         self.grid.setPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
         self.ink = ink

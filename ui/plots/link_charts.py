@@ -13,7 +13,8 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.frame import Reason
 from protocol.translatable import marked
-from ui.plots.static_plot import StaticPlot, apart_from_each_other
+from ui.plots.axis import apart_from_each_other
+from ui.plots.static_plot import StaticPlot
 from ui.style.theme import Meaning, Theme, current, scaled
 
 REASON_WORDS: Final = {

@@ -6,17 +6,17 @@ from typing import ClassVar, Final
 
 import pyqtgraph as pg
 from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt
-from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QKeyEvent, QPainter, QResizeEvent
+from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QKeyEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsPixmapItem, QGraphicsView
 
 from app.text.i18n import tr
-from ui.plots.axis import ago_text, clock_text, fitting_ticks, label_axis, times
+from ui.plots.axis import LabelAxis, ago_text, clock_text, fitting_times, times
 from ui.plots.front import Front
 from ui.plots.lane_view import LaneView
-from ui.plots.lanes import Lane, Mark, Tick, reading
+from ui.plots.lanes import Lane, Mark, reading
 from ui.plots.sight import Sight
-from ui.plots.words import Words, beside
+from ui.plots.words import GAP_PX, Words, beside
 from ui.style import icons
 from ui.style.painted_widget import mixed
 from ui.style.theme import Size, current, font
@@ -27,7 +27,6 @@ _MIN_LANES: Final = 2
 _MIN_LINES: Final = 2.5
 """Minimum height of a lane in lines of text, below which the labels of limits overlap; one line for the first two
 lanes."""
-_GAP_PX: Final = 4
 _ICON_PX: Final = 14
 _EDGE_PX: Final = 2
 """Of the view in front around the lanes, for the frame of the focus."""
@@ -62,7 +61,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             lane_view.values.double_clicked.connect(sight.changed.emit)
         self.lanes = self.all_lanes
         """Those in sight: only the first ones where there is no room for all."""
-        self.times = label_axis(pg.AxisItem, "bottom", self.front)
+        self.times = LabelAxis("bottom", self.front)
         for item in (self.front, self.times):
             self.scene().addItem(item)
         self._drawn: Hashable = None
@@ -71,17 +70,13 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """The length drawn last, and whether it was live."""
         self._written: object = None
         """What the words depended on when they were written, if nothing else than these lets them change."""
-        self._ticks: list[Tick] = []
-        self._labels: list[tuple[Tick, float, float]] = []
-        """Those of the ticks that fit, and their ends within the width of the lanes."""
-        self._shown_labels: list[Tick] = []
+        self._labelled: object = None
+        """What the labels of the time line depended on when they were set."""
 
     def apply_theme(self) -> None:
         theme = current()
         self.setBackgroundBrush(QColor(theme.surface))
-        self.times.setTickFont(font(Size.SMALL))
-        self.times.setTextPen(QColor(theme.muted))
-        self.times.setPen(QColor(theme.border))
+        self.times.apply_theme(QPen(QColor(theme.border)))
         for number, lane in enumerate(self.all_lanes):
             lane.apply_theme(theme.curves[number % len(theme.curves)], self.devicePixelRatioF())
         self._is_styled = True
@@ -115,7 +110,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.sight.width_px = max(1.0, self.lanes[0].box.width() * self.devicePixelRatioF())
         boxes = self.lanes[0].box.united(self.lanes[-1].box)
         self.front.setGeometry(boxes.adjusted(-_EDGE_PX, -_EDGE_PX, _EDGE_PX, _EDGE_PX))
-        self._labels, self._written = [], None
+        self._labelled = self._written = None
 
     def fit(self, *, is_chosen_too: bool = False) -> None:
         """Lets the vertical scales shrink with the next draw."""
@@ -164,24 +159,17 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
         is_clock = self.shows_clock or not sight.is_live
         ticks = times(span.length_s, most, span.end_s + self.wall_offset_s if is_clock else None)
-        if ticks != self._ticks or not self._labels:
-            self._ticks, self._labels = ticks, fitting_ticks(ticks, box.width(), span.length_s)
-            edge_s = _EDGE_PX * span.length_s / max(1.0, box.width())
-            self.front.setXRange(-span.length_s - edge_s, edge_s, padding=0.0)
-            self._label_times()
         for lane in self.lanes:
             lane.draw(span, ticks)
-        words = self.hasFocus(), [lane.words_key for lane in self.lanes]
+        words, taken = (self.hasFocus(), [lane.words_key for lane in self.lanes]), list[tuple[float, float]]()
         if marks or cursor_s is not None or words != self._written:
             self._written = None if marks or cursor_s is not None else words
-            self._write(marks)
-
-    def _label_times(self, left: float = 0.0, right: float = 0.0) -> None:
-        """Without the labels that a word between these places would cover partly: they would show another time."""
-        labels = [tick for tick, begin, end in self._labels if not right or end <= left or right <= begin]
-        if labels != self._shown_labels:
-            self._shown_labels = labels
-            self.times.setTicks([labels])
+            taken = self._write(marks)
+        if (ticks, taken) != self._labelled:
+            self._labelled = ticks, taken
+            second_px = max(1.0, box.width()) / span.length_s
+            self.front.setXRange(-span.length_s - _EDGE_PX / second_px, _EDGE_PX / second_px, padding=0.0)
+            self.times.setTicks([fitting_times(ticks, span.length_s, second_px, taken)])
 
     def svg(self) -> bytes:
         """All as lines and texts, without the pictures that the axes are kept as. The exporter of pyqtgraph 0.14 fails
@@ -209,8 +197,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         near_s = _NEAR_PX * self.devicePixelRatioF() * self.sight.pixel_s
         return " · ".join((text, *(tr(mark.word) for mark in marks if abs(mark.time_s - cursor_s) < near_s)))
 
-    def _write(self, marks: Sequence[Mark]) -> None:
-        """All words: the important ones first, since none may cover another."""
+    def _write(self, marks: Sequence[Mark]) -> list[tuple[float, float]]:
+        """All words: the important ones first, since none may cover another. Returns what they take of the row of the
+        times, in pixels from its end."""
         words, theme, lines = self.words, current(), list[tuple[float, QColor]]()
         words.clear()
         self.front.setBorder(pg.mkPen(theme.information.ink, width=2) if self.hasFocus() else None)
@@ -220,7 +209,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         lefts = [boxes.left(), *self._write_marks(marks, lines)]  # the first title is in the row of the marks
         for lane in self.lanes:
             title = words.made(tr(lane.lane.title), lane.ink, is_bold=True)
-            placed = words.put(title, *(QPointF(left, lane.title_top) for left in lefts), gap_px=_GAP_PX)
+            placed = words.put(title, *(QPointF(left, lane.title_top) for left in lefts))
             if placed is not None:
                 words.put(words.made(lane.lane.unit, theme.muted), QPointF(placed.right() + 6, lane.title_top))
             lefts = lefts[:1]
@@ -231,8 +220,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             note = words.made(tr("A higher window also shows: {plots}", plots=hidden), theme.muted)
             place = QPointF(boxes.left(), self.viewport().height() - note.boundingRect().height() - 2)
             words.put(note, place, is_above=True)
-        self._write_cursor(lines)
+        taken = self._write_cursor(lines)
         self.front.show_lines(lines)
+        return taken
 
     def _write_marks(self, marks: Sequence[Mark], lines: list[tuple[float, QColor]]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
@@ -245,24 +235,24 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
                 # Fainter than cursor and curves; mixed, since transparent pens are slow.
                 lines.append((mark.time_s - end_s, ink if theme.line_px > 1 else mixed(ink, theme.surface, 0.4)))
             icon = QGraphicsPixmapItem(icons.pixmap(mark.icon, _ICON_PX, ink, ratio=self.devicePixelRatioF()))
-            room = words.put(icon, QPointF(x - _ICON_PX / 2, first.title_top), gap_px=_GAP_PX)
+            room = words.put(icon, QPointF(x - _ICON_PX / 2, first.title_top))
             if room is not None:
                 shown.append((mark, room))
         for mark, room in shown:
             word = words.made(tr(mark.word), theme.ink(mark.meaning).name(), is_bold=True)
-            fits = room.right() + 3 + word.boundingRect().width() < self.viewport().width()
-            placed = words.put(word, QPointF(room.right() + 3, first.title_top), gap_px=2) if fits else None
-            ends.append((placed or room).right() + 2 * _GAP_PX)
+            fits = room.right() + GAP_PX + 1 + word.boundingRect().width() < self.viewport().width()
+            placed = words.put(word, QPointF(room.right() + GAP_PX + 1, first.title_top)) if fits else None
+            ends.append((placed or room).right() + 2 * GAP_PX)
         return sorted(ends)
 
-    def _write_cursor(self, lines: list[tuple[float, QColor]]) -> None:
-        """Its line, the values beside the samples, and the time below."""
+    def _write_cursor(self, lines: list[tuple[float, QColor]]) -> list[tuple[float, float]]:
+        """Its line, the values beside the samples, and the time below, which a label that it covered partly would show
+        as another time."""
         words, theme, cursor_s = self.words, current(), self.sight.cursor_s
         for lane in self.all_lanes:
             lane.show_dot(cursor_s)
         if cursor_s is None:
-            self._label_times()
-            return
+            return []
         lines.append((cursor_s - self.sight.span.end_s, QColor(theme.text)))
         x = self.lanes[0].x(cursor_s)
         for lane, value in zip(self.lanes, self.readings, strict=False):
@@ -274,8 +264,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         size = tag.boundingRect().size()
         row = QRectF(last.left(), last.bottom() + 2, self.viewport().width() - last.left(), size.height())
         room = words.put(tag, beside(x, row.center().y(), size, row), is_above=True)
-        if room is not None:
-            self._label_times(room.left() - last.left(), room.right() - last.left())
+        return [] if room is None else [(room.left() - last.right(), room.right() - last.right())]
 
     # Keyboard
 

@@ -1,6 +1,6 @@
 """Base of the charts that show something and are not operated like a time plot."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar, Final
 
 import pyqtgraph as pg
@@ -8,26 +8,14 @@ from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QFontMetricsF
 from PySide6.QtWidgets import QSizePolicy
 
-from ui.plots.axis import label_axis
+from ui.plots.axis import LabelAxis
+from ui.plots.lanes import Tick
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Size, Space, Theme, current, font, scaled
 from ui.widgets.layouts import in_column
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _GAP_PX: Final = 4
-TickLabel = tuple[float, str]
-
-
-def apart_from_each_other(labels: Iterable[TickLabel], unit_px: float) -> list[TickLabel]:
-    """Those of `labels`, the most important first, that touch none before them; `unit_px` is the scale of the axis."""
-    metrics, rooms, shown = QFontMetricsF(font(Size.SMALL)), list[tuple[float, float]](), list[TickLabel]()
-    for place, label in labels:
-        half = (metrics.horizontalAdvance(label) + _GAP_PX) / 2
-        left, right = place * unit_px - half, place * unit_px + half
-        if all(right <= other_left or other_right <= left for other_left, other_right in rooms):
-            rooms.append((left, right))
-            shown.append((place, label))
-    return shown
 
 
 class StaticPlot(PaintedWidget):
@@ -67,7 +55,7 @@ class StaticPlot(PaintedWidget):
         view.sigResized.connect(self.fit_to_view)
         canvas.addItem(view, 0, 1)
         # Their width follows the labels: a picture of another width would cut them off.
-        self.axes = {side: label_axis(pg.AxisItem, side, view, is_cached=False) for side in ("left", "bottom")}
+        self.axes = {side: LabelAxis(side, view, is_cached=False) for side in ("left", "bottom")}
         canvas.addItem(self.axes["left"], 0, 0)
         canvas.addItem(self.axes["bottom"], 1, 1)
         self.column.insertWidget(self.head_rows, canvas, 1)
@@ -83,9 +71,7 @@ class StaticPlot(PaintedWidget):
         # Half a label may be above the view, and half the last one beside it.
         self.layout_of_view.setContentsMargins(0, scaled(Space.S), scaled(Space.M), 0)
         for side, axis in self.axes.items():
-            axis.setTickFont(font(Size.SMALL))
-            axis.setTextPen(QColor(theme.muted))
-            axis.setPen(pg.mkPen(theme.divider, width=theme.border_px) if side == "bottom" else None)
+            axis.apply_theme(pg.mkPen(theme.divider, width=theme.border_px) if side == "bottom" else None)
             self.show_ticks(side, ())
         self.draw(theme)
 
@@ -114,7 +100,7 @@ class StaticPlot(PaintedWidget):
     def set_range(self, across: tuple[float, float], up: tuple[float, float]) -> None:
         self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)
 
-    def show_ticks(self, side: str, labels: Sequence[TickLabel], title: str = "") -> None:
+    def show_ticks(self, side: str, labels: Sequence[Tick], title: str = "") -> None:
         """Labels an axis, which takes the room that they need."""
         axis, metrics = self.axes[side], QFontMetricsF(font(Size.SMALL))
         lines = [line for _, label in labels for line in label.split("\n")]

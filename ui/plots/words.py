@@ -15,6 +15,8 @@ from PySide6.QtWidgets import (
 
 from ui.style.theme import Size, font
 
+GAP_PX: Final = 4
+"""Beside a word, between it and others."""
 PAD_PX: Final = 6
 """Beside a word on a ground."""
 _ROUND_PX: Final = 4
@@ -57,13 +59,13 @@ class Words:
         word.setParentItem(plate)
         return plate
 
-    def put(self, item: QGraphicsItem, *places: QPointF, gap_px: float = 0.0, is_above: bool = False) -> QRectF | None:
-        """Shows `item` at the first of `places`, its upper left corners, where it is `gap_px` from all others, or where
-        it `is_above` them. Returns the place, None where there is no room."""
+    def put(self, item: QGraphicsItem, *places: QPointF, is_above: bool = False) -> QRectF | None:
+        """Shows `item` at the first of `places`, its upper left corners, where it is apart from all others, or where it
+        `is_above` them. Returns the place, None where there is no room."""
         box = item.boundingRect()
         for corner in places:
             room = QRectF(corner.toPoint(), box.size())
-            around = room.adjusted(-gap_px, 0, gap_px, 0)
+            around = room.adjusted(-GAP_PX, 0, GAP_PX, 0)
             if is_above or not any(around.intersects(other) for other in self._rooms):
                 self._rooms.append(room)
                 item.setPos(room.topLeft() - box.topLeft())

@@ -14,7 +14,8 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.flight_set import FireMap
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.plots.static_plot import StaticPlot, apart_from_each_other
+from ui.plots.axis import apart_from_each_other
+from ui.plots.static_plot import StaticPlot
 from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 from ui.widgets.controls import named
