@@ -9,7 +9,7 @@ A permit allows at most one frame: it is spent before the frame is sent, and it 
 repeated. The outcome is what the module reports afterwards.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.engine.device import StatusSample
@@ -158,7 +158,7 @@ def perform(
     frame = request.encode()
     entry = journal.begin(act, frame, _detail((yield Inspect())))
     try:
-        unsent = yield from last_moment(act, journal, (entry,), permit=permit, armed=armed)
+        unsent = yield from last_moment(act, journal, entry, permit=permit, armed=armed)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
         raise
@@ -175,14 +175,12 @@ def perform(
 
 
 def last_moment(
-    act: Act, journal: Journal, intents: Sequence[Entry], *, permit: Permit | None, armed: Armed | None
+    act: Act, journal: Journal, intent: Entry, *, permit: Permit | None, armed: Armed | None
 ) -> Procedure[tuple[Refusal, ...] | None]:
-    """Wait until the intents are durable, judge the conditions again and spend the permit. None: the frame may be sent
+    """Wait until the intent is durable, judge the conditions again and spend the permit. None: the frame may be sent
     now, and only now; else why not."""
-    is_slow = False
     try:
-        for intent in intents:
-            is_slow |= yield from durable(intent)
+        is_slow = yield from durable(intent)
     except UserError as error:
         return (Refusal(Interlock.INTENT_DURABLE, joined((message(LOG_FAILED), error.message), " ")),)
     if is_slow:

@@ -26,7 +26,7 @@ from app.procedures.find import look_for
 from app.procedures.write import SetReply, acknowledged
 from app.safety.acts import Act
 from app.safety.interlocks import Refusal
-from app.safety.journal import Entry, Journal, Outcome
+from app.safety.journal import Journal, Outcome
 from app.safety.permit import Permit
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -60,7 +60,6 @@ _OUTCOMES: Mapping[BaudEnd, Outcome] = {
     BaudEnd.AT_RESTART: Outcome.UNKNOWN,
     BaudEnd.UNCHANGED: Outcome.REFUSED,
     BaudEnd.ELSEWHERE: Outcome.UNKNOWN,
-    BaudEnd.LOST: Outcome.UNKNOWN,
     BaudEnd.NOT_SENT: Outcome.NOT_SENT,
 }
 
@@ -98,46 +97,44 @@ def change_baud(
     refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     if refused:
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
-    pending = journal.begin_baud(old_rate, new_rate)
     entry = journal.begin(Act.CHANGE_BAUD, request.encode(), {"old": old_rate, "new": new_rate})
     try:
-        unsent = yield from last_moment(Act.CHANGE_BAUD, journal, (pending, entry), permit=permit, armed=armed)
+        unsent = yield from last_moment(Act.CHANGE_BAUD, journal, entry, permit=permit, armed=armed)
     except (Cancelled, PortLost, PortError):
-        _settle_unsent(journal, entry, pending)
+        journal.settle(entry, Outcome.NOT_SENT, {})
         raise
     if unsent is not None:
-        _settle_unsent(journal, entry, pending)
+        journal.settle(entry, Outcome.NOT_SENT, {})
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=unsent)
-    try:
-        reply = acknowledged((yield Ask(request, is_deliberate=True)))
-        if reply.heard is SetReply.NOT_SENT:
-            changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
-        else:
-            found = yield from look_for(new_rate, old_rate)
-            end = _end(old_rate, new_rate, found, reply.heard)
-            changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=found)
-    except (Cancelled, PortLost, PortError) as error:
-        journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
-        raise
-    journal.settle(entry, _OUTCOMES[changed.end], {"end": changed.end.value, "found": changed.found_rate})
-    if changed.end is not BaudEnd.LOST:  # else it is searched for at the next start
-        journal.settle_baud(pending, changed.end.value)
+    # Without an outcome, as where the port is lost now, the module is searched for at the next start.
+    reply = acknowledged((yield Ask(request, is_deliberate=True)))
+    if reply.heard is SetReply.NOT_SENT:
+        changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
+    else:
+        found = yield from look_for(new_rate, old_rate)
+        end = _end(old_rate, new_rate, found, reply.heard)
+        changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=found)
+    if changed.end is not BaudEnd.LOST:
+        journal.settle(entry, *_logged(changed.end, changed.found_rate))
     return changed
 
 
-def _settle_unsent(journal: Journal, entry: Entry, pending: Entry) -> None:
-    journal.settle(entry, Outcome.NOT_SENT, {})
-    journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
+def _logged(end: BaudEnd, found: int | None) -> tuple[Outcome, dict[str, object]]:
+    return _OUTCOMES[end], {"end": end.value, "found": found}
+
+
+def logged_later(old_rate: int, new_rate: int, found: int) -> tuple[Outcome, dict[str, object]]:
+    """What came of a change that was logged without an outcome, by the rate at which the module answers."""
+    return _logged(_found_later(old_rate, new_rate, found), found)
 
 
 def _end(old_rate: int, new_rate: int, found: int | None, heard: SetReply) -> BaudEnd:
-    end = BaudEnd.LOST if found is None else end_found(old_rate, new_rate, found)
+    end = BaudEnd.LOST if found is None else _found_later(old_rate, new_rate, found)
     is_acknowledged = heard in (SetReply.ECHO, SetReply.ONE)
     return BaudEnd.AT_RESTART if end is BaudEnd.UNCHANGED and is_acknowledged else end
 
 
-def end_found(old_rate: int, new_rate: int, found: int) -> BaudEnd:
-    """What became of a change without an outcome, by the rate at which the module answers."""
+def _found_later(old_rate: int, new_rate: int, found: int) -> BaudEnd:
     if found == new_rate:
         return BaudEnd.CHANGED
     return BaudEnd.UNCHANGED if found == old_rate else BaudEnd.ELSEWHERE

@@ -54,14 +54,6 @@ class Journal(Protocol):
         """Log the outcome; a missing one reads as unknown."""
         ...
 
-    def begin_baud(self, old_rate: int, new_rate: int, /) -> Entry:
-        """Log the rates to search after a crash."""
-        ...
-
-    def settle_baud(self, entry: Entry, outcome: str, /) -> None:
-        """Log that the module was found, or that the search ended."""
-        ...
-
 
 class NoJournal:
     """Without a store nothing can be logged, so nothing dangerous is sent."""
@@ -74,21 +66,12 @@ class NoJournal:
         return False
 
     def begin(self, _act: Act, _frame: bytes, _detail: Mapping[str, object], /) -> Entry:
-        return self._refused()
-
-    def settle(self, _entry: Entry, _outcome: Outcome, _result: Mapping[str, object], /) -> None:
-        return
-
-    def begin_baud(self, _old_rate: int, _new_rate: int, /) -> Entry:
-        return self._refused()
-
-    def settle_baud(self, _entry: Entry, _outcome: str, /) -> None:
-        return
-
-    def _refused(self) -> Entry:
         entry = Entry()
         entry.set_exception(UserError(self._why))
         return entry
+
+    def settle(self, _entry: Entry, _outcome: Outcome, _result: Mapping[str, object], /) -> None:
+        return
 
 
 def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:

@@ -39,7 +39,7 @@ class FactKind(Enum):
     ACT = "act"
     """The intent of an act."""
     BAUD = "baud_change"
-    """The intent to change the baud rate."""
+    """The intent to change the baud rate, as logged before it was an act like the others."""
     OUTCOME = "outcome"
     """What came of an intent."""
     AUDIT = "audit_link"

@@ -174,22 +174,18 @@ class Store:
                 entries[number] = audit_entry(number, at, content, settled_at, object_in(outcome))
         return tuple(reversed(entries.values()))
 
-    # Changes of baud rate
-
-    def begin_baud(self, old_rate: int, new_rate: int, *, port: str, adapter: str) -> int:
-        content = {"port": port, "adapter": adapter, "old_rate": old_rate, "new_rate": new_rate}
-        return self.facts.add(FactKind.BAUD, content)
-
-    def settle_baud(self, entry: int, outcome: str) -> None:
-        self.facts.end(entry, {"outcome": outcome})
-
     def pending_bauds(self) -> tuple[PendingBaud, ...]:
-        """Changes without an outcome, the newest first; checked at the next start."""
-        intents = self.facts.select(FactKind.BAUD, "AND NOT EXISTS (SELECT 1 FROM facts o WHERE o.link = facts.hash "
-                                    "AND o.kind = ?) ORDER BY number DESC", (FactKind.OUTCOME.value,))  # fmt: skip
-        names = ("port", "adapter", "old_rate", "new_rate")
+        """Changes of the baud rate without an outcome, the newest first; checked at the next start. `settle` ends
+        one."""
+        is_open = "AND NOT EXISTS (SELECT 1 FROM facts o WHERE o.link = facts.hash AND o.kind = ?) ORDER BY number DESC"
+        ended = FactKind.OUTCOME.value
+        acts = self.facts.select(FactKind.ACT, f"AND link = ? {is_open}", (Act.CHANGE_BAUD.value, ended))
+        former = self.facts.select(FactKind.BAUD, is_open, (ended,))
+        rates = [(fact, fact.content["detail"], ("old", "new")) for fact in acts]
+        rates += [(fact, fact.content, ("old_rate", "new_rate")) for fact in former]
         return tuple(
-            PendingBaud(id=one.number, at=one.at, **{name: one.content[name] for name in names}) for one in intents
+            PendingBaud(fact.number, fact.content["port"], said.get("adapter", ""), said[old], said[new], fact.at)
+            for fact, said, (old, new) in rates
         )
 
 

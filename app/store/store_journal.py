@@ -2,7 +2,7 @@
 
 import logging
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from app.safety.acts import Act
@@ -54,41 +54,30 @@ class StoreJournal:
         return True
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
-        store, kept = self._store, {**detail_of(self._known_as, self._adapter), **detail}
-        return self._write(lambda: store.begin(act, frame, kept, port=self._port, origin=self._origin))
+        kept = {**detail_of(self._known_as, self._adapter), **detail}
 
-    def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
-        kept = dict(result)
-        self._settle(entry, lambda number: self._store.settle(number, outcome, kept))
-
-    def begin_baud(self, old_rate: int, new_rate: int) -> Entry:
-        return self._write(lambda: self._store.begin_baud(old_rate, new_rate, port=self._port, adapter=self._adapter))
-
-    def settle_baud(self, entry: Entry, outcome: str) -> None:
-        self._settle(entry, lambda number: self._store.settle_baud(number, outcome))
-
-    def _write(self, write: Callable[[], int]) -> Entry:
-        def work() -> int:
+        def write() -> int:
             try:
-                return write()
+                return self._store.begin(act, frame, kept, port=self._port, origin=self._origin)
             except StoreTrouble as error:
                 _log.warning("The audit log cannot be written: %s", error)
                 raise
 
-        return self._store.queue.submit(work)
+        return self._store.queue.submit(write)
 
-    def _settle(self, entry: Entry, settle: Callable[[int], None]) -> None:
+    def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
         """Behind its entry: the queue keeps the order. An intent that was not written has no outcome to write."""
+        kept = dict(result)
 
-        def work() -> None:
+        def write() -> None:
             if entry.cancelled() or entry.exception() is not None:
                 return
             try:
-                settle(entry.result())
+                self._store.settle(entry.result(), outcome, kept)
             except StoreTrouble as error:
                 _log.warning("The outcome of an act is not in the audit log: %s", error)
 
-        self._store.queue.submit(work)
+        self._store.queue.submit(write)
 
 
 def journal_for(

@@ -81,7 +81,7 @@ def _last_moment() -> Procedure[tuple[Refusal, ...] | None]:
     intent = Entry()
     intent.set_result(0)
     permit = _permit(Act.SHUTDOWN)
-    return (yield from last_moment(Act.SHUTDOWN, FakeJournal(), (intent,), permit=permit, armed=None))
+    return (yield from last_moment(Act.SHUTDOWN, FakeJournal(), intent, permit=permit, armed=None))
 
 
 def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:

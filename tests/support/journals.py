@@ -4,8 +4,10 @@ from collections.abc import Mapping
 
 from app.safety.acts import Act
 from app.safety.journal import Entry, Outcome
+from app.store.store import Store
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
+from protocol.catalogue import BAUD_RATE
 
 
 class FakeJournal:
@@ -15,8 +17,6 @@ class FakeJournal:
         self.intents: list[tuple[Act, bytes, Mapping[str, object]]] = []
         self.outcomes: dict[int, Outcome] = {}
         self.results: dict[int, Mapping[str, object]] = {}
-        self.rates: list[tuple[int, int]] = []
-        self.settled_rates: dict[int, str] = {}
         self.is_ready = True
         self.is_broken = False
         self.is_held = False
@@ -38,16 +38,6 @@ class FakeJournal:
             self.outcomes[self._numbers[entry]] = outcome
             self.results[self._numbers[entry]] = result
 
-    def begin_baud(self, old_rate: int, new_rate: int, /) -> Entry:
-        if self.is_broken:
-            return _failed()
-        self.rates.append((old_rate, new_rate))
-        return self._entry(len(self.rates) - 1)
-
-    def settle_baud(self, entry: Entry, outcome: str, /) -> None:
-        if entry in self._numbers:
-            self.settled_rates[self._numbers[entry]] = outcome
-
     def flush(self) -> None:
         """Complete the writes that were held."""
         for entry, number in self._numbers.items():
@@ -66,3 +56,10 @@ def _failed() -> Entry:
     entry = Entry()
     entry.set_exception(UserError(UserMessage("The disk is full.")))
     return entry
+
+
+def begin_baud(store: object) -> None:
+    """The program ended while it changed the rate of a module at `sim://crashed`."""
+    assert isinstance(store, Store)
+    rates = {"old": 115200, "new": 9600}
+    store.begin(Act.CHANGE_BAUD, BAUD_RATE.set(9600).encode(), rates, port="sim://crashed", origin="window")

@@ -1,7 +1,7 @@
 """Says what an earlier run left: a module ACTIVE, until that module, known by its name, reports LOCKED; or a change of
 baud rate that was interrupted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
@@ -9,8 +9,9 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.device import How
 from app.engine.target import Target
 from app.engine.worker import Batch, Job
-from app.procedures.baud import end_found
+from app.procedures.baud import logged_later
 from app.procedures.find import look_for
+from app.safety.journal import Outcome
 from app.safety.last_known import Activation
 from app.store.database import StoreTrouble
 from app.store.left_active import LeftActive, left_active, note_continued, note_locked, note_report
@@ -161,17 +162,17 @@ class BaudRecovery:
             if found is None:
                 self._say(tr("Not found. Switch the module off and on, then “Find my module”."))
                 return
-            self._settle(pending, end_found(pending.old_rate, pending.new_rate, found).value)
+            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, found))
             self._say(tr("The module answers at {rate} baud.", rate=found))
 
         self._connector.run(look_for(pending.new_rate, pending.old_rate), end)
 
     def _discard(self, pending: PendingBaud) -> None:
-        self._settle(pending, "forgotten")
+        self._settle(pending, Outcome.UNKNOWN, {"end": "forgotten"})
         self._close()
 
-    def _settle(self, pending: PendingBaud, end: str) -> None:
+    def _settle(self, pending: PendingBaud, outcome: Outcome, result: Mapping[str, object]) -> None:
         store = self._storage.store
         if isinstance(store, Store):
-            settle = partial(store.settle_baud, pending.id, end)
+            settle = partial(store.settle, pending.id, outcome, result)
             self._writing.run_in(store.queue, settle, lambda _none: None, lambda trouble: self._say(trouble.sentence))

@@ -82,7 +82,6 @@ def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silenc
         (PortError(PortTrouble.LOST, "/dev/x", "gone"), "/dev/x: lost: gone"),
         (Slept(90.0), "the computer slept for 90 s"),
         (NoJournal(UserMessage("no disk")).begin(Act.LOCK, b"", {}).exception(0.0), "no disk"),
-        (NoJournal(UserMessage("no disk")).begin_baud(9600, 4800).exception(0.0), "no disk"),
     ],
     ids=lambda value: type(value).__name__,
 )

@@ -110,7 +110,7 @@ def test_it_goes_on_where_it_ended(store: Store) -> None:
                              origin="window"), Outcome.CONFIRMED, {})  # fmt: skip
     assert left_active(store) == ()
     (pending,) = store.pending_bauds()
-    store.settle_baud(pending.id, "changed")
+    store.settle(pending.id, Outcome.CONFIRMED, {"end": "changed"})
     assert store.pending_bauds() == ()
     assert store.facts.faults() == []
 

@@ -78,11 +78,12 @@ def test_settings_that_were_tampered_with_give_only_what_fits() -> None:
 
 def test_a_change_of_rate_is_pending_until_it_is_settled(folder: Path) -> None:
     with closing(open_store(folder)) as store:
-        entry = store.begin_baud(115200, 9600, port="sim://", adapter="usb 1")
+        rates = {"old": 115200, "new": 9600, "adapter": "usb 1"}
+        entry = store.begin(Act.CHANGE_BAUD, FRAME, rates, port="sim://", origin="window")
     with closing(open_store(folder)) as store:
         (pending,) = store.pending_bauds()
         assert (pending.id, pending.old_rate, pending.new_rate, pending.adapter) == (entry, 115200, 9600, "usb 1")
-        store.settle_baud(entry, "changed")
+        store.settle(entry, Outcome.CONFIRMED, {"end": "changed"})
         assert store.pending_bauds() == ()
 
 
@@ -164,8 +165,6 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     assert not journal.is_ready
     with pytest.raises(UserError, match="may not write"):
         journal.begin(Act.ZERO, FRAME, {}).result(PATIENCE_S)
-    with pytest.raises(UserError):
-        journal.begin_baud(115200, 9600).result(PATIENCE_S)
 
 
 @pytest.mark.parametrize(
@@ -175,8 +174,7 @@ def test_a_store_that_takes_nothing_any_more_says_so(folder: Path, pragma: str, 
     with closing(open_store(folder)) as store:
         journal = StoreJournal(store, port="p", origin="window")
         entry = journal.begin(Act.ZERO, FRAME, {})
-        rate = journal.begin_baud(115200, 9600)
-        rate.result(PATIENCE_S)
+        entry.result(PATIENCE_S)
         with store.database.transaction():
             store.database.read(f"PRAGMA {pragma}")
         with pytest.raises(StoreTrouble) as trouble:
@@ -185,7 +183,6 @@ def test_a_store_that_takes_nothing_any_more_says_so(folder: Path, pragma: str, 
         with pytest.raises(UserError):
             journal.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}).result(PATIENCE_S)
         journal.settle(entry, Outcome.CONFIRMED, {"much": "x" * 100_000})
-        journal.settle_baud(rate, "x" * 100_000)
         store.queue.submit(int).result(PATIENCE_S)
         assert store.audit()[0].outcome is Outcome.UNKNOWN
 

@@ -16,6 +16,7 @@ from app.engine.identity import IdentityEvidence
 from app.records.check_store import CheckStore
 from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
+from tests.support.journals import begin_baud
 from tests.support.patience import MACHINE_S
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, window
 from tests.support.window.preflight_window import OnBench, on_bench
@@ -149,7 +150,7 @@ def test_the_window_goes_on_while_a_broken_off_baud_change_is_forgotten(
 ) -> None:
     storage = Storage()
     assert isinstance(storage.store, Store)
-    storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")
+    begin_baud(storage.store)
     storage.close()
     with simulated("crashed"), window(qapp, tmp_path) as assembly:
         bar = find(assembly.window, NoticeBar, "notice_bar")

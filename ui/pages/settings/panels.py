@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QStackedLayout, QWidget
 
 from app.engine.worker import Job
-from app.procedures.baud import BaudChanged, BaudEnd, change_baud, end_found
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud, logged_later
 from app.procedures.light_calibration import Band, CalibrationFault, Proposal, measure_light, propose
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock
@@ -148,7 +148,7 @@ def _settle(store: Store, port: str, found: int) -> None:
     """Runs in the store's thread: the last change at this port is not asked about at the next start."""
     last = next((one for one in store.pending_bauds() if one.port == port), None)
     if last is not None:
-        store.settle_baud(last.id, end_found(last.old_rate, last.new_rate, found).value)
+        store.settle(last.id, *logged_later(last.old_rate, last.new_rate, found))
 
 
 CLOSED, OPEN = "closed", "open"

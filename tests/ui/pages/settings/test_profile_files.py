@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.target import Target
 from app.settings.form import RowState
 from app.simulator import bench as benches
+from tests.support.journals import begin_baud
 from tests.support.window import walk
 from tests.support.window.fakes_ui import simulated, wait_online, window
 from tests.support.window.settings_bench import ENTRIES, Desk, desk
@@ -166,7 +167,7 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, module_rate: int
 ) -> None:
     storage = Storage()
-    storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
+    begin_baud(storage.store)
     storage.close()
     with simulated("crashed", baud=module_rate), window(qapp, tmp_path, entries=ENTRIES) as assembly:
         bar = find(assembly.window, NoticeBar, "notice_bar")
@@ -186,7 +187,7 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
 
 def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     storage = Storage()
-    storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
+    begin_baud(storage.store)
     storage.close()
     with simulated("flying", active=True), window(qapp, tmp_path, entries=ENTRIES) as assembly:
         connector = assembly.connector
