@@ -178,6 +178,10 @@
         <translation>全部模块的 A4 标签页…</translation>
     </message>
     <message>
+        <source>A4 sheets…</source>
+        <translation>A4 标签页…</translation>
+    </message>
+    <message>
         <source>ACTIVE</source>
         <translation>已激活</translation>
     </message>
@@ -286,6 +290,10 @@
         <translation>添加每个模块的串口。</translation>
     </message>
     <message>
+        <source>Add the port that the modules are plugged into.</source>
+        <translation>请添加连接模块的串口。</translation>
+    </message>
+    <message>
         <source>Add to a profile…</source>
         <translation>写入已有配置文件…</translation>
     </message>
@@ -316,6 +324,10 @@
     <message>
         <source>All</source>
         <translation>全部</translation>
+    </message>
+    <message>
+        <source>All are new, also those that resemble a known module</source>
+        <translation>全部是新模块，包括与已知模块相似的</translation>
     </message>
     <message>
         <source>All commands: {command}</source>
@@ -486,12 +498,24 @@
         <translation>自动触发</translation>
     </message>
     <message>
+        <source>BATCH DONE</source>
+        <translation>本批完成</translation>
+    </message>
+    <message>
         <source>Back</source>
         <translation>返回</translation>
     </message>
     <message>
         <source>Back to live</source>
         <translation>返回实时</translation>
+    </message>
+    <message>
+        <source>Batch of new modules</source>
+        <translation>新模块批量配置</translation>
+    </message>
+    <message>
+        <source>Batch of new modules…</source>
+        <translation>新模块批量配置…</translation>
     </message>
     <message>
         <source>Batch {names}, profile {profile}: {count} of {all} done</source>
@@ -1150,6 +1174,10 @@
         <translation>空位：{count} 个。</translation>
     </message>
     <message>
+        <source>Enable both triggers of each module</source>
+        <translation>启用每个模块的两项触发</translation>
+    </message>
+    <message>
         <source>Enable it now.</source>
         <translation>立即启用。</translation>
     </message>
@@ -1210,6 +1238,10 @@
         <translation>即使已锁定，也请远离伞仓开口。</translation>
     </message>
     <message>
+        <source>Every name is given. Export the list and print the labels.</source>
+        <translation>名称已全部分配。请导出列表并打印标签。</translation>
+    </message>
+    <message>
         <source>Every session is recorded automatically.</source>
         <translation>每次连接都会自动记录。</translation>
     </message>
@@ -1240,6 +1272,10 @@
     <message>
         <source>Export all…</source>
         <translation>导出全部…</translation>
+    </message>
+    <message>
+        <source>Export list…</source>
+        <translation>导出列表…</translation>
     </message>
     <message>
         <source>Export report…</source>
@@ -1474,6 +1510,10 @@
         <translation>杂乱字节</translation>
     </message>
     <message>
+        <source>Go back and begin again: what is done is kept.</source>
+        <translation>请返回并重新开始：已完成的都已保存。</translation>
+    </message>
+    <message>
         <source>Guided test not passed: {test}.</source>
         <translation>引导测试未通过：{test}。</translation>
     </message>
@@ -1630,6 +1670,10 @@
         <translation>已锁定</translation>
     </message>
     <message>
+        <source>It is read, written, read back, enabled and checked. LOCK works at any time.</source>
+        <translation>正在读取、写入、回读、启用并检查。锁定随时有效。</translation>
+    </message>
+    <message>
         <source>It is this module</source>
         <translation>是该模块</translation>
     </message>
@@ -1660,6 +1704,10 @@
     <message>
         <source>Its approved settings code was removed.</source>
         <translation>已删除其中批准的参数校验码。</translation>
+    </message>
+    <message>
+        <source>Its label reads {module}</source>
+        <translation>标签是 {module}</translation>
     </message>
     <message>
         <source>JSON Schema of an output</source>
@@ -1728,6 +1776,10 @@
     <message>
         <source>Known stations cannot be written: {why}.</source>
         <translation>无法写入已知站点：{why}。</translation>
+    </message>
+    <message>
+        <source>LABEL: {module}?</source>
+        <translation>标签是 {module} 吗？</translation>
     </message>
     <message>
         <source>LOCK</source>
@@ -2126,6 +2178,10 @@
         <translation>模块</translation>
     </message>
     <message>
+        <source>Modules of the batch</source>
+        <translation>本批模块</translation>
+    </message>
+    <message>
         <source>Modules: {count}</source>
         <translation>模块：{count}</translation>
     </message>
@@ -2198,6 +2254,10 @@
         <translation>命名</translation>
     </message>
     <message>
+        <source>Name on its label</source>
+        <translation>标签上的名称</translation>
+    </message>
+    <message>
         <source>Name the module to keep these records.</source>
         <translation>请给模块命名，以保存这些记录。</translation>
     </message>
@@ -2218,8 +2278,16 @@
         <translation>命名为 {name}。</translation>
     </message>
     <message>
+        <source>Names</source>
+        <translation>名称</translation>
+    </message>
+    <message>
         <source>Names are replaced. Nothing is sent.</source>
         <translation>名称已替换。不会发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Names such as {example} are expected.</source>
+        <translation>名称应如 {example}。</translation>
     </message>
     <message>
         <source>Needs decision</source>
@@ -2356,6 +2424,10 @@
     <message>
         <source>No module connected</source>
         <translation>未连接模块</translation>
+    </message>
+    <message>
+        <source>No module is READY without both triggers: let them be enabled.</source>
+        <translation>两项触发未启用的模块不会待激活：请选择启用。</translation>
     </message>
     <message>
         <source>No modules yet</source>
@@ -2882,6 +2954,10 @@
         <translation>插入</translation>
     </message>
     <message>
+        <source>Plug in the next module. Only questions are sent until its label is confirmed.</source>
+        <translation>请接入下一个模块。确认标签之前只发送查询。</translation>
+    </message>
+    <message>
         <source>Plug the adapter in. If no port appears, install its driver.</source>
         <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
     </message>
@@ -2970,6 +3046,10 @@
         <translation>打印标签</translation>
     </message>
     <message>
+        <source>Print labels</source>
+        <translation>打印标签</translation>
+    </message>
+    <message>
         <source>Print the status until Ctrl-C</source>
         <translation>显示实时状态，按 Ctrl-C 结束</translation>
     </message>
@@ -3012,6 +3092,10 @@
     <message>
         <source>Proves that the module is there; two come after power-up.</source>
         <translation>证明模块在线；上电后自行发送两次。</translation>
+    </message>
+    <message>
+        <source>Put this label on the module that is plugged in, then say so: scan it, type it or press.</source>
+        <translation>请把该标签贴到已接入的模块上，然后确认：扫码、输入或按按钮。</translation>
     </message>
     <message>
         <source>Qt needs system libraries that are not here. Type: {command}</source>
@@ -3300,6 +3384,10 @@
     <message>
         <source>SIMULATED MODULE: no evidence.</source>
         <translation>模拟模块：不能作为依据。</translation>
+    </message>
+    <message>
+        <source>STOPPED</source>
+        <translation>已停止</translation>
     </message>
     <message>
         <source>Same module</source>
@@ -3768,6 +3856,10 @@
     <message>
         <source>Table (*.csv)</source>
         <translation>表格 (*.csv)</translation>
+    </message>
+    <message>
+        <source>Take the label {module} off again: the name is free.</source>
+        <translation>请取下标签 {module}：该名称仍可使用。</translation>
     </message>
     <message>
         <source>Take the rotors off.</source>
@@ -4298,6 +4390,10 @@
         <translation>触发记录</translation>
     </message>
     <message>
+        <source>Trigger records reviewed; without an answer: a new module</source>
+        <translation>触发记录已查看；不应答的是新模块</translation>
+    </message>
+    <message>
         <source>Trigger records: {count}</source>
         <translation>触发记录：{count}</translation>
     </message>
@@ -4540,6 +4636,10 @@
     <message>
         <source>Was {before}, now {after}; not written here.</source>
         <translation>原为 {before}，现为 {after}；并非在此写入。</translation>
+    </message>
+    <message>
+        <source>What each module gets</source>
+        <translation>每个模块的配置</translation>
     </message>
     <message>
         <source>What has the keyboard?</source>
@@ -5335,6 +5435,10 @@
     </message>
     <message>
         <source>label</source>
+        <translation>标签</translation>
+    </message>
+    <message>
+        <source>labels</source>
         <translation>标签</translation>
     </message>
     <message>
@@ -6566,6 +6670,10 @@
         <translation>{minutes} 分 {seconds} 秒</translation>
     </message>
     <message>
+        <source>{module} is not one of the names left.</source>
+        <translation>{module} 不在剩余的名称中。</translation>
+    </message>
+    <message>
         <source>{module} is the name of another module: left out.</source>
         <translation>{module} 已是另一模块的名称：跳过。</translation>
     </message>
@@ -6580,6 +6688,10 @@
     <message>
         <source>{module}, given by --module</source>
         <translation>{module}，由 --module 指定</translation>
+    </message>
+    <message>
+        <source>{module}: LEAVE IT IN</source>
+        <translation>{module}：请勿拔下</translation>
     </message>
     <message>
         <source>{module}: LOCK not confirmed on {time}.</source>

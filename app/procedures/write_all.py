@@ -87,6 +87,16 @@ class WriteReport:
         return all(written.is_fine for written in self.results) and not self.changed and not self.unread
 
 
+def why_not_verified(written: Written, refusals: Sequence[Refusal]) -> UserMessage | None:
+    """What to say of a setting; None where it is as written."""
+    fault = written.fault
+    if fault is WriteFault.NO_REPLY and written.waited_s is not None:
+        return message(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
+    if fault is WriteFault.NOT_ALLOWED and refusals:
+        return message(marked("not sent: {why}"), why=joined([refusal.message for refusal in refusals], between=" "))
+    return None if fault is None else message(fault.value)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WriteContext:
     """What `write_all` needs besides the values."""

@@ -9,6 +9,7 @@ from contextlib import suppress
 from datetime import date
 from typing import TYPE_CHECKING, Any, Final
 
+from app.fleet.batch_names import EXAMPLE, counted_names
 from app.terminal.console import did_you_mean, flush_messages
 from app.text.i18n import CHINESE, language, tr
 from app.text.visible_text import NEWLINE, visible
@@ -22,8 +23,6 @@ RATES: Final = (115200, 57600, 38400, 19200, 9600, 4800)
 """`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
 USUAL_RATE: Final = 115200
 MAX_NAME_LENGTH: Final = 200
-MAX_BATCH: Final = 1000
-_NUMBERED: Final = re.compile(r"(.*?)([0-9]{1,9})")
 _HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
 
 
@@ -149,18 +148,9 @@ def module_name(text: str) -> str:
 
 
 def batch_names(text: str) -> tuple[str, ...]:
-    """ "M-001..M-050": names that count upwards, with as many digits; or one name."""
-    first, dots, last = text.partition("..")
-    begin, end = (_NUMBERED.fullmatch(name) for name in (first, last))
-    names: tuple[str, ...] = (first,)
-    if begin is not None and end is not None and begin[1] == end[1]:
-        low, high, digits = int(begin[2]), int(end[2]), len(begin[2])
-        names = tuple(f"{begin[1]}{number:0{digits}}" for number in range(low, min(high, low + MAX_BATCH) + 1))
-        is_valid = len(names) <= MAX_BATCH and names[-1:] == (last,)
-    else:
-        is_valid = not dots
-    if not is_valid or any(visible(name) != name or not 0 < len(name.strip()) == len(name) <= 60 for name in names):
-        raise expected("M-001..M-050")
+    names = counted_names(text)
+    if names is None:
+        raise expected(EXAMPLE)
     return names
 
 

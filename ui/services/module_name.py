@@ -90,9 +90,9 @@ class ModuleName(QObject):
         """A person confirms that it is the expected module."""
         self._port.confirm_identity(self._port.identity)
 
-    def treat_as_new(self) -> None:
-        """A person says that it is another module; it has no name yet."""
-        self._before_new(partial(self._begin_new, ""))
+    def treat_as_new(self, *, name: str = "") -> None:
+        """A person says that it is another module, of this name or without one yet."""
+        self._before_new(partial(self._begin_new, name))
 
     def _begin_new(self, name: str) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too

@@ -65,11 +65,7 @@ class RunningJob(JobNotice):
         """The running procedure (`waiting`, English, until it reports progress), else the last notice."""
         if self._job is None:
             return self.result_notice()
-        report, text = self.progress, tr(waiting)
-        if report is not None:
-            doing = tr(report.doing, **{name: _spoken(value) for name, value in report.values})
-            text = tr("{what} ({done} of {total})", what=doing, done=report.done + 1, total=report.total)
-        return progress_notice(text, self.cancel if can_cancel else None)
+        return progress_notice(progress_text(self.progress, waiting), self.cancel if can_cancel else None)
 
     def _on_another_module(self) -> None:
         self.drop()
@@ -87,6 +83,14 @@ class RunningJob(JobNotice):
                 self.changed.emit()
             else:
                 self.dismiss()  # a person disconnected, which cancelled it
+
+
+def progress_text(report: Report | None, waiting: str) -> str:
+    """What a procedure does; `waiting`, English, until it reports progress."""
+    if report is None:
+        return tr(waiting)
+    doing = tr(report.doing, **{name: _spoken(value) for name, value in report.values})
+    return tr("{what} ({done} of {total})", what=doing, done=report.done + 1, total=report.total)
 
 
 def _spoken(value: object) -> object:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from app.cli.settings.save import notify_missing, read_module
 from app.procedures.write import SetReply, WriteFault, Written
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, why_not_verified, write_all
 from app.safety.acts import Act
 from app.safety.consequences import Weight, consequences
 from app.safety.interlocks import Interlock, Refusal
@@ -29,11 +29,10 @@ from app.terminal.connection import LinkTrouble, connected
 from app.terminal.interruption import Interruption
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
-from app.text.messages import UserMessage, joined, message
+from app.text.messages import UserMessage
 from app.text.sentences import join_names
 from protocol.catalogue import Command
 from protocol.fields import Value
-from protocol.translatable import marked
 
 
 def run(args: argparse.Namespace) -> int:
@@ -146,15 +145,6 @@ def _tell_interrupted(heard: WriteReport, sent: Sequence[SettingChange], begun: 
     rows = [(command.key, doubtful if command in begun else unsent) for command in left]
     for line in (*page_of(heard), *console.columns(rows)):
         console.notify(line)
-
-
-def why_not_verified(written: Written, refusals: Sequence[Refusal]) -> UserMessage | None:
-    fault = written.fault
-    if fault is WriteFault.NO_REPLY and written.waited_s is not None:
-        return message(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
-    if fault is WriteFault.NOT_ALLOWED and refusals:
-        return message(marked("not sent: {why}"), why=joined([refusal.message for refusal in refusals], between=" "))
-    return None if fault is None else message(fault.value)
 
 
 def _is_link_lost(written: Written, refusals: Sequence[Refusal]) -> bool:

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-from app.cli.settings.set import why_not_verified
 from app.engine.device import Device
 from app.engine.identity import (
     Expected,
@@ -28,7 +27,7 @@ from app.procedures.act import perform
 from app.procedures.baud import change_baud
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from app.procedures.write_all import SettingChange, WriteContext, write_all
+from app.procedures.write_all import SettingChange, WriteContext, why_not_verified, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit

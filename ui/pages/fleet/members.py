@@ -81,10 +81,10 @@ class FleetMembers(QObject):
         self.changed.emit()
         return connection
 
-    def connect_all(self, ports: Iterable[PortInfo]) -> None:
-        for port in ports:
+    def connect_all(self) -> None:
+        for port in self._connector.ports.ports:
             if not self.is_connected(port):
-                self.connect_port(Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description))
+                self.connect_port(target_of(port))
 
     def disconnect_port(self, connection: Port) -> None:
         """Disconnect a port; another one becomes current if this one was."""
@@ -183,6 +183,10 @@ class FleetMembers(QObject):
 def _due_by_name(store: Store, names: Iterable[str]) -> Due:
     at = local_now()
     return {name: tuple(service.text for service in service_due(store, name, at)) for name in names}
+
+
+def target_of(port: PortInfo) -> Target:
+    return Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description)
 
 
 def port_text(target: Target | None) -> str:

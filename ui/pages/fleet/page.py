@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QStackedWidget, QToolButton
+from PySide6.QtWidgets import QApplication, QPushButton, QStackedWidget
 
-from app.engine.target import Target
 from app.fleet.card import Card, Need, by_need
 from app.fleet.check_set import check_set_target, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
@@ -23,20 +22,22 @@ from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import capitalised, error_text, join_names, join_sentences
 from app.text.user_error import UserError
-from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import AskOpen, AskPath, AskText, ask_path, ask_profile, ask_text
+from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.files.report_printer import print_report
+from ui.pages.fleet.add_port import AddPort
+from ui.pages.fleet.batch_panel import BatchPanel
+from ui.pages.fleet.batch_turns import BatchTurns
 from ui.pages.fleet.card_widget import NEED_MEANINGS, Board, CardWidget
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
 from ui.pages.fleet.members import FleetMembers
 from ui.pages.fleet.profile_panel import ProfilePanel
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice
+from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.page import Page
 from ui.services.port import Port
-from ui.services.running_job import is_risk_open, risk_notice
+from ui.services.running_job import is_risk_open, progress_text, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
@@ -49,7 +50,6 @@ REFRESH_EVERY_MS: Final = 220
 HELD_S: Final = 5.0
 """After the pointer or the focus has left the board, the cards keep their places for this long."""
 ALL_EVERY: Final = 4
-SIMULATED: Final = "sim://module-{number}?lifelike&noise=1"
 
 
 class FleetPage(Page):
@@ -64,22 +64,28 @@ class FleetPage(Page):
         self._services, self._connector = services, services.connector
         self.ask_profile: AskOpen = ask_profile
         self.ask_report: AskPath = ask_path
-        self.ask_text: AskText = ask_text
         self.members = FleetMembers(services, self)
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[Port, CardWidget] = {}
+        self.turns = BatchTurns(services, self)
         self.result = JobNotice(self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s reports", self)
         self._make_controls()
         self._lay_out()
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
-        for changed in (self.members.changed, self.checks.changed, self.result.changed, self._connector.ports.listed):
+        for changed in (
+            self.members.changed,
+            self.checks.changed,
+            self.turns.changed,
+            self.result.changed,
+            self._connector.ports.listed,
+        ):
             changed.connect(self._timer.refresh_seen)
         self.checks.finished.connect(self._on_finished)
         self.profile.changed.connect(self._show_profile)
-        self._turn, self._pointed_at = 0, -inf
+        self._turn, self._pointed_at, self._has_batch = 0, -inf, False
 
     # Construction
 
@@ -87,12 +93,7 @@ class FleetPage(Page):
         texts = self._services.texts
         self.summary = text_label("fleet_summary", "strong")
         self.summary.setWordWrap(False)
-        self.add = control(QToolButton(), texts, "fleet_add", "Add port",
-                           picture=Icon.PLUG)  # fmt: skip
-        self.add.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.add_menu = named(QMenu(self.add), "fleet_add_menu")
-        self.add_menu.aboutToShow.connect(self._fill_add_menu)
-        self.add.setMenu(self.add_menu)
+        self.add = AddPort(texts, self._connector.ports, self.members)
         self.check = control(QPushButton(), texts, "fleet_check", "Check all", picture=Icon.CHECKLIST,
                              slot=self._check)  # fmt: skip
         self.open_profile = control(QPushButton(), texts, "fleet_profile", "Profile for all…",
@@ -103,13 +104,15 @@ class FleetPage(Page):
         words = marked("No module connected"), marked("Add the port of each module.")
         self.empty = EmptyState("fleet_empty", Icon.FLEET, texts, *words)
         self.first = control(QPushButton(), texts, "fleet_connect_all", "Connect all ports", role="primary",
-                             slot=self._connect_all)  # fmt: skip
+                             slot=self.members.connect_all)  # fmt: skip
         self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
         self.board = Board()
         self.view = scroll_area(self.board, texts, "fleet_scroll", "Modules", is_vertical=True)
         self.panel = ProfilePanel(self._services, self.profile, self.members)
         self.panel.closed.connect(self._close_profile)
         self.panel.write_pressed.connect(self._write_profile)
+        self.batch = BatchPanel(self._services, self.turns, self.result)
+        self.batch.closed.connect(self._close_batch)
 
     def _lay_out(self) -> None:
         head = self.make_header(
@@ -119,8 +122,9 @@ class FleetPage(Page):
             "fleet_enable", marked("Enable triggers and check all"), partial(self._check, is_enabling=True)
         )
         self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
+        self.start_batch = head.add_rare("fleet_batch", marked("Batch of new modules…"), self.open_batch)
         self.stack = named(QStackedWidget(), "fleet_stack")
-        for one in (self.empty, self.view, self.panel):
+        for one in (self.empty, self.view, self.panel, self.batch):
             self.stack.addWidget(one)
         top = in_column(head, self.summary, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         # Below the cards, so that a notice moves none of them.
@@ -141,7 +145,10 @@ class FleetPage(Page):
         self._order(cards)
         self._show_summary(list(cards.values()))
         self._show_controls()
-        if self.profile.profile is not None:
+        if self._has_batch:
+            self.batch.refresh()
+            self.stack.setCurrentWidget(self.batch)
+        elif self.profile.profile is not None:
             self.panel.refresh()
             self.stack.setCurrentWidget(self.panel)
         else:
@@ -182,6 +189,9 @@ class FleetPage(Page):
         return now - self._pointed_at < HELD_S
 
     def _show_summary(self, cards: list[Card]) -> None:
+        if self._has_batch:
+            self.summary.setText(self.batch.summary())
+            return
         parts = [tr("Modules: {count}", count=len(cards))] if cards else []
         counts = Counter(card.need for card in cards)
         if counts[Need.NOTHING]:
@@ -195,21 +205,27 @@ class FleetPage(Page):
         self.summary.setText(" · ".join(parts))
 
     def _show_controls(self) -> None:
-        has_members, is_free = bool(self.members.connections), not (self.checks.is_running or self.profile.is_running)
+        has_members, is_free = (
+            bool(self.members.connections),
+            not (self.checks.is_running or self.profile.is_running or self._has_batch),
+        )
         has_reachable = bool(self.members.reachable)
         self.check.setEnabled(has_reachable and is_free)
         self.enable.setEnabled(has_reachable and is_free)
         self.open_profile.setEnabled(has_members and is_free)
         self.report.setEnabled(bool(self.checks.results) and is_free and not self._report.is_running)
         self.lock_all.setEnabled(any(one.is_open for one in self.members.connections))
-        for button in (self.check, self.open_profile, self.lock_all, self.summary):
+        for button in (self.check, self.open_profile, self.lock_all):
             button.setVisible(has_members)
+        self.summary.setVisible(has_members or self._has_batch)
         self.first.setVisible(any(not self.members.is_connected(port) for port in self._connector.ports.ports))
 
     def _notice(self, cards: list[Card]) -> Notice | None:
         locking = self._lock_notice(cards)
         if locking is not None:
             return locking
+        if self.turns.is_working:
+            return progress_notice(progress_text(self.turns.report, "Waiting for the module"), self.turns.cancel)
         if self.checks.is_running:
             done, total = len(self.checks.results), self.checks.total
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
@@ -236,28 +252,9 @@ class FleetPage(Page):
     # What a person does
 
     def _choose(self, connection: Port) -> None:
-        """Show this module on the other pages; asks first if edits would be lost."""
-        count = self._services.pending_edits.count()
-        if connection is self._connector.current:
-            return
-        if count and self._connector.current.is_requested:
-            self.result.set_notice(partial(self._edits_notice, connection, count))
-            return
-        self.result.dismiss()
-        self._connector.choose(connection)
-
-    def _edits_notice(self, connection: Port, count: int) -> Notice:
-        discard = partial(self._discard_and_choose, connection)
-        choices = (
-            Choice("stay", tr("Cancel"), self.result.dismiss, is_main=True),
-            Choice("discard", tr("Discard edits"), discard, is_step=True),
-        )
-        return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), choices)
-
-    def _discard_and_choose(self, connection: Port) -> None:
-        self._services.pending_edits.discard()
-        self.result.dismiss()
-        self._connector.choose(connection)
+        """Show this module on the other pages; a person is asked first if edits would be lost."""
+        if connection is not self._connector.current:
+            self._connector.before_new(partial(self._connector.choose, connection))
 
     def _lock_all(self) -> None:
         self._services.lock.press_all()
@@ -297,34 +294,6 @@ class FleetPage(Page):
     def _show_unworded(self, trouble: StoreTrouble) -> None:
         self.result.notify(Meaning.DANGER, lambda: join_sentences((trouble.sentence, tr("Not kept."))))
 
-    def _connect_all(self) -> None:
-        self.members.connect_all(self._connector.ports.ports)
-
-    def _fill_add_menu(self) -> None:
-        self.add_menu.clear()
-        for port in self._connector.ports.ports:
-            if not self.members.is_connected(port):
-                name = f"{port.device.removeprefix('/dev/')} {port.description}".strip()
-                target = Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description)
-                self.add_menu.addAction(name).triggered.connect(partial(self.members.connect_port, target))
-        if not self.add_menu.isEmpty():
-            self.add_menu.addAction(tr("Connect all ports")).triggered.connect(self._connect_all)
-            self.add_menu.addSeparator()
-        taken = {one.target.device for one in self.members.connections if one.target is not None}
-        number = next(n for n in range(1, 100) if SIMULATED.format(number=n) not in taken)
-        simulated = Target(SIMULATED.format(number=number), DEFAULT_BAUD_RATE)
-        self.add_menu.addAction(tr("Simulated module")).triggered.connect(partial(self.members.connect_port, simulated))
-        self.add_menu.addAction(tr("Other port…")).triggered.connect(self._ask_address)
-        self._connector.ports.refresh()
-
-    def _ask_address(self) -> None:
-        """Any port that Connect takes."""
-        self.ask_text(self, tr("Other port…"), tr("device or socket://host:port"), self.connect_address)
-
-    def connect_address(self, address: str) -> None:
-        if address.strip():
-            self.members.connect_port(Target(address.strip(), DEFAULT_BAUD_RATE))
-
     def _choose_profile(self) -> None:
         self.ask_profile(self, self._services.preferences.profile_folder, self.open_profile_file)
 
@@ -340,6 +309,16 @@ class FleetPage(Page):
     def _close_profile(self) -> None:
         self.result.dismiss()
         self.profile.open(None)
+
+    def open_batch(self) -> None:
+        self._has_batch = True
+        self.result.dismiss()
+
+    def _close_batch(self) -> None:
+        """Leave its turns, then the form."""
+        self._has_batch = self.turns.bench is not None
+        self.turns.stop()
+        self.result.dismiss()
 
     def _write_profile(self, *, accepted: frozenset[SettingChange] = frozenset()) -> None:
         """Writes the profile to all modules; asks first where it takes protection away."""

@@ -156,16 +156,14 @@ def test_a_click_on_a_card_shows_that_module_and_asks_where_edits_would_be_lost(
     second, third = desk.modules[1][0], desk.modules[2][0]
     desk.qtbot.mouseClick(desk.page._widgets[second].title, Qt.MouseButton.LeftButton)
     assert desk.ports.connector.current is second
-    desk.services.pending_edits.count = lambda: 2
+    asked: list[Callable[[], object]] = []
+    desk.ports.connector.before_new = asked.append  # the window's question, of which the answer is awaited
     desk.page._widgets[third].setFocus()
     desk.qtbot.keyClick(desk.page._widgets[third], Qt.Key.Key_Return)
     assert desk.ports.connector.current is second
-    assert desk.page.said.button("discard") is not None
-    stay = desk.page.said.button("stay")
-    assert stay is not None
-    desk.click(stay)
-    assert desk.page.said.notice is None
-    assert desk.ports.connector.current is second
+    (leave,) = asked
+    leave()
+    assert desk.ports.connector.current is third
 
 
 def test_who_needs_a_person_is_first_and_nothing_moves_under_the_keyboard(desk: Desk) -> None:
@@ -217,9 +215,9 @@ def test_the_lock_of_an_active_card_is_the_dark_one(desk: Desk) -> None:
 
 
 def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
-    desk.page.ask_text = lambda _parent, _title, _label, then: then(" socket://10.0.0.7:4001 ")
-    desk.page.add_menu.aboutToShow.emit()
-    desk.page.add_menu.actions()[-1].trigger()
+    desk.page.add.ask_text = lambda _parent, _title, _label, then: then(" socket://10.0.0.7:4001 ")
+    desk.page.add.menu().aboutToShow.emit()
+    desk.page.add.menu().actions()[-1].trigger()
     desk.settle()
     (connection,) = desk.page.members.connections
     assert connection.target is not None

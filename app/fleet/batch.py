@@ -1,0 +1,187 @@
+"""A batch of new modules, one after the other at one port: what each gets, what is kept of it, and what is left to do.
+
+The same for `dps-s provision` and the window. A module is read, written, verified, enabled and checked by
+`app.preflight.provision`; what is READY gets the name and its record under it, what is not is set aside with its
+reason and without a name. Everything is a fact of the store, so that the same names and settings go on where they were
+left.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from app import version
+from app.engine.identity import IdentityEvidence, Trust, same_module
+from app.engine.procedure import Procedure
+from app.limits.expectations import Past
+from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.findings import Case, Person
+from app.preflight.module_checks import FINGERPRINT_KEYS
+from app.preflight.provision import Provisioned, provision
+from app.preflight.verdict import Verdict, assess
+from app.procedures.write_all import SettingChange, WriteContext, WriteReport, why_not_verified
+from app.records.filing import file_check
+from app.settings.fingerprint import fingerprint
+from app.settings.profile_file import read_profile
+from app.settings.profiles import SETTINGS_BY_KEY, Profile
+from app.store.facts import FactKind
+from app.store.store import Store
+from app.text.messages import UserMessage, joined, message, message_from_json
+from app.text.user_error import UserError
+from protocol.catalogue import BAUD_RATE
+from protocol.translatable import marked
+
+READY, SET_ASIDE, OPEN = marked("READY"), marked("SET ASIDE"), marked("open")
+PLUG_IN, UNPLUG = marked("PLUG IN: {module}"), marked("UNPLUG, NEXT")
+_TRIGGERS = ("attitude_trigger", "freefall_trigger")
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleBatch:
+    """`names` in the order in which they are given."""
+
+    names: tuple[str, ...]
+    profile: Profile
+    changes: tuple[SettingChange, ...]
+
+    @property
+    def title(self) -> str:
+        return "..".join(dict.fromkeys((self.names[0], self.names[-1])))
+
+    @property
+    def key(self) -> str:
+        """The same for the same names and settings: what is done is left out."""
+        return f"{self.title} {len(self.names)} {fingerprint(self.profile.settings).code}"
+
+    @property
+    def enables_triggers(self) -> bool:
+        """By its profile. Without both triggers no module is READY."""
+        return all(self.profile.settings.get(key) is True for key in _TRIGGERS)
+
+
+def batch_of(path: Path, names: tuple[str, ...], baud_rate: int | None) -> ModuleBatch:
+    """`baud_rate`: of the port, which a batch does not change. Raises `UserError` where no module can be READY."""
+    profile = read_profile(path)
+    settings = {key: value for key, value in profile.settings.items() if SETTINGS_BY_KEY[key] is not BAUD_RATE}
+    if not settings:
+        raise UserError(marked("{path} holds no settings."), path=path)
+    if profile.settings.get(BAUD_RATE.key, baud_rate) != baud_rate:
+        raise UserError(marked("A batch does not change the baud rate: take it out of the profile."))
+    if profile.tests_within_days or any(line.is_required for line in profile.manual):
+        raise UserError(marked("The profile demands manual checks or guided tests, which a batch does not have."))
+    changes = tuple(SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items())
+    return ModuleBatch(names, profile, changes)
+
+
+@dataclass(frozen=True, slots=True)
+class BatchRow:
+    """A name, or a module that was set aside, which has none."""
+
+    name: str
+    result: str = OPEN
+    at: str = ""
+    code: str = ""
+    boot_count: object = None
+    why: UserMessage | None = None
+
+
+class Bench:
+    """A batch in the store. `person`: who checks, and what is said of all its modules; `accepted`: the changes whose
+    risk a person was shown and accepted."""
+
+    def __init__(
+        self,
+        batch: ModuleBatch,
+        store: Store,
+        person: Person,
+        *,
+        is_enabling: bool,
+        are_all_new: bool,
+        accepted: frozenset[SettingChange],
+    ) -> None:
+        self.batch, self._store, self._person = batch, store, person
+        self._is_enabling, self._are_all_new, self._accepted = is_enabling, are_all_new, accepted
+        self._last = ""
+        """The name given last."""
+
+    def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
+        """The turn of one module, which fills `evidence`; reads from the store before it begins."""
+        names = [self._last] if self._are_all_new else [module.name for module in self._store.modules()]
+        known = [(name, self._store.evidence(name)) for name in names if name]
+        context = replace(context, accepted_risks=self._accepted)
+        find_known = partial(_resembling, known)
+        return provision(evidence, self.batch.changes, context, find_known, is_enabling=self._is_enabling)
+
+    def keep(
+        self, name: str, evidence: Evidence, log: FrameLog, done: Provisioned | None, adapter: str
+    ) -> UserMessage | None:
+        """Keep the record, under the name only where it is READY; why it is set aside. `done`: None for a turn that
+        broke off. Raises `StoreTrouble`; nothing is kept then."""
+        why = message((evidence.disturbance or Disturbance.DISCONNECTED).value) if done is None else done.why
+        if why is None and done is not None:
+            why = _write_fault(done.report)
+        boot_count = None if done is None else done.boot_count
+        store, profile = self._store, self.batch.profile
+        person = replace(self._person, module=name)
+        judged = assess(Case(evidence=evidence, profile=profile, past=Past(module=name), person=person))
+        if why is None and judged.verdict is not Verdict.READY:
+            why = joined(judged.titles_against)
+        person = replace(person, module=None if why else name)
+        settings = evidence.settings(FINGERPRINT_KEYS)
+        with store.database.transaction():
+            if evidence.began_at is not None:
+                filed = file_check(evidence, profile, person, log, store=store,
+                                   program_version=version(), past=Past(module=person.module),
+                                   adapter=adapter)  # fmt: skip
+                if filed.trouble is not None:
+                    raise filed.trouble
+            if why is None:
+                store.store_evidence(name, IdentityEvidence(boot_count, settings))
+            content = {"name": name, "why": None if why is None else why.to_json(),
+                       "settings_code": fingerprint(settings).code, "boot_count": boot_count}  # fmt: skip
+            store.facts.add(FactKind.PROVISIONED, content, module=person.module, link=self.batch.key)
+        if why is None:
+            self._last = name
+        return why
+
+    def rows(self) -> list[BatchRow]:
+        """Every name, then what was set aside, also in former runs. Raises `StoreTrouble`."""
+        kept = self._kept()
+        done = {row.name: row for row in kept if row.result == READY}
+        names = [done.get(name, BatchRow(name)) for name in self.batch.names]
+        return [*names, *(row for row in kept if row.result == SET_ASIDE)]
+
+    def left(self) -> tuple[list[str], list[str]]:
+        """The names to give, and those that are left out, as they are other modules'. Raises `StoreTrouble`."""
+        names = [row.name for row in self.rows() if row.result == OPEN]
+        taken = [name for name in names if self._store.module_named(name) is not None]
+        return [name for name in names if name not in taken], taken
+
+    def _kept(self) -> list[BatchRow]:
+        facts = self._store.facts.select(FactKind.PROVISIONED, "AND link = ? ORDER BY number", (self.batch.key,))
+        rows = []
+        for fact in facts:
+            name, why, code, boots = (fact.content[key] for key in ("name", "why", "settings_code", "boot_count"))
+            if why is None:
+                rows.append(BatchRow(str(name), READY, fact.at, str(code or ""), boots))
+            else:
+                rows.append(BatchRow("", SET_ASIDE, fact.at, str(code or ""), boots, message_from_json(why)))
+        return rows
+
+
+def _resembling(known: Sequence[tuple[str, IdentityEvidence]], now: IdentityEvidence) -> str | None:
+    """The first module that nothing refutes; what is known too little of refutes itself."""
+    fits = (name for name, before in known if before.is_complete and same_module(before, now) is not Trust.REFUTED)
+    return next(fits, None)
+
+
+def _write_fault(report: WriteReport | None) -> UserMessage | None:
+    """The first setting that was not verified; None where all are."""
+    if report is None or report.is_fine:
+        return None
+    for written in report.results:
+        why = why_not_verified(written, report.refusals)
+        if why is not None:
+            return message(marked("{setting}: {what}"), setting=message(written.command.title), what=why)
+    return message(marked("A setting changed without being written, or could not be read again."))

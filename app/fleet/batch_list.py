@@ -1,0 +1,103 @@
+"""The list of a batch as CSV and PDF, and the labels of its modules."""
+
+import html
+import json
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Final
+
+from app.fleet.batch import OPEN, READY, BatchRow, ModuleBatch
+from app.records.labels import A4, Label, Paper, label_body
+from app.records.report_files import carried_in_pdf, check_target
+from app.system.files import write_whole
+from app.text.csv_cells import csv_text, utc_cell
+from app.text.i18n import tr
+from app.text.messages import clean
+from app.text.user_error import UserError
+from protocol.translatable import marked
+
+HEAD: Final = ("name", "result", "time_utc", "settings_code", "boot_count", "why")
+TITLES: Final = (marked("Module"), marked("Result"), marked("Time (UTC)"), marked("Settings code"),
+                 marked("Boot count"), marked("Why not"))  # fmt: skip
+FORMAT: Final = "dps-s batch"
+"""Marks the files of a batch, which a batch may replace."""
+_ROWS_ON_PAGE: Final = 40
+Printer = Callable[[Sequence[str], Paper, bytes], bytes]
+"""As `PrintPages`, with an attachment."""
+
+
+def cells(row: BatchRow) -> tuple[str, ...]:
+    """For people, below `TITLES`."""
+    boots = "" if row.boot_count is None else str(row.boot_count)
+    why = "" if row.why is None else row.why.translated()
+    return row.name, tr(row.result), utc_cell(row.at), row.code, boots, why
+
+
+def summary(batch: ModuleBatch, rows: Sequence[BatchRow]) -> str:
+    """Translated."""
+    count = sum(row.result == READY for row in rows)
+    return tr("Batch {names}, profile {profile}: {count} of {all} done", names=batch.title,
+              profile=clean(batch.profile.name), count=count, all=len(batch.names))  # fmt: skip
+
+
+def is_done(rows: Sequence[BatchRow]) -> bool:
+    """Every name is given."""
+    return not any(row.result == OPEN for row in rows)
+
+
+def check_batch_target(path: Path) -> None:
+    """Raise `UserError` if the list or the labels cannot be written there."""
+    check_target(path, lambda _file: True)
+    for file in (path, path.with_suffix(".csv")):
+        if file.exists() and not _is_ours(file):
+            raise UserError(marked("{file} exists and is of no batch: choose another name."), file=file)
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a batch may replace this file."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return False
+    return any(carried_in_pdf(data, FORMAT)) or data.startswith(",".join(HEAD).encode())
+
+
+def write_list(path: Path, batch: ModuleBatch, rows: Sequence[BatchRow], printer: Printer) -> None:
+    """As CSV and as PDF. Raises `OSError` or `RuntimeError`."""
+    write_whole(path.with_suffix(".csv"), _csv(rows).encode())
+    write_whole(path, printer(_pages(batch, rows), A4, _mark()))
+
+
+def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, printer: Printer) -> None:
+    """Of the names that are given, if any. Raises `UserError`, `OSError` or `RuntimeError`."""
+    done = [row for row in rows if row.result == READY]
+    labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
+    if labels:
+        write_whole(path, printer(list(map(label_body, labels)), paper, _mark()))
+
+
+def _mark() -> bytes:
+    return json.dumps({"format": FORMAT}).encode()
+
+
+def _csv(rows: Sequence[BatchRow]) -> str:
+    return csv_text(HEAD, (
+        (row.name, row.result.lower(), utc_cell(row.at), row.code, row.boot_count,
+         "" if row.why is None else row.why.in_english()) for row in rows
+    ))  # fmt: skip
+
+
+def _pages(batch: ModuleBatch, rows: Sequence[BatchRow]) -> list[str]:
+    """The list as HTML, by page."""
+    head = [tr(title) for title in TITLES]
+    return [
+        f'<p><font size="5"><b>{html.escape(summary(batch, rows))}</b></font></p>'
+        '<table width="100%" cellpadding="3" cellspacing="0" border="1">'
+        + "".join(
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in line) + "</tr>"
+            for line in (head, *map(cells, rows[start : start + _ROWS_ON_PAGE]))
+        )
+        + "</table>"
+        for start in range(0, len(rows), _ROWS_ON_PAGE)
+    ]

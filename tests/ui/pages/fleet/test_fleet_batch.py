@@ -1,0 +1,235 @@
+"""A batch of new modules on the Fleet page, with a real store and a simulated port, on a clock of the test."""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.records.check_store import CheckStore
+from app.store.store import Store
+from protocol.catalogue import SERIAL_OUTPUT, Hazard
+from tests.support.window.rig import Rig, on_fake_time
+from ui.main import PAGES
+from ui.pages.fleet.batch_panel import BatchPanel
+from ui.pages.fleet.batch_turns import Stage
+from ui.pages.fleet.page import FleetPage
+
+ENTRIES = tuple(entry for entry in PAGES if entry.key == "fleet")
+SETTINGS = "attitude_threshold_deg = 65\nfreefall_time_s = 1.4\n"
+WRITES = ["attitude_threshold", "freefall_time", "attitude_trigger", "freefall_trigger"]
+
+
+class Bench(Rig):
+    """The window with the Fleet page, its batch form filled in."""
+
+    @property
+    def fleet(self) -> FleetPage:
+        return self.find(FleetPage)
+
+    @property
+    def panel(self) -> BatchPanel:
+        return self.fleet.batch
+
+    @property
+    def stage(self) -> Stage:
+        return self.fleet.turns.stage
+
+    @property
+    def store(self) -> Store:
+        store = self.assembly.storage.store
+        assert isinstance(store, Store)
+        return store
+
+    @property
+    def sets(self) -> list[str]:
+        sets = [one for one in self.requests if one.hazard is not Hazard.NONE or not one.is_repeatable]
+        return [one.command.name for one in sets if one.command is not SERIAL_OUTPUT]
+
+    def fill(self, folder: Path, settings: str = SETTINGS, names: str = "M-001..M-002") -> None:
+        profile = folder / "p.toml"
+        profile.write_text(f"format = 1\nname = 'Survey'\n[settings]\n{settings}", encoding="utf-8")
+        self.fleet.start_batch.trigger()
+        form = self.panel.form
+        form.show_profile(profile)
+        form.names.setText(names)
+        form.enables.setChecked(True)
+        form.reviewed.setChecked(True)
+
+    def begin(self, folder: Path, settings: str = SETTINGS) -> None:
+        self.fill(folder, settings)
+        self.click(self.panel.form.start)
+        self.until(lambda: self.stage is not Stage.DONE)
+
+    def plug_in(self, boots: int) -> None:
+        """Another module, as it comes from the vendor."""
+        self.bench.module.memory.boot_count = boots - 1
+        self.bench.module.memory.reset_settings()
+        before = self.assembly.connector.current.device.restarts
+        self.bench.restart()
+        self.until(lambda: self.assembly.connector.current.device.restarts > before)
+        self.until(lambda: self.stage is Stage.ASK)
+
+    def scan(self, name: str) -> None:
+        """As a USB scanner types it."""
+        QTest.keyClicks(self.panel.label, name)
+        QTest.keyClick(self.panel.label, Qt.Key.Key_Return)
+
+    def take_turn(self, name: str) -> str:
+        """The sentence of its outcome."""
+        self.until(lambda: self.stage is Stage.ASK)
+        self.wait(0.6)
+        self.scan(name)
+        assert self.stage is Stage.WORKING
+        self.until(lambda: self.stage is not Stage.WORKING)
+        self.wait(0.3)
+        return self.panel.hint.text().partition("\n")[0]
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
+    with on_fake_time(Bench, qtbot, qapp, tmp_path / "data", "fleet-batch", ENTRIES) as one:
+        one.assembly.window.resize(1024, 600)
+        one.until(lambda: one.root.findChildren(FleetPage))
+        one.connect()
+        one.assembly.window.panel.hide()
+        one.assembly.window.go_to("fleet")
+        yield one
+        one.assembly.storage.close()
+
+
+def _verdicts(bench: Bench, module: str | None) -> list[str]:
+    return [check.verdict for check in CheckStore(bench.store.database).checks(module)]
+
+
+def test_each_module_has_its_turn_once_its_label_is_confirmed(bench: Bench, tmp_path: Path) -> None:
+    bench.begin(tmp_path)
+    bench.until(lambda: bench.stage is Stage.ASK)
+    assert bench.panel.words.text() == "LABEL: M-001?"
+    bench.wait(2.0)
+    assert bench.sets == []  # nothing is written before a person has said so
+    bench.scan("M-7")
+    assert (bench.stage, bench.sets) == (Stage.ASK, [])
+    assert bench.take_turn("M-001") == "M-001: READY"
+    port = bench.assembly.connector.current
+    assert (bench.stage, port.module.name, bench.sets) == (Stage.UNPLUG, "M-001", WRITES)
+    bench.wait(3.0)
+    assert bench.stage is Stage.UNPLUG  # as long as it is plugged in
+    bench.plug_in(9)
+    assert port.module.name == ""
+    bench.wait(0.6)
+    assert bench.panel.confirm.text() == "Its label reads M-002"
+    bench.click(bench.panel.confirm)
+    bench.until(lambda: bench.stage is Stage.DONE)
+    assert bench.sets == WRITES * 2
+    assert (_verdicts(bench, "M-001"), _verdicts(bench, "M-002")) == (["READY"], ["READY"])
+    assert bench.store.evidence("M-002").is_complete
+    bench.panel.print_labels("24", tmp_path / "labels.pdf")
+    bench.until((tmp_path / "labels.pdf").exists)
+
+
+def test_the_list_is_written_as_csv_and_pdf(bench: Bench, tmp_path: Path) -> None:
+    bench.begin(tmp_path)
+    bench.take_turn("M-002")  # in any order
+    bench.panel.export_list(tmp_path / "list.pdf")
+    bench.until((tmp_path / "list.pdf").exists)
+    rows = list(csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines()))
+    assert [(row["name"], row["result"]) for row in rows] == [("M-001", "open"), ("M-002", "ready")]
+
+
+def test_it_goes_on_with_the_names_that_are_left(bench: Bench, tmp_path: Path) -> None:
+    bench.begin(tmp_path)
+    bench.take_turn("M-001")
+    bench.click(bench.panel.close_button)
+    assert bench.fleet.turns.bench is None
+    bench.click(bench.panel.form.start)
+    bench.until(lambda: bench.fleet.turns.name == "M-002")
+    assert [row.result for row in bench.fleet.turns.rows] == ["READY", "open"]
+    said = bench.take_turn("M-002")  # it was never unplugged
+    assert said.startswith("SET ASIDE: It may be M-001, which is known: boot count and settings fit.")
+    assert bench.sets == WRITES
+    assert bench.store.module_named("M-002") is None
+    assert bench.assembly.connector.current.module.name == ""
+
+
+def test_an_active_module_is_set_aside_and_lock_works(bench: Bench, tmp_path: Path) -> None:
+    bench.begin(tmp_path)
+    bench.bench.module.activate(is_active=True)
+    assert "It is ACTIVE" in bench.take_turn("M-001")
+    assert bench.sets == []
+    bench.assembly.connector.lock.press()
+    bench.until(lambda: bench.assembly.connector.current.device.fresh("active", bench.clock()) is False)
+
+
+@pytest.mark.parametrize("after", [1, 40, 90, 140])
+def test_a_module_that_is_exchanged_in_its_turn_is_set_aside(bench: Bench, tmp_path: Path, after: int) -> None:
+    bench.begin(tmp_path)
+    bench.until(lambda: bench.stage is Stage.ASK)
+    bench.scan("M-001")
+    begun = len(bench.requests)
+    bench.until(lambda: len(bench.requests) >= begun + after)
+    bench.bench.module.memory.reset_settings()
+    bench.bench.restart()
+    bench.until(lambda: bench.stage is not Stage.WORKING)
+    bench.wait(0.5)
+    assert bench.panel.hint.text().startswith("SET ASIDE: ")
+    assert (_verdicts(bench, "M-001"), bench.store.modules()) == ([], ())
+
+
+@pytest.mark.parametrize("is_adapter", [False, True])
+def test_a_module_that_is_unplugged_in_its_turn_is_set_aside(bench: Bench, tmp_path: Path, is_adapter: bool) -> None:
+    """Alone, or with its adapter."""
+    bench.begin(tmp_path)
+    bench.until(lambda: bench.stage is Stage.ASK)
+    bench.scan("M-001")
+    bench.wait(0.5)
+    bench.bench.unplug() if is_adapter else bench.bench.power_off()
+    bench.until(lambda: bench.stage is not Stage.WORKING)
+    bench.until(lambda: bench.stage is Stage.PLUG_IN)
+    assert bench.panel.words.text() == "PLUG IN: M-001"
+    assert bench.store.modules() == ()
+
+
+def test_another_module_by_a_persons_word_ends_the_turn(bench: Bench, tmp_path: Path) -> None:
+    bench.begin(tmp_path)
+    bench.until(lambda: bench.stage is Stage.ASK)
+    bench.scan("M-001")
+    bench.wait(0.5)
+    bench.assembly.connector.current.module.treat_as_new()
+    bench.until(lambda: bench.stage is not Stage.WORKING)
+    assert bench.panel.hint.text().startswith("SET ASIDE: ")
+    assert bench.store.modules() == ()
+
+
+def test_protection_is_taken_away_only_by_write_anyway(bench: Bench, tmp_path: Path) -> None:
+    bench.fill(tmp_path, "attitude_threshold_deg = 179\n")
+    bench.click(bench.panel.form.start)
+    assert bench.fleet.turns.bench is None
+    notice = bench.fleet.result.result_notice()
+    assert notice is not None
+    assert [choice.text for choice in notice.choices] == ["Cancel", "Write anyway"]
+    notice.choices[1].act()
+    bench.until(lambda: bench.fleet.turns.bench is not None)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (SETTINGS + "baud_rate = 9600\n", "A batch does not change the baud rate: take it out of the profile."),
+        (
+            SETTINGS + "[tests]\ntilt = 180\n",
+            "The profile demands manual checks or guided tests, which a batch does not",
+        ),
+    ],
+)
+def test_where_no_module_can_pass_it_does_not_begin(bench: Bench, tmp_path: Path, settings: str, said: str) -> None:
+    bench.fill(tmp_path, settings)
+    bench.click(bench.panel.form.start)
+    notice = bench.fleet.result.result_notice()
+    assert notice is not None
+    assert notice.text.startswith(said)
+    assert bench.fleet.turns.bench is None

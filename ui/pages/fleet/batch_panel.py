@@ -1,0 +1,315 @@
+"""A batch of new modules: what each gets, whose turn it is in large letters, and the list."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from app.fleet.batch import READY, SET_ASIDE, BatchRow, Bench, ModuleBatch, batch_of
+from app.fleet.batch_list import TITLES, cells, check_batch_target, summary, write_batch_labels, write_list
+from app.fleet.batch_names import EXAMPLE, MAX_NAME_LENGTH, counted_names
+from app.preflight.findings import Person
+from app.procedures.write_all import SettingChange
+from app.records.labels import PAPERS
+from app.store.store import Store
+from app.text.i18n import tr
+from app.text.sentences import error_text, join_names, join_sentences, not_written
+from app.text.user_error import UserError
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.core.texts import Texts
+from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
+from ui.files.report_printer import print_pages
+from ui.forms.rows_table import RowsTable
+from ui.forms.table_kit import TableColumn
+from ui.pages.fleet.batch_turns import BatchTurns, Stage
+from ui.services.announcer import announcer
+from ui.services.context import Services
+from ui.services.job_notice import JobNotice
+from ui.services.running_job import is_risk_open, risk_notice
+from ui.style.icons import MEANING_ICONS, Icon
+from ui.style.theme import Meaning, Size, Space, font, scaled
+from ui.widgets.controls import control, named
+from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
+from ui.widgets.step_button import StepButton
+from ui.widgets.visibility_timer import VisibilityTimer
+
+_ROW_PX: Final = 30
+_TABLE_PX: Final = 60
+_HIGH: Final = 7
+"""Times the largest letters."""
+_PAPERS: Final = {"A4": marked("A4 sheets…"), "62": marked("62 mm tape…"), "24": marked("24 mm tape…")}
+_HINTS: Final = {
+    Stage.PLUG_IN: marked("Plug in the next module. Only questions are sent until its label is confirmed."),
+    Stage.ASK: marked("Put this label on the module that is plugged in, then say so: scan it, type it or press."),
+    Stage.WORKING: marked("It is read, written, read back, enabled and checked. LOCK works at any time."),
+    Stage.DONE: marked("Every name is given. Export the list and print the labels."),
+    Stage.STOPPED: marked("Go back and begin again: what is done is kept."),
+}
+
+
+_PICTURES: Final = {Stage.PLUG_IN: Icon.PLUG, Stage.ASK: Icon.LABEL, Stage.WORKING: Icon.CONNECTING}
+
+
+class BatchForm(QWidget):
+    """What every module of a batch gets, and what is said of all of them."""
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("fleet_batch_form")
+        self.path: Path | None = None
+        self.choose = control(QPushButton(), texts, "fleet_batch_choose", "Open profile…", picture=Icon.SETTINGS)
+        self.profile = text_label("fleet_batch_profile")
+        self.names = named(QLineEdit(), "fleet_batch_names")
+        self.names.setPlaceholderText(EXAMPLE)
+        self.who = named(QLineEdit(), "fleet_batch_who")
+        self.enables, self.reviewed, self.all_new = (
+            control(QCheckBox(), texts, f"fleet_batch_{name}", text)
+            for name, text in (
+                ("enables", marked("Enable both triggers of each module")),
+                ("reviewed", marked("Trigger records reviewed; without an answer: a new module")),
+                ("all_new", marked("All are new, also those that resemble a known module")),
+            )
+        )
+        self.start = control(QPushButton(), texts, "fleet_batch_start", "Start", role="primary")
+        form = QFormLayout()
+        form.setHorizontalSpacing(Space.L)
+        form.setVerticalSpacing(Space.M)
+        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
+        for title, field in ((marked("Profile"), self.choose), (marked("Names"), self.names),
+                             (marked("Checked by"), self.who)):  # fmt: skip
+            caption = control(QLabel(), texts, f"{field.objectName()}_caption", title)
+            caption.setBuddy(field)
+            if isinstance(field, QLineEdit):
+                texts.bind(field.setAccessibleName, title)
+            form.addRow(caption, in_row(field, (self.profile, 1), spacing=Space.M) if field is self.choose else field)
+        in_column(form, self.enables, self.reviewed, self.all_new, in_row(1, self.start), 1, of=self, spacing=Space.M,
+                  margins=(Space.M, Space.S))  # fmt: skip
+        self.names.textChanged.connect(self.refresh)
+        self.refresh()
+
+    def show_profile(self, path: Path) -> None:
+        self.path = path
+        self.refresh()
+
+    def suggest_who(self, who: str) -> None:
+        """Until something is typed."""
+        if not self.who.isModified():
+            self.who.setText(who)
+
+    def refresh(self) -> None:
+        self.profile.setText("" if self.path is None else self.path.name)
+        self.start.setEnabled(self.path is not None and bool(self.names.text().strip()))
+
+
+class BatchPanel(QWidget):
+    """The form, then the turns of a `BatchTurns`."""
+
+    closed = Signal()
+
+    def __init__(self, services: Services, turns: BatchTurns, result: JobNotice) -> None:
+        super().__init__()
+        self.setObjectName("fleet_batch_panel")
+        self._services, self._turns, self._result = services, turns, result
+        texts = services.texts
+        self.ask_path: AskPath = ask_path
+        self.ask_profile: AskOpen = ask_profile
+        self._writing: BackgroundTask[None] = BackgroundTask("dps-s batch files", self, finished_at_close=True)
+        self._stage: Stage | None = None
+        self.form = BatchForm(texts)
+        self.form.choose.clicked.connect(self._choose_profile)
+        self.form.start.clicked.connect(self.begin)
+        self.sign = IconLabel("fleet_batch_sign", Size.NUMBER)
+        self.close_button = control(QPushButton(), texts, "fleet_batch_close", "Back", slot=self.closed)
+        self.export = control(QPushButton(), texts, "fleet_batch_export", "Export list…", picture=Icon.SAVE,
+                              slot=self._choose_list)  # fmt: skip
+        self.labels = control(QToolButton(), texts, "fleet_batch_labels", "Print labels", picture=Icon.LABEL)
+        self.labels.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = named(QMenu(self.labels), "fleet_batch_labels_menu")
+        self.labels.setMenu(menu)
+        for key, title in _PAPERS.items():
+            action = named(menu.addAction(""), f"fleet_batch_labels_{key}")
+            texts.bind(action.setText, title)
+            action.triggered.connect(partial(self._choose_labels, key))
+        self.words = text_label("fleet_batch_words")
+        self.hint = text_label("fleet_batch_hint", is_selectable=True)
+        self.label = control(QLineEdit(), texts, "fleet_batch_label", says="Name on its label")
+        self.label.setMaxLength(MAX_NAME_LENGTH)
+        texts.bind(self.label.setPlaceholderText, "Name on its label")
+        self.label.returnPressed.connect(lambda: self._confirm(self.label.text().strip()))
+        self.confirm = control(StepButton(), texts, "fleet_batch_confirm", role="primary",
+                               slot=lambda: self._confirm(turns.name))  # fmt: skip
+        self.table: RowsTable[BatchRow] = RowsTable(
+            texts, "fleet_batch_table", "Modules of the batch", _COLUMNS, lambda row: (row.name, row.at),
+            lambda row: join_names(filter(None, cells(row))), row_px=scaled(_ROW_PX),
+        )  # fmt: skip
+        row = FlowRow(spacing_px=Space.S)
+        row.add(self.label, self.confirm)
+        row.add_right(self.close_button, self.labels, self.export)
+        self.form_view = scroll_area(self.form, texts, "fleet_batch_scroll", "What each module gets", is_vertical=True)
+        said = in_row(self.sign, (self.words, 1), spacing=Space.M)
+        in_column((self.form_view, 1), said, self.hint, row, (self.table, 1), of=self, spacing=Space.S,
+                  margins=(Space.M, Space.XS))  # fmt: skip
+        VisibilityTimer(self, self.refresh, restyle=self._fit)
+        self.table.setMinimumHeight(_TABLE_PX)
+        turns.changed.connect(self.refresh)
+
+    def refresh(self) -> None:
+        turns, has_begun = self._turns, self._turns.bench is not None
+        self.form_view.setVisible(not has_begun)
+        for one in (self.sign, self.words, self.hint, self.label, self.confirm, self.table):
+            one.setVisible(has_begun)
+        for button in (self.labels, self.export):
+            button.setVisible(has_begun and not turns.is_working)
+        self.close_button.setVisible(not turns.is_working)
+        self.form.refresh()
+        if not has_begun:
+            self._stage = None
+            self.form.suggest_who(self._services.preferences.who)
+            return
+        stage = turns.stage
+        self.words.setText(tr(stage.value, module=turns.name))
+        self.hint.setText("\n".join(filter(None, (self._outcome(), self._hint(stage)))))
+        is_aside = turns.outcome is not None and turns.outcome.why is not None
+        after = Meaning.DANGER if is_aside else Meaning.GOOD
+        meaning = {Stage.UNPLUG: after, Stage.DONE: after, Stage.STOPPED: Meaning.DANGER}.get(stage)
+        picture = _PICTURES[stage] if meaning is None else MEANING_ICONS[meaning]
+        self.sign.show_icon(picture, meaning)
+        for field in (self.label, self.confirm):
+            field.setEnabled(stage is Stage.ASK)
+        self.confirm.setText(tr("Its label reads {module}", module=turns.name or EXAMPLE))
+        self.confirm.setAccessibleName(self.confirm.text())
+        self.table.show_rows(turns.rows)
+        if stage is not self._stage:
+            self._stage = stage
+            announcer().announce(self.words.text())
+            if stage is Stage.ASK and self.isVisible():
+                self.label.setFocus()
+
+    def summary(self) -> str:
+        """The head of the page while the panel is shown."""
+        bench = self._turns.bench
+        return tr("Batch of new modules") if bench is None else summary(bench.batch, self._turns.rows)
+
+    def _hint(self, stage: Stage) -> str:
+        trouble = self._turns.trouble
+        hint = tr(_HINTS[stage]) if stage in _HINTS else ""
+        return join_sentences(("" if trouble is None else trouble.sentence, hint))
+
+    def _outcome(self) -> str:
+        outcome = self._turns.outcome
+        if outcome is None:
+            return ""
+        if outcome.why is None:
+            return f"{outcome.name}: {tr(READY)}"
+        aside = f"{tr(SET_ASIDE)}: {outcome.why.translated()}"
+        return join_sentences((aside, tr("Take the label {module} off again: the name is free.", module=outcome.name)))
+
+    def _confirm(self, name: str) -> None:
+        if self._turns.confirm(name):
+            self._result.dismiss()
+        elif name and self._turns.stage is Stage.ASK:
+            self._result.notify(Meaning.ATTENTION, lambda: tr("{module} is not one of the names left.", module=name))
+        self.label.clear()
+
+    # To begin
+
+    def _choose_profile(self) -> None:
+        self.ask_profile(self, self._services.preferences.profile_folder, self.form.show_profile)
+
+    def begin(self, _is_checked: bool = False, *, accepted: frozenset[SettingChange] = frozenset()) -> None:
+        """Asks first where it takes protection away, as before every write."""
+        form, preferences = self.form, self._services.preferences
+        try:
+            batch, store = self._batch(), self._services.storage.store
+            if not isinstance(store, Store):
+                raise store
+        except UserError as refusal:
+            self._result.notify(Meaning.ATTENTION, partial(error_text, refusal))
+            return
+        if is_risk_open(batch.changes, accepted):
+            self._result.set_notice(partial(risk_notice, batch.changes, self.begin, self._result.dismiss))
+            return
+        self._result.dismiss()
+        preferences.who = form.who.text()
+        person = Person(who=form.who.text(), are_records_reviewed=form.reviewed.isChecked())
+        self._turns.start(Bench(batch, store, person, is_enabling=form.enables.isChecked(),
+                                are_all_new=form.all_new.isChecked(), accepted=accepted), store)  # fmt: skip
+
+    def _batch(self) -> ModuleBatch:
+        """Raises `UserError` where it cannot begin."""
+        form, port = self.form, self._services.connector.current
+        names = counted_names(form.names.text().strip())
+        if names is None:
+            raise UserError(marked("Names such as {example} are expected."), example=EXAMPLE)
+        if not port.is_requested:
+            raise UserError(marked("Add the port that the modules are plugged into."))
+        batch = batch_of(form.path or Path(), names, port.connection.baud_rate)
+        if not (form.enables.isChecked() or batch.enables_triggers):
+            raise UserError(marked("No module is READY without both triggers: let them be enabled."))
+        return batch
+
+    # Files
+
+    def _choose_list(self) -> None:
+        self.ask_path(self, tr("Export list…"), self._suggested(), "PDF (*.pdf)", self.export_list)
+
+    def export_list(self, path: Path) -> None:
+        """As PDF, and as CSV beside it."""
+        bench = self._turns.bench
+        if bench is not None:
+            self._write(path, partial(write_list, path, bench.batch, self._turns.rows, print_pages))
+
+    def _choose_labels(self, key: str) -> None:
+        self.ask_path(self, tr("Print labels"), self._suggested(tr("labels")), "PDF (*.pdf)",
+                      partial(self.print_labels, key))  # fmt: skip
+
+    def print_labels(self, key: str, path: Path) -> None:
+        self._write(path, partial(write_batch_labels, path, self._turns.rows, PAPERS[key], print_pages))
+
+    def _suggested(self, kind: str = "") -> Path:
+        bench = self._turns.bench
+        return Path.home() / f"{' '.join(filter(None, ('' if bench is None else bench.batch.title, kind)))}.pdf"
+
+    def _write(self, path: Path, write: Callable[[], None]) -> None:
+        def work(_running: object) -> None:
+            check_batch_target(path)
+            write()
+
+        def fail(error: Exception) -> None:
+            if not isinstance(error, UserError | OSError | RuntimeError):
+                raise error
+            said = (lambda: error.sentence) if isinstance(error, UserError) else partial(not_written, path, error)
+            self._result.notify(Meaning.DANGER, said)
+
+        done = partial(self._result.notify, Meaning.INFORMATION, lambda: tr("Saved to {path}.", path=path))
+        self._writing.run(work, lambda _none: done(), fail)
+
+    # Qt
+
+    def _fit(self) -> None:
+        """In a low window the letters are only as large as the list can be seen below them."""
+        is_low = self.height() < _HIGH * scaled(Size.HERO)
+        self.words.setFont(font(Size.NUMBER if is_low else Size.HERO, is_bold=True))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+
+_COLUMNS: Final = [TableColumn[BatchRow](title, lambda row, place=place: cells(row)[place])  # type: ignore[misc]
+                   for place, title in enumerate(TITLES)]  # fmt: skip
