@@ -17,6 +17,8 @@ from ui.widgets.layouts import in_column
 
 _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
 
+SELECTABLE: Final = Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
+
 
 def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLabel:
     """A label of plain text that wraps; `role` is one of the style sheet's."""
@@ -24,8 +26,7 @@ def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLa
     label.setWordWrap(True)
     label.setTextFormat(Qt.TextFormat.PlainText)
     if is_selectable:
-        flags = Qt.TextInteractionFlag
-        label.setTextInteractionFlags(flags.TextSelectableByMouse | flags.TextSelectableByKeyboard)
+        label.setTextInteractionFlags(SELECTABLE)
     return label
 
 

@@ -5,18 +5,10 @@ from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QPersistentModelIndex, QSize, Qt
-from PySide6.QtGui import QFont, QFontMetrics
-from PySide6.QtWidgets import (
-    QLabel,
-    QListView,
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
-    QWidget,
-)
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QPlainTextEdit, QPushButton, QWidget
 
 from app import version
 from app.captures.traffic_buffer import TrafficBuffer
@@ -50,32 +42,6 @@ _PART_WORDS: Final = {
     "capture.txt": marked("Traffic"),
 }
 _PARTS_PX: Final = 232
-_ANY_INDEX = QModelIndex()
-
-
-class Lines(QAbstractListModel):
-    """Model of the lines of a text, so that a long log is shown quickly."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._lines: list[str] = []
-        self._hint = QSize()
-
-    def show_text(self, text: str, font: QFont) -> None:
-        self.beginResetModel()
-        self._lines = text.splitlines()
-        metrics = QFontMetrics(font)
-        longest = max(map(len, self._lines), default=0)
-        self._hint = QSize(metrics.horizontalAdvance("0") * (longest + 2), metrics.lineSpacing() + 2)
-        self.endResetModel()
-
-    def rowCount(self, parent: QModelIndex | QPersistentModelIndex = _ANY_INDEX) -> int:
-        return 0 if parent.isValid() else len(self._lines)
-
-    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        if role == Qt.ItemDataRole.DisplayRole:
-            return self._lines[index.row()]
-        return self._hint if role == Qt.ItemDataRole.SizeHintRole else None
 
 
 class BundlePreview(QWidget):
@@ -100,14 +66,11 @@ class BundlePreview(QWidget):
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
         self.parts.currentRowChanged.connect(self._show_part)
-        self._lines = Lines()
-        self.text = control(QListView(), texts, "bundle_text", says="Contents")
-        self.text.setStyleSheet(f"QListView {{ padding: {Space.S}px; }}")
-        self.text.setModel(self._lines)
-        self.text.setUniformItemSizes(True)
-        self.text.setTextElideMode(Qt.TextElideMode.ElideNone)
-        self.text.setHorizontalScrollMode(QListView.ScrollMode.ScrollPerPixel)
-        self.text.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
+        self.text = control(QPlainTextEdit(), texts, "bundle_text", says="Contents")
+        self.text.setReadOnly(True)
+        self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        self.text.setTabChangesFocus(True)
+        self.text.document().setDocumentMargin(Space.S)
         self.save = control(QPushButton(), texts, "bundle_save", "Save support bundle…",
                             picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)  # fmt: skip
         self.renew = control(QPushButton(), texts, "bundle_renew", "Refresh", picture=Icon.AGAIN,
@@ -167,22 +130,20 @@ class BundlePreview(QWidget):
         self.bundle = bundle
         self.save.setEnabled(True)
         row = max(0, self.parts.currentRow())
-        self.parts.blockSignals(True)
-        self.parts.clear()
-        for part in bundle.preview():
-            item = QListWidgetItem(_title(part))
-            item.setData(Qt.ItemDataRole.AccessibleTextRole, _title(part))
-            item.setToolTip(part.name)
-            self.parts.addItem(item)
-        self.parts.blockSignals(False)
-        self.parts.setCurrentRow(min(row, self.parts.count() - 1))
+        with QSignalBlocker(self.parts):
+            self.parts.clear()
+            for part in bundle.preview():
+                item = QListWidgetItem(_title(part))
+                item.setData(Qt.ItemDataRole.AccessibleTextRole, _title(part))
+                item.setToolTip(part.name)
+                self.parts.addItem(item)
+            self.parts.setCurrentRow(min(row, self.parts.count() - 1))
         self._show_part(self.parts.currentRow())
         self._show_where()
 
     def _show_part(self, row: int) -> None:
         parts = self.bundle.preview() if self.bundle is not None else ()
-        text = parts[row].text if 0 <= row < len(parts) else ""
-        self._lines.show_text(text, self.text.font())
+        self.text.setPlainText(parts[row].text if 0 <= row < len(parts) else "")
 
     def _show_where(self) -> None:
         where = None if self._log is None else self._log.trouble or self._log.path
@@ -203,7 +164,6 @@ class BundlePreview(QWidget):
 
     def _apply_theme(self) -> None:
         self.text.setFont(fixed_font(Size.SMALL))
-        self._show_part(self.parts.currentRow())
 
     def _retranslate(self) -> None:
         if self.bundle is not None:

@@ -8,12 +8,13 @@ from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics
 from app.text.sentences import in_brackets
 from protocol.translatable import marked
+from ui.core.texts import Texts
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
-from ui.widgets.labels import IconLabel
+from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -35,26 +36,28 @@ _NUMBERS: Final = (
 _ICON_PX: Final = 16
 
 
-class Total(QWidget):
-    """A caption above a number, with an optional warning sign."""
+class Tile(QWidget):
+    """A caption above a figure, with an optional warning sign. A figure `is_long` where it may need several words."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, texts: Texts, english: str, *, is_long: bool = False) -> None:
         super().__init__()
-        self.setObjectName(name)
-        self.caption = named(QLabel(), f"{name}_caption", "small")
-        self.number = named(QLabel(), f"{name}_number", "title")
-        self._sign = IconLabel(f"{name}_sign", _ICON_PX, keeps_place=True)
-        row = in_row(self.number, self._sign, 1, spacing=Space.XS)
-        in_column(self.caption, row, of=self, spacing=0, margins=0)
+        self.setObjectName(f"{name}_tile")
+        self.figure = control(TickingLabel(), texts, name, says=english, role="strong" if is_long else "title")
+        self.figure.setTextFormat(Qt.TextFormat.PlainText)
+        self.figure.setTextInteractionFlags(SELECTABLE)
+        self.figure.setWordWrap(is_long)
+        self._sign = IconLabel(f"{name}_sign", _ICON_PX)
+        caption = control(QLabel(), texts, f"{name}_name", english, role="small")
+        # The figures of a row stand on one baseline.
+        row = in_row((self.figure, int(is_long)), self._sign, *(() if is_long else (1,)), spacing=Space.XS)
+        in_column(caption, *((1, row) if is_long else (row, 1)), of=self, spacing=0, margins=0)
 
-    def show_total(self, text: str, *, needs_look: bool = False) -> None:
+    def show_figure(self, text: str, *, needs_look: bool = False) -> None:
         if needs_look:
             self._sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         else:
             self._sign.clear_icon()
-        if text != self.number.text():
-            self.number.setText(text)
-            self.setAccessibleName(f"{self.caption.text()}: {text}")
+        self.figure.setText(text)
 
 
 class LinkStatisticsView(QScrollArea):
@@ -69,9 +72,7 @@ class LinkStatisticsView(QScrollArea):
         self._recorded: LinkStatistics | None = None
         texts = services.texts
         texts.bind(self.setAccessibleName, "Statistics")
-        self.totals = {key: Total(f"figures_{key}") for key, _ in _NUMBERS}
-        for key, title in _NUMBERS:
-            texts.bind(self.totals[key].caption.setText, title)
+        self.totals = {key: Tile(f"figures_{key}", texts, title) for key, title in _NUMBERS}
         self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
         self._legend = self._caption(services, "figures_legend", marked("▼ restart   ■ port lost"))
         self._lay_out(services)
@@ -87,21 +88,21 @@ class LinkStatisticsView(QScrollArea):
         figures = recorded or self._connector.current.kept.statistics
         totals = figures.totals
         shown = self.totals
-        shown["sent"].show_total(f"{totals.sent:,}")
+        shown["sent"].show_figure(f"{totals.sent:,}")
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
         lost = f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "–"
-        shown["lost"].show_total(lost, needs_look=share > LOSS_ATTENTION)
+        shown["lost"].show_figure(lost, needs_look=share > LOSS_ATTENTION)
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = figures.quantile_s(quantile)
-            shown[key].show_total("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
+            shown[key].show_figure("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
         link = self._connector.current.last.link
         lag_s = None if link is None else link.lag_s
-        shown["lag"].show_total("–" if lag_s is None else f"{lag_s:.2f} s")
-        shown["rejected"].show_total(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
-        shown["restarts"].show_total(f"{totals.restarts:,}")
-        shown["losses"].show_total(f"{figures.losses:,}", needs_look=figures.losses > 0)
+        shown["lag"].show_figure("–" if lag_s is None else f"{lag_s:.2f} s")
+        shown["rejected"].show_figure(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
+        shown["restarts"].show_figure(f"{totals.restarts:,}")
+        shown["losses"].show_figure(f"{figures.losses:,}", needs_look=figures.losses > 0)
         for key in ("lost", "lag", "restarts", "losses") if recorded else ():
-            shown[key].show_total("–")
+            shown[key].show_figure("–")
         self.trips.show_classes(figures.round_trips())
         self.reasons.show_counts(totals.rejected_bytes.most_common())
         now, slices = self._connector.clock(), figures.seconds

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QStackedWidget, QTabBar, QToolButton
+from PySide6.QtWidgets import QTabBar, QTabWidget, QToolButton
 
 from app.captures.text import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
@@ -26,7 +26,7 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control, named
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -57,12 +57,11 @@ class DiagnosisPage(StreamPage):
         self.bundle = BundlePreview(services, self.traffic_buffer, self.result)
         self.files = CaptureFiles(services, self.traffic_buffer, self.result)
         self.strip = named(NoticeBar(services.texts), "diagnosis_notice")
-        self.stack = named(QStackedWidget(), "diagnosis_views")
-        for view in (self.why, self.traffic, self.figures, self.bundle):
-            self.stack.addWidget(view)
         self.tabs = self._make_tabs()
-        self.tabs.currentChanged.connect(self.stack.setCurrentIndex)
-        self._lay_out()
+        head = self.make_header(self._texts, marked("Diagnosis"), self.files)
+        head.row.setContentsMargins(Space.M, 0, Space.M, 0)
+        # The notice is below all controls, so that it moves none of them.
+        in_column(head, (self.tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
         self.files.opened.connect(self._show_capture)
         self.result.changed.connect(self._refresh_strip)
         self.why.connect_wanted.connect(self.connect_wanted)
@@ -143,25 +142,23 @@ class DiagnosisPage(StreamPage):
 
     # Making
 
-    def _make_tabs(self) -> QTabBar:
-        tabs = control(QTabBar(), self._texts, "diagnosis_tabs", says="Diagnosis")
-        tabs.setDrawBase(False)
-        tabs.setExpanding(False)
+    def _make_tabs(self) -> QTabWidget:
+        tabs, bar = named(QTabWidget(), "diagnosis_views"), QTabBar()
+        tabs.setTabBar(control(bar, self._texts, "diagnosis_tabs", says="Diagnosis"))
+        tabs.setDocumentMode(True)
+        bar.setDrawBase(False)
+        bar.setExpanding(False)
         tabs.setUsesScrollButtons(False)
         tabs.setElideMode(Qt.TextElideMode.ElideNone)
         # Qt makes the scroll buttons anyway, and names them in English only.
-        for name, english in (
-            ("ScrollLeftButton", marked("Scroll left")),
-            ("ScrollRightButton", marked("Scroll right")),
-        ):
-            button = tabs.findChild(QToolButton, name)
+        for name, says in (("ScrollLeftButton", marked("Scroll left")), ("ScrollRightButton", marked("Scroll right"))):
+            button = bar.findChild(QToolButton, name)
             if button is not None:
-                self._texts.bind(button.setAccessibleName, english)
-                self._texts.bind(button.setWhatsThis, english)
+                control(button, self._texts, name, says=says, about=says)
         views = (self.why, self.traffic, self.figures, self.bundle)
         for number, (view, (key, title)) in enumerate(zip(views, _VIEWS, strict=True)):
             shortcut = f"Alt+{number + 1}"
-            tabs.addTab("")
+            tabs.addTab(view, "")
             self._texts.bind(view.setAccessibleName, title)
             self._texts.bind(partial(tabs.setTabText, number), title)
             tabs.setTabToolTip(number, shortcut)
@@ -170,11 +167,4 @@ class DiagnosisPage(StreamPage):
 
     def _choose(self, key: str) -> None:
         self.go_to(key)
-        self.tabs.setFocus()
-
-    def _lay_out(self) -> None:
-        head = self.make_header(self._texts, marked("Diagnosis"), self.files)
-        head.row.setContentsMargins(Space.M, 0, Space.M, 0)
-        tabs = in_row(self.tabs, 1, margins=(Space.M, 0))
-        # Below all controls, so that a notice moves none of them.
-        in_column(head, tabs, (self.stack, 1), self.strip, of=self, spacing=Space.XS, margins=0)
+        self.tabs.tabBar().setFocus()

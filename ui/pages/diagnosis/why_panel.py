@@ -8,7 +8,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
 
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import Cause, Diagnosis, diagnose
@@ -20,6 +20,7 @@ from app.text.i18n import tr
 from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
+from ui.pages.diagnosis.link_statistics import Tile
 from ui.pages.diagnosis.traffic_texts import time_of_day
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
@@ -77,6 +78,7 @@ _SEEN: Final = (
     ("trip", marked("Round trip")),
     ("noise", marked("Last invalid bytes")),
 )
+_LONG: Final = ("port", "noise")
 _NOISE_SHOWN: Final = 16
 
 
@@ -105,13 +107,16 @@ class WhyPanel(QScrollArea):
         self._remedy: Remedy | None = None
         self._meaning: Meaning | None = None
         self._texts.bind(self.setAccessibleName, "Connection")
-        self.seen = {key: text_label(f"why_seen_{key}", "", is_selectable=True) for key, _ in _SEEN}
+        self.seen = {
+            key: Tile(f"why_seen_{key}", services.texts, english, is_long=key in _LONG) for key, english in _SEEN
+        }
         self._lay_out()
         self._connector.invalidated.connect(self._begin_again)
         self._connector.ports.listed.connect(self._notice_ports)
         timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._connector.changed.connect(timer.refresh_seen)
-        self._set_fonts()
+        for label in (self.command, self.seen["noise"].figure):
+            label.setFont(fixed_font())
         self._begin_again()
         self._notice_ports()
 
@@ -232,14 +237,9 @@ class WhyPanel(QScrollArea):
             "trip": "–" if trip_s is None else f"{trip_s * 1000:.1f} ms",
             "noise": noise.hex(" ").upper() or "–",
         }
-        self._noise.setVisible(bool(noise))
+        self.seen["noise"].setVisible(bool(noise))
         for key, text in shown.items():
-            self.seen[key].setText(text)
-
-    def _set_fonts(self) -> None:
-        fixed = fixed_font()
-        self.command.setFont(fixed)
-        self.seen["noise"].setFont(fixed)
+            self.seen[key].show_figure(text)
 
     def _do(self) -> None:
         match self._remedy:
@@ -259,24 +259,13 @@ class WhyPanel(QScrollArea):
         button = in_row(self.act, 1)
         said = in_column(self.what, self.next_step, self.silence, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)
-        tiles = {key: self._tile(key, english) for key, english in _SEEN}
+        tiles = self.seen
         rows = [
             in_row(*((tiles[key], 1) for key in ("trip", "unanswered", "rejected", "echo")), spacing=Space.L),
             in_row((tiles["received"], 1), (tiles["frames"], 1), (tiles["port"], 2), Gap(Space.L), spacing=Space.L),
         ]
         facts = named(QFrame(), "why_facts", "card")
-        self._noise = tiles["noise"]
-        in_column(*rows, self._noise, of=facts, spacing=Space.M, margins=(Space.L, Space.M))
+        in_column(*rows, tiles["noise"], of=facts, spacing=Space.M, margins=(Space.L, Space.M))
         content = named(QWidget(), "why_content")
         in_column(card, facts, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
         self.setWidget(content)
-
-    def _tile(self, key: str, english: str) -> QWidget:
-        caption = control(QLabel(), self._texts, f"why_seen_{key}_name", english, role="small")
-        value = self.seen[key]
-        is_long = key in ("noise", "port")
-        value.setProperty("role", "strong" if is_long else "title")
-        self._texts.bind(value.setAccessibleDescription, english)  # a name would hide the value
-        tile = named(QWidget(), f"why_seen_{key}_tile")
-        in_column(caption, *((1, value) if is_long else (value, 1)), of=tile, spacing=0, margins=0)  # on one baseline
-        return tile
