@@ -40,7 +40,6 @@ class WhatIfKind(Enum):
     FIRES = "fires"
     HOLDS = "holds"
     NEAR = "near"
-    UNREADABLE = "unreadable"
 
 
 class WhatIfVerdict(NamedTuple):

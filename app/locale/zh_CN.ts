@@ -1330,10 +1330,6 @@
         <translation>筛选</translation>
     </message>
     <message>
-        <source>Find my module</source>
-        <translation>查找模块</translation>
-    </message>
-    <message>
         <source>Find out why (Triggers), repack, lock and restart.</source>
         <translation>查明原因（触发记录），重新叠伞装仓，锁定并重启。</translation>
     </message>
@@ -1344,10 +1340,6 @@
     <message>
         <source>Find the baud rate.</source>
         <translation>请查找波特率。</translation>
-    </message>
-    <message>
-        <source>Find the rate</source>
-        <translation>查找波特率</translation>
     </message>
     <message>
         <source>Fired. Find out why (Triggers), repack, restart.</source>
@@ -1610,8 +1602,8 @@
         <translation>规则解读</translation>
     </message>
     <message>
-        <source>Interrupted: maybe at {rate} baud now. Use “Find my module”.</source>
-        <translation>已中断：可能已为 {rate} 波特。请使用“查找模块”。</translation>
+        <source>Interrupted: maybe at {rate} baud now. Use “Find the baud rate”.</source>
+        <translation>已中断：可能已为 {rate} 波特。请使用“查找波特率”。</translation>
     </message>
     <message>
         <source>Interrupted; may have been carried out.</source>
@@ -2358,8 +2350,8 @@
         <translation>无应答</translation>
     </message>
     <message>
-        <source>No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find my module”.</source>
-        <translation>任何波特率均无应答（{old} → {new} 波特）。请断电重启模块，再使用“查找模块”。</translation>
+        <source>No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find the baud rate”.</source>
+        <translation>任何波特率均无应答（{old} → {new} 波特）。请断电重启模块，再使用“查找波特率”。</translation>
     </message>
     <message>
         <source>No answer: the records are unknown.</source>
@@ -2590,8 +2582,8 @@
         <translation>未找到</translation>
     </message>
     <message>
-        <source>Not found. Switch the module off and on, then “Find my module”.</source>
-        <translation>未找到。请将模块关机再开机，然后“查找模块”。</translation>
+        <source>Not found. Switch the module off and on, then “Find the baud rate”.</source>
+        <translation>未找到。请将模块关机再开机，然后“查找波特率”。</translation>
     </message>
     <message>
         <source>Not judged</source>
@@ -4130,10 +4122,6 @@
         <translation>记录未签名。</translation>
     </message>
     <message>
-        <source>The recording is unreadable.</source>
-        <translation>该数据记录无法读取。</translation>
-    </message>
-    <message>
         <source>The records do not follow those of {module}: is it the same module?</source>
         <translation>记录与 {module} 的记录不衔接：是同一模块吗？</translation>
     </message>
@@ -5278,10 +5266,6 @@
         <translation>失败</translation>
     </message>
     <message>
-        <source>falls below {value:.1f} g</source>
-        <translation>低于 {value:.1f} g 为坠落</translation>
-    </message>
-    <message>
         <source>false trigger</source>
         <translation>误触发</translation>
     </message>
@@ -5296,10 +5280,6 @@
     <message>
         <source>fires</source>
         <translation>触发</translation>
-    </message>
-    <message>
-        <source>fires at {angle:.0f}°</source>
-        <translation>{angle:.0f}° 触发</translation>
     </message>
     <message>
         <source>first record of this module</source>
@@ -6038,10 +6018,6 @@
         <translation>真实触发</translation>
     </message>
     <message>
-        <source>rearms at {angle:.0f}°</source>
-        <translation>{angle:.0f}° 复位</translation>
-    </message>
-    <message>
         <source>received</source>
         <translation>已接收</translation>
     </message>
@@ -6310,10 +6286,6 @@
         <translation>该引导测试已取消：请删除此行。</translation>
     </message>
     <message>
-        <source>threshold {value:.1f} V</source>
-        <translation>阈值 {value:.1f} V</translation>
-    </message>
-    <message>
         <source>tilt, 1°</source>
         <translation>倾角，1°</translation>
     </message>
@@ -6570,8 +6542,8 @@
         <translation>无法写入 {file}：{why}。</translation>
     </message>
     <message>
-        <source>{file} exists and is not a pre-flight report: choose another name.</source>
-        <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
+        <source>{file} exists and is another kind of file: choose another name.</source>
+        <translation>{file} 已存在且是其他类型的文件：请换一个文件名。</translation>
     </message>
     <message>
         <source>{file} exists and is of no batch: choose another name.</source>

@@ -51,7 +51,7 @@ SENTENCES: Mapping[BaudEnd, str] = {
     BaudEnd.UNCHANGED: marked("Refused: still at {old} baud."),
     BaudEnd.ELSEWHERE: marked("The module is at {found} baud instead. Change it again."),
     BaudEnd.LOST: marked(
-        "No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find my module”."
+        "No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find the baud rate”."
     ),
     BaudEnd.NOT_SENT: marked("Nothing was sent."),
 }

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Collection
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,11 @@ class LimitSteps:
         """Sets the limits from `at` on."""
         for steps, value in zip(self._steps, limits, strict=True):
             steps.put(at, value)
+
+    def at(self, time_s: float = inf) -> ModuleLimits:
+        """The limits that held then; by default those of now."""
+        held = (steps.between(time_s, time_s) for steps in self._steps)
+        return ModuleLimits(*(changes[-1].value if changes else None for changes in held))
 
     def clear(self) -> None:
         for steps in self._steps:

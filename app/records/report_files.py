@@ -98,7 +98,7 @@ def check_target(path: Path, is_ours: Callable[[Path], bool] | None = None) -> N
         raise UserError(marked("There is no folder {folder}."), folder=path.parent)
     for target in (path, path.with_suffix(".json")):
         if target.exists() and not may_replace(target):
-            text = marked("{file} exists and is not a pre-flight report: choose another name.")
+            text = marked("{file} exists and is another kind of file: choose another name.")
             raise UserError(text, file=target)
 
 

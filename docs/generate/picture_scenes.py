@@ -260,7 +260,7 @@ def why(studio: Studio) -> None:
     studio.until(lambda: studio.assembly.connector.current.state.phase is Phase.SILENT, "it is not silent")
     other.restart()
     act = studio.find(QAbstractButton, "why_act")
-    studio.until(lambda: not act.isHidden() and tr("Find the rate") in act.text(), "no cause was found")
+    studio.until(lambda: not act.isHidden() and tr("Find the baud rate") in act.text(), "no cause was found")
     studio.run(1.0)
     studio.take("why", page, last=studio.find(QLabel, "why_seen_noise"))
     bench.remove_bench(OTHER_NAME)

@@ -40,7 +40,7 @@ from ui.widgets.visibility_timer import VisibilityTimer
 SIMULATED_PORT = "sim://demo?lifelike&noise=1"
 CARD_PX = 520
 FIND_RATE = 0
-"""Data of the entry "Find the rate"."""
+"""Data of the entry "Find the baud rate"."""
 
 
 class FlightDrop(QToolButton):
@@ -211,7 +211,7 @@ class ConnectPanel(QScrollArea):
             if rate == DEFAULT_BAUD_RATE:
                 self._texts.bind(partial(self.rate.setItemText, number), "115200 (usual)")
         self.rate.addItem("", FIND_RATE)
-        self._texts.bind(partial(self.rate.setItemText, self.rate.count() - 1), "Find the rate")
+        self._texts.bind(partial(self.rate.setItemText, self.rate.count() - 1), "Find the baud rate")
         return form
 
     def _name(self) -> None:

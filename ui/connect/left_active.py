@@ -147,7 +147,7 @@ class BaudRecovery:
             old=pending.old_rate, new=pending.new_rate, port=pending.port,
         )  # fmt: skip
         begin = partial(self._leave, partial(self._search, pending))
-        look = Choice("look_for_baud", tr("Find my module"), begin, is_main=True)
+        look = Choice("look_for_baud", tr("Find the baud rate"), begin, is_main=True)
         forget = Choice("forget_baud", tr("Dismiss"), lambda: self._discard(pending), is_step=True)
         return Notice(Meaning.ATTENTION, text, (look, forget))
 
@@ -160,7 +160,7 @@ class BaudRecovery:
         def end(job: Job[int | None]) -> None:
             found = None if job.run.error is not None else job.outcome()
             if found is None:
-                self._say(tr("Not found. Switch the module off and on, then “Find my module”."))
+                self._say(tr("Not found. Switch the module off and on, then “Find the baud rate”."))
                 return
             self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, found))
             self._say(tr("The module answers at {rate} baud.", rate=found))

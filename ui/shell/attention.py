@@ -44,7 +44,7 @@ def identity_notice(port: Port) -> Notice | None:
 _ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 _STEP_TEXTS = {
     NextStep.CHOOSE_PORT: marked("Choose a port"),
-    NextStep.FIND_RATE: marked("Find the rate"),
+    NextStep.FIND_RATE: marked("Find the baud rate"),
     NextStep.CONNECT_AGAIN: marked("Connect again"),
     NextStep.WHY: marked("Why?"),
 }

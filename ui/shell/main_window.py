@@ -173,7 +173,7 @@ class MainWindow(QMainWindow):
             "module",
             MenuEntry("lock", marked("LOCK"), lock.press, LOCK_KEYS[0], when=lambda: connector.current.is_open,
                       picture=Icon.LOCK),
-            MenuEntry("find_rate", marked("Find the rate"), connector.find_rate,
+            MenuEntry("find_rate", marked("Find the baud rate"), connector.find_rate,
                       when=lambda: connector.current.is_open),
             MenuEntry("simulator", marked("Simulated module panel"), self.simulator.setVisible, "F4",
                       is_checkable=True),

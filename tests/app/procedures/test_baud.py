@@ -123,7 +123,7 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     rig.line.write = falls_silent  # type: ignore[method-assign]
     changed = change(rig, 9600, journal)
     assert (changed.end, changed.found_rate) == (BaudEnd.LOST, None)
-    assert "Find my module" in changed.sentence
+    assert "Find the baud rate" in changed.sentence
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {}  # it may have been carried out: searched for at the next start
     rig.bench.end_faults()

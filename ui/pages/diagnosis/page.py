@@ -146,6 +146,7 @@ class DiagnosisPage(StreamPage):
         tabs, bar = named(QTabWidget(), "diagnosis_views"), QTabBar()
         tabs.setTabBar(control(bar, self._texts, "diagnosis_tabs", says="Diagnosis"))
         tabs.setDocumentMode(True)
+        tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         bar.setDrawBase(False)
         bar.setExpanding(False)
         tabs.setUsesScrollButtons(False)

@@ -47,7 +47,7 @@ _REMEDY_WORDS = {
     Remedy.COPY_COMMAND: marked("Copy"),
     Remedy.CONNECT_AGAIN: marked("Connect again"),
     Remedy.CHOOSE_PORT: marked("Choose a port"),
-    Remedy.FIND_RATE: marked("Find the rate"),
+    Remedy.FIND_RATE: marked("Find the baud rate"),
 }
 REMEDIES: Final = {
     Cause.BRAILLE: Remedy.COPY_COMMAND,

@@ -20,7 +20,7 @@ from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_footer
 from ui.pages.live.data import LiveData, lanes
 from ui.pages.live.empty import EmptyPage
-from ui.pages.live.panel import LivePanel, PanelLimits
+from ui.pages.live.panel import LivePanel
 from ui.pages.live.recorded_view import RecordedView, origin_of
 from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.plots.time_plot import TimePlot
@@ -77,10 +77,13 @@ class LivePage(StreamPage):
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self._content)
-        self.saving = Shortcut("live_save_csv_key", self, self.save.csv, self._save_csv)
-        self.exporting = Shortcut("live_save_png_key", self, self.save.png, self._save_png)
-        Shortcut("live_pause_key", self, self._live_plot.pause, self._pause, keys=("Ctrl+P",))
-        Shortcut("live_would_fire_key", self, self.fired.button, self._try_thresholds)
+        # What is out of sight is disabled, and its shortcuts with it.
+        self._stack.currentChanged.connect(lambda: self._content.setEnabled(not self.is_empty))
+        self._content.setEnabled(False)
+        self.saving = Shortcut("live_save_csv_key", self, self.save.csv)
+        self.exporting = Shortcut("live_save_png_key", self, self.save.png)
+        Shortcut("live_pause_key", self, self._live_plot.pause, self._toggle_pause, keys=("Ctrl+P",))
+        Shortcut("live_would_fire_key", self, self.fired.button)
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
         self._last: Batch | None = None
@@ -166,7 +169,7 @@ class LivePage(StreamPage):
 
     def refresh(self) -> None:
         self._process_waiting()
-        now_s, device, data = self._connector.clock(), self._connector.current.device, self.data
+        now_s, data = self._connector.clock(), self.data
         self._refreshed_at = now_s
         self.save.refresh()
         self.fired.refresh()
@@ -178,12 +181,10 @@ class LivePage(StreamPage):
         if self.is_empty:
             self._refresh_empty()
             return
-        stale = data.stale
-        limits = PanelLimits(
-            data.fires.value, data.falls.value, data.lights.value, stale.fires.value, stale.lights.value
-        )
-        rate = data.reports_per_s(now_s)
-        self.panel.show_device(device, now_s, limits=limits, in_use=self._in_use, reports_per_s=rate)
+        self.panel.show_device(
+            self._connector.current.device, now_s, in_use=self._in_use, limits=data.at(), stale=data.stale.at(),
+            reports_per_s=data.reports_per_s(now_s),
+        )  # fmt: skip
 
     def _show_now(self) -> None:
         self.refresh()
@@ -273,23 +274,8 @@ class LivePage(StreamPage):
     def _drawing(self) -> bytes:
         return self.plot.svg()
 
-    # Shortcuts
-
-    def _save_csv(self) -> None:
-        if not self.is_empty:
-            self.save.save_csv()
-
-    def _save_png(self) -> None:
-        if not self.is_empty:
-            self.save.save_png()
-
-    def _pause(self) -> None:
-        if not self.is_empty:
-            self.plot.sight.toggle_pause()
-
-    def _try_thresholds(self) -> None:
-        if not self.is_empty:
-            self.fired.button.click()
+    def _toggle_pause(self) -> None:
+        self.plot.sight.toggle_pause()  # of the plots in sight
 
     # Construction
 

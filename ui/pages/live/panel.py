@@ -4,7 +4,6 @@ Each number is fresh, stale with its age, or unknown. For a recording they are t
 and the module's state then replace what belongs to the present.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
@@ -13,6 +12,7 @@ from PySide6.QtWidgets import QFrame, QWidget
 
 from app.engine.device import DeviceView, Known
 from app.limits.out_of_limits import LimitsInUse, OutOfLimit, Outside, value_outside
+from app.recordings.markers import NO_LIMITS, ModuleLimits
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.link_states import Presence
@@ -45,17 +45,6 @@ _FALLING: Final = marked("free fall")
 _POLLED: Final = marked("polled")
 _STREAMED: Final = marked("streamed")
 _NO_STREAM: Final = marked("no stream")
-
-
-@dataclass(frozen=True, slots=True)
-class PanelLimits:
-    """The module's limits; None while unknown or disabled. Stale ones are only shown, never used to judge a value."""
-
-    fires_deg: float | None
-    falls_g: float | None
-    light_v: float | None
-    stale_fires_deg: float | None = None
-    stale_light_v: float | None = None
 
 
 class LightReadout(Readout):
@@ -171,20 +160,20 @@ class LivePanel(QFrame):
         self._row.setSpacing(max(int(Space.S), min(_MAX_APART_PX, (room - px) // (len(here) - 1))))
 
     def show_device(
-        self, device: DeviceView, now_s: float, *, limits: PanelLimits, in_use: LimitsInUse, reports_per_s: float
-    ) -> None:
-        """Shows all values as known at a monotonic time."""
+        self, device: DeviceView, now_s: float, *, in_use: LimitsInUse, limits: ModuleLimits = NO_LIMITS,
+        stale: ModuleLimits = NO_LIMITS, reports_per_s: float = 0.0,
+    ) -> None:  # fmt: skip
+        """Shows all values as known at a monotonic time; `stale` limits are shown, and judge nothing."""
         tilt = device.known("tilt_deg", now_s)
-        self._show_tilt(tilt, now_s, limits)
+        self._show_tilt(tilt, now_s, limits, stale)
         acceleration = device.known("acceleration_g", now_s)
-        is_falling = (
-            acceleration is not None and limits.falls_g is not None and float(acceleration.value) < limits.falls_g
-        )
+        falls_g = limits.free_fall_g
+        is_falling = acceleration is not None and falls_g is not None and float(acceleration.value) < falls_g
         falling = (Meaning.DANGER, tr(_FALLING)) if is_falling else (None, "")
         _show(self.acceleration, acceleration, now_s, 1, *falling)
         light, cell = (value_outside(key, device, now_s, in_use) for key in ("light_v", "cell_voltage_v"))
         known_light = device.known("light_v", now_s)
-        self._show_light_limit(None if known_light is None else float(known_light.value), limits)
+        self._show_light_limit(None if known_light is None else float(known_light.value), limits, stale)
         _show(self.light, known_light, now_s, 1, *_bay_note(light, limits.light_v))
         charging = device.known("charging", now_s)
         self._name_cell(_CHARGER if charging is not None and charging.value is True else _CELL)
@@ -197,22 +186,22 @@ class LivePanel(QFrame):
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
         self._show_stream(device, now_s, reports_per_s, tilt)
 
-    def _show_light_limit(self, light_v: float | None, limits: PanelLimits) -> None:
+    def _show_light_limit(self, light_v: float | None, limits: ModuleLimits, stale: ModuleLimits) -> None:
         """Shows the threshold beside the number and in the bar."""
-        threshold_v = limits.stale_light_v if limits.light_v is None else limits.light_v
+        threshold_v = stale.light_v if limits.light_v is None else limits.light_v
         self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
         self.light.show_bar(light_v, threshold_v, is_limit_stale=limits.light_v is None)
 
-    def _show_tilt_limit(self, limits: PanelLimits) -> None:
+    def _show_tilt_limit(self, limits: ModuleLimits, stale: ModuleLimits) -> None:
         """Shows the threshold beside the number and in the gauge."""
-        is_stale = limits.fires_deg is None and limits.stale_fires_deg is not None
-        fires_deg = limits.stale_fires_deg if is_stale else limits.fires_deg
+        is_stale = limits.fires_deg is None and stale.fires_deg is not None
+        fires_deg = stale.fires_deg if is_stale else limits.fires_deg
         reset_deg = None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
         self.gauge.set_threshold(fires_deg, reset_deg=reset_deg, is_stale=is_stale)
         self.tilt.set_limit("" if fires_deg is None else f"{fires_deg:g}°")
 
-    def _show_tilt(self, known: Known | None, now_s: float, limits: PanelLimits) -> None:
-        self._show_tilt_limit(limits)
+    def _show_tilt(self, known: Known | None, now_s: float, limits: ModuleLimits, stale: ModuleLimits) -> None:
+        self._show_tilt_limit(limits, stale)
         if known is None:
             self.gauge.show_tilt(None)
             self.tilt.show_unknown()

@@ -10,18 +10,17 @@ from PySide6.QtWidgets import QPushButton, QStackedWidget
 from app.engine.device import DeviceView, How, Known
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.entry_texts import remarks
-from app.recordings.markers import charging_at
+from app.recordings.markers import NO_LIMITS, charging_at
 from app.recordings.recording import Recording
 from app.safety.last_known import Activation, SeenActivation
 from app.samples.ring_buffers import Readable
-from app.samples.step_function import StepFunction
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.fields import Value
 from ui.core.texts import Texts
 from ui.files.save_bar import Origin
 from ui.pages.live.data import SLOW_GAP_S, mark_of
-from ui.pages.live.panel import LivePanel, PanelLimits
+from ui.pages.live.panel import LivePanel
 from ui.plots.axis import clock_text
 from ui.plots.lanes import Lane, Span
 from ui.plots.time_plot import TimePlot
@@ -153,7 +152,7 @@ def device_at(recording: Recording, time_s: float) -> DeviceView:
         "tilt_deg": None if tilt is None else tilt.high,
         "acceleration_g": _value(recording.acceleration, time_s, _NEAR_S),
         "light_v": _value(recording.light, time_s, SLOW_GAP_S),
-        "light_threshold_v": _limit(recording.lights, time_s),
+        "light_threshold_v": recording.at(time_s).light_v,
         "cell_voltage_v": _value(recording.cell, time_s, SLOW_GAP_S),
         "charging": charging_at(recording.markers, time_s),
         "active": bool(flags.is_active[-1]) if flags is not None and has_flags else None,
@@ -165,21 +164,16 @@ def device_at(recording: Recording, time_s: float) -> DeviceView:
 
 def show_moment(panel: LivePanel, recording: Recording, time_s: float | None, in_use: LimitsInUse) -> None:
     """Shows the values of `recording` at a time in the panel; None: there is no cursor."""
-    text, device, limits, now_s = tr("point at the plots"), DeviceView(), PanelLimits(None, None, None), 0.0
+    text, device, limits, now_s = tr("point at the plots"), DeviceView(), NO_LIMITS, 0.0
     if time_s is not None:
         text, device, now_s = clock_text(time_s + recording.wall_offset_s, 1), device_at(recording, time_s), time_s
-        limits = PanelLimits(*(_limit(one, time_s) for one in (recording.fires, recording.falls, recording.lights)))
+        limits = recording.at(time_s)
     panel.moment.show_state(text, Icon.HISTORY, Meaning.INFORMATION)
-    panel.show_device(device, now_s, limits=limits, in_use=in_use, reports_per_s=0.0)
+    panel.show_device(device, now_s, limits=limits, in_use=in_use)
     is_active = device.fresh("active", now_s)
     reported = Activation.UNKNOWN if is_active is None else Activation.ACTIVE if is_active else Activation.LOCKED
     show_activation(panel.activation, SeenActivation(reported), now_s)
     show_known_trigger(panel.trigger, device.known("triggered", now_s), now_s)
-
-
-def _limit(steps: StepFunction, time_s: float) -> float | None:
-    changes = steps.between(time_s, time_s)
-    return changes[-1].value if changes else None
 
 
 def _value(series: Readable, time_s: float, within_s: float) -> float | None:

@@ -1,6 +1,5 @@
 """ "Would it have fired?": tries thresholds on measured data. A calculation; nothing is sent."""
 
-import logging
 from collections.abc import Mapping
 from functools import partial
 from math import inf
@@ -49,7 +48,6 @@ from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_log = logging.getLogger(__name__)
 _WIDTH_PX: Final = 376
 _ROWS_IN_SIGHT: Final = 8
 _STYLES: Final = {
@@ -60,7 +58,6 @@ _STYLES: Final = {
     WhatIfKind.FIRES: (Icon.PARACHUTE, Meaning.DANGER),
     WhatIfKind.HOLDS: (Icon.NOT_TRIGGERED, None),
     WhatIfKind.NEAR: (Icon.INFORMATION, None),
-    WhatIfKind.UNREADABLE: (Icon.WARNING, None),
 }
 _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
 PACE: Final = 10
@@ -96,7 +93,6 @@ class WhatIfPanel(QFrame):
         self._measured: Measured | None = None
         self._asked: _Asked | None = None
         self._asked_at_s = self._took_s = 0.0
-        self._is_unreadable = False
         self._wall_offset_s = 0.0
         self._rows: tuple[WhatIfRow, ...] = ()
         self._verdict: WhatIfVerdict | None = None
@@ -118,7 +114,6 @@ class WhatIfPanel(QFrame):
         """Stops judging."""
         self._judging.cancel()
         self._measured = self._asked = self.finding = None
-        self._is_unreadable = False
 
     def refresh(self) -> None:
         if self.isHidden():
@@ -128,11 +123,7 @@ class WhatIfPanel(QFrame):
         self._show_lines()
         question = self.wanted.question()
         self._judge(question.limits)
-        if self._is_unreadable:
-            said = WhatIfVerdict(WhatIfKind.UNREADABLE, tr("The recording is unreadable."))
-        else:
-            said = fired_words.verdict(self.finding, question, clock=self._clock)
-        self._show_verdict(said)
+        self._show_verdict(fired_words.verdict(self.finding, question, clock=self._clock))
         self._list(fired_words.rows(self.finding, clock=self._clock))
         self.as_module.setEnabled(bool(self.wanted.values))
         self.from_settings.setEnabled(bool(self._exchange.find_drafts()))
@@ -152,20 +143,20 @@ class WhatIfPanel(QFrame):
             return
         if not is_question_same:
             self.finding = None
-        self._asked, self._asked_at_s, self._is_unreadable = asked, now_s, False
+        self._asked, self._asked_at_s = asked, now_s
         excerpt = self._measured.excerpt(-inf, inf)  # in this thread, where live data change
 
         def judge(_running: Running) -> WhatIfFinding:
             return judge_excerpt(excerpt, asked.limits, counts_locked=asked.counts_locked)
 
-        self._judging.run(judge, self._on_judged, self._on_unreadable)
+        self._judging.run(judge, self._on_judged, self._on_error)
 
     def _on_judged(self, finding: WhatIfFinding) -> None:
         self.finding, self._took_s = finding, perf_counter() - self._asked_at_s
 
-    def _on_unreadable(self, error: Exception) -> None:
-        _log.warning("The recording cannot be judged", exc_info=error)
-        self._is_unreadable = True
+    @staticmethod
+    def _on_error(error: Exception) -> None:
+        raise error
 
     def _standing(self) -> dict[str, SettingSource]:
         """The module's settings by key, now or when it was recorded."""

@@ -231,7 +231,9 @@ class SettingsPage(Page):
         self.as_found = self.header.add_rare("settings_as_found", marked("Restore initial"), work.restore_initial)
         self.header.add_rare("settings_measure", marked("Measure the light threshold"), self._measure)
         self.try_out = self.header.add_rare("settings_try", marked("Try on recorded data"), self._try_out)
-        self.find_rate = self.header.add_rare("settings_find_rate", marked("Find my module"), self._connector.find_rate)
+        self.find_rate = self.header.add_rare(
+            "settings_find_rate", marked("Find the baud rate"), self._connector.find_rate
+        )
 
     def _wire(self) -> None:
         work, form = self.work, self.work.form

@@ -107,7 +107,7 @@ class BaudPanel(QFrame):
             self._doubtful_since = self._connector.clock()
             self._job.notify(
                 Meaning.DANGER,
-                lambda: tr("Interrupted: maybe at {rate} baud now. Use “Find my module”.", rate=rate),
+                lambda: tr("Interrupted: maybe at {rate} baud now. Use “Find the baud rate”.", rate=rate),
             )
         else:
             self._job.set_notice(partial(self._ended, job.outcome()))
@@ -120,7 +120,7 @@ class BaudPanel(QFrame):
         }.get(changed.end, Meaning.ATTENTION)
         find: tuple[Choice, ...] = ()
         if changed.end is BaudEnd.LOST:
-            find = (Choice("find_lost", tr("Find my module"), self._connector.find_rate, is_main=True),)
+            find = (Choice("find_lost", tr("Find the baud rate"), self._connector.find_rate, is_main=True),)
         return Notice(meaning, changed.sentence, find, self._job.dismiss)
 
     def _end_doubt(self) -> None:

@@ -4,6 +4,7 @@ Leaving the page during a test (another page, a closed or minimised window, a pr
 the module if the test may have made it active.
 """
 
+import json
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -31,6 +32,7 @@ from app.procedures.lock import SENTENCES
 from app.recordings.export import not_saved_text
 from app.records.labels import A4
 from app.records.record import Record, as_text
+from app.records.report_files import check_target
 from app.records.report_html import guided_body
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -38,6 +40,8 @@ from app.safety.ritual import Input
 from app.system.files import write_whole
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.sentences import error_text
+from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_guard import RitualGuard
@@ -47,7 +51,6 @@ from ui.pages.tests.controller import FAILED, GuidedController, Stage
 from ui.pages.tests.widgets import (
     VERDICT_MEANINGS,
     GuidedPicture,
-    Instruction,
     LiveValue,
     ResultView,
     StepList,
@@ -93,7 +96,11 @@ class TestsPage(Page):
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")
-        self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
+        self.picture, self.steps, self.instruction = (
+            GuidedPicture(),
+            StepList(),
+            text_label("tests_instruction", "title"),
+        )
         self.safety = text_label("tests_safety")
         self.made_safe = control(QCheckBox(), texts, "tests_made_safe", about="The test makes the module fire.")
         self.activate = ActRow(services, Act.ACTIVATE, place="tests")
@@ -163,8 +170,11 @@ class TestsPage(Page):
         shown = steps[min(step, len(steps) - 1)]
         self.picture.show_step(work.kind, min(step, len(steps) - 1), shown)
         self.steps.show_steps(steps, step, is_running=work.is_running)
-        self.instruction.set_text(instruction(work))
-        is_instructed = bool(self.instruction.text())
+        text = instruction(work)
+        is_instructed = bool(text)
+        if text != self.instruction.text():
+            self.instruction.setText(text)
+            self.instruction.setAccessibleName(text)  # screen readers tell a new one
         self.instruction.setVisible(is_instructed)
         self.title.setVisible(not is_instructed)  # the list shows which test it is
         self._show_safety()
@@ -257,8 +267,11 @@ class TestsPage(Page):
 
     def _write_report(self, record: Record, path: Path) -> None:
         try:
+            check_target(path, _may_replace)
             write_whole(path.with_suffix(".json"), as_text(record).encode())
             write_whole(path, print_pages([guided_body(record)], A4))
+        except UserError as refused:
+            self.exported.notify(Meaning.ATTENTION, partial(error_text, refused))
         except (OSError, RuntimeError) as error:
             fault = error  # the name of an except clause ends with it
             self.exported.notify(Meaning.DANGER, lambda: not_saved_text(path, fault))
@@ -357,3 +370,13 @@ class TestsPage(Page):
         top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.S)
         self._doing = named(QWidget(), "tests_doing")
         in_column(self._region, top, 1, of=self._doing, spacing=Space.M, margins=0)
+
+
+def _may_replace(path: Path) -> bool:
+    """The dialog asked about the report; beside it only results of guided tests may be replaced."""
+    if path.suffix.lower() == ".pdf":
+        return True
+    try:
+        return set(json.loads(path.read_bytes())) == {"module", "tests"}
+    except (OSError, ValueError, TypeError):
+        return False

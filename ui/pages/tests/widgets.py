@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
@@ -123,22 +123,6 @@ class StepList(QWidget):
                 mark.clear_icon()
 
 
-class Instruction(QLabel):
-    """What to do now; screen readers announce a new instruction."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        named(self, "tests_instruction", "title")
-        self.setWordWrap(True)
-        self.setTextFormat(Qt.TextFormat.PlainText)
-
-    def set_text(self, text: str) -> None:
-        if text != self.text():
-            self.setText(text)
-            self.setAccessibleName(text)
-            QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.NameChanged))
-
-
 @dataclass(frozen=True, slots=True)
 class LiveMark:
     """A limit on the bar."""
@@ -243,15 +227,6 @@ def _formatted(text: str, values: tuple[tuple[str, object], ...]) -> str:
     return tr(text, **words) if "{" in text else tr(text)
 
 
-def outcome_text(outcome: GuidedResult | BrokenOff | None) -> tuple[Meaning, str]:
-    """The verdict in a line."""
-    if isinstance(outcome, GuidedResult):
-        return VERDICT_MEANINGS[outcome.verdict], capitalised(tr(VERDICT_WORDS[outcome.verdict]))
-    if isinstance(outcome, BrokenOff):
-        return Meaning.ATTENTION, outcome.reason.translated()
-    return Meaning.UNKNOWN, ""
-
-
 def last_text(last: StoredTest | None) -> str:
     """Result, date and person of the last test."""
     if last is None:
@@ -266,54 +241,42 @@ def last_text(last: StoredTest | None) -> str:
 
 def live_reading(work: GuidedController, connector: Ports) -> LiveReading:
     """The current value against the limits of the test."""
+
+    def fresh(key: str) -> float | None:
+        value = connector.current.device.fresh(key, connector.clock())
+        return None if value is None else float(value)
+
+    def reading(
+        caption: str, key: str, unit: str, decimals: int, highest: float, *marks: tuple[float | None, str, Meaning]
+    ) -> LiveReading:
+        value = fresh(key)
+        limits = tuple(
+            LiveMark(at, tr(text, value=f"{at:.{decimals}f}"), meaning) for at, text, meaning in marks if at is not None
+        )
+        shown = _UNKNOWN if value is None else f"{value:.{decimals}f}{unit}"
+        return LiveReading(caption, shown, value, highest, limits)
+
     match work.kind:
         case GuidedKind.TILT:
-            return _tilt(connector, _value(connector, "attitude_threshold_deg"))
+            fires, has_fired = fresh("attitude_threshold_deg"), fresh("triggered")
+            if fires is None:
+                return reading(tr("Tilt"), "tilt_deg", "°", 0, 180.0)
+            state = tr("TRIGGERED") if has_fired else tr("not triggered")
+            return reading(
+                join_names((tr("Tilt"), state)), "tilt_deg", "°", 0, 120.0,
+                (fires - RESET_BELOW_THRESHOLD_DEG, marked("{value}° rearms"), Meaning.INFORMATION),
+                (fires, marked("{value}° fires"), Meaning.DANGER),
+            )  # fmt: skip
         case GuidedKind.FREE_FALL:
-            return _acceleration(connector, _value(connector, "freefall_acceleration_g"))
+            limit = (fresh("freefall_acceleration_g"), marked("{value} g free fall"), Meaning.INFORMATION)
+            return reading(tr("Acceleration"), "acceleration_g", " g", 1, 2.0, limit)
         case GuidedKind.BAY:
-            return _light(connector, _value(connector, "light_threshold_v"))
+            threshold = fresh("light_threshold_v")
+            highest = max(3.0, 1.5 * (threshold or 0.0), fresh("light_v") or 0.0)
+            limit = (threshold, marked("{value} V bay open"), Meaning.INFORMATION)
+            return reading(tr("Light"), "light_v", " V", 1, highest, limit)
         case _:
             return _losses(work)
-
-
-def _value(connector: Ports, key: str) -> float | None:
-    value = connector.current.device.fresh(key, connector.clock())
-    return None if value is None else float(value)
-
-
-def _tilt(connector: Ports, threshold: float | None) -> LiveReading:
-    value = _value(connector, "tilt_deg")
-    shown = _UNKNOWN if value is None else f"{value:.0f}°"
-    if threshold is None:
-        return LiveReading(tr("Tilt"), shown, value, 180.0)
-    reset = threshold - RESET_BELOW_THRESHOLD_DEG
-    marks = (
-        LiveMark(reset, tr("rearms at {angle:.0f}°", angle=reset), Meaning.INFORMATION),
-        LiveMark(threshold, tr("fires at {angle:.0f}°", angle=threshold), Meaning.DANGER),
-    )
-    has_fired = connector.current.device.fresh("triggered", connector.clock())
-    caption = join_names((tr("Tilt"), tr("TRIGGERED") if has_fired else tr("not triggered")))
-    return LiveReading(caption, shown, value, 120.0, marks)
-
-
-def _acceleration(connector: Ports, threshold: float | None) -> LiveReading:
-    value = _value(connector, "acceleration_g")
-    shown = _UNKNOWN if value is None else f"{value:.1f} g"
-    marks: tuple[LiveMark, ...] = ()
-    if threshold is not None:
-        marks = (LiveMark(threshold, tr("falls below {value:.1f} g", value=threshold), Meaning.INFORMATION),)
-    return LiveReading(tr("Acceleration"), shown, value, 2.0, marks)
-
-
-def _light(connector: Ports, threshold: float | None) -> LiveReading:
-    value = _value(connector, "light_v")
-    shown = _UNKNOWN if value is None else f"{value:.1f} V"
-    marks: tuple[LiveMark, ...] = ()
-    if threshold is not None:
-        marks = (LiveMark(threshold, tr("threshold {value:.1f} V", value=threshold), Meaning.INFORMATION),)
-    highest = max(3.0, 1.5 * (threshold or 0.0), value or 0.0)
-    return LiveReading(tr("Light"), shown, value, highest, marks)
 
 
 def _losses(work: GuidedController) -> LiveReading:
@@ -354,18 +317,19 @@ class ResultView(QWidget):
         in_column(head, self.advice, self.table, 1, of=self, spacing=Space.S, margins=0)
 
     def show_outcome(self, outcome: GuidedResult | BrokenOff | None) -> None:
-        meaning, text = outcome_text(outcome)
-        is_result = isinstance(outcome, GuidedResult)
-        if outcome is not None:
-            self.mark.show_icon(MEANING_ICONS[meaning], meaning)
-        set_role(self.verdict, "heading" if is_result else "title")
+        meaning, text, role, measured, advice = Meaning.ATTENTION, "", "title", tuple[MeasuredValue, ...](), None
+        if isinstance(outcome, GuidedResult):
+            meaning, text = VERDICT_MEANINGS[outcome.verdict], capitalised(tr(VERDICT_WORDS[outcome.verdict]))
+            role, measured, advice = "heading", outcome.measured, outcome.advice
+        elif outcome is not None:
+            text = outcome.reason.translated()
+        self.mark.show_icon(MEANING_ICONS[meaning], meaning)
+        set_role(self.verdict, role)
         self.verdict.setText(text)
         self.verdict.setAccessibleName(text)
-        measured = outcome.measured if isinstance(outcome, GuidedResult) else ()
         self.table.show_rows(measured)
         self.table.setVisible(bool(measured))
         self.table.setFixedHeight(self.table.horizontalHeader().sizeHint().height() + _ROW_PX * len(measured) + 4)
-        advice = outcome.advice if isinstance(outcome, GuidedResult) else None
         self.advice.setText("" if advice is None else advice.translated())
         self.advice.setVisible(advice is not None)
 

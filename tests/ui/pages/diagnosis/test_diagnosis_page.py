@@ -69,9 +69,9 @@ def cause_of(page: DiagnosisPage) -> Cause | None:
 @pytest.mark.parametrize(
     ("name", "query", "cause", "button"),
     [
-        ("why-mute", "mute", Cause.NOTHING, "Find the rate"),
+        ("why-mute", "mute", Cause.NOTHING, "Find the baud rate"),
         ("why-echo", "mute&echo", Cause.ECHO, "Connect again"),
-        ("why-rate", "baud=9600&stream_at_boot&rate=50", Cause.WRONG_RATE, "Find the rate"),
+        ("why-rate", "baud=9600&stream_at_boot&rate=50", Cause.WRONG_RATE, "Find the baud rate"),
         ("why-bad", "corrupt=0.09&stream_at_boot&rate=200", Cause.BAD_LINE, "Connect again"),
     ],
 )

@@ -93,14 +93,17 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
     angle = MeasuredValue(UserMessage("Tilt"), UserMessage("61°"), UserMessage("≤ 62°"), passed_if(True))
     page.work._store_result(GuidedResult(GuidedKind.TILT, (angle,)))
     bench.until(page.export.isEnabled, limit_s=10_000.0)
+    (tmp_path / "check.json").write_text('{"format": "a record of a pre-flight check"}', encoding="utf-8")
     said = []
-    for path in (tmp_path / "results.pdf", tmp_path / "no folder" / "results.pdf"):
+    names = ("results.pdf", "results.pdf", "no folder/results.pdf", "check.pdf")  # its own results may be replaced
+    for path in (tmp_path / name for name in names):
         page.ask_path = choosing(path)
         page.export.click()
         notice = page.exported.result_notice()
         assert notice is not None
         said.append((notice.meaning, path.name in notice.text))
-    assert said == [(Meaning.GOOD, True), (Meaning.DANGER, True)]
+    assert said == [(Meaning.GOOD, True), (Meaning.GOOD, True), (Meaning.ATTENTION, False), (Meaning.ATTENTION, False)]
+    assert "a record" in (tmp_path / "check.json").read_text(encoding="utf-8")
     assert (tmp_path / "results.pdf").read_bytes().startswith(b"%PDF")
     assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["tests"][0]["verdict"] == "passed"
     printed = guided_body({"module": name, "tests": [test.plain() for test in page.work.last.values()]})
