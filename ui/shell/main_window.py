@@ -252,8 +252,12 @@ class MainWindow(QMainWindow):
         self.attention.leave(self._connector.current.disconnect_port)
 
     def go_to(self, key: str) -> None:
+        """Shows a page; "archive" is a dialog."""
         self.panel.hide()
-        self.navigation.choose(key)
+        if key == "archive":
+            self.archive_wanted.emit()
+        else:
+            self.navigation.choose(key)
 
     def _enter_page(self, key: str) -> None:
         """Shows a page and moves the focus into it."""

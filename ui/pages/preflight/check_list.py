@@ -103,7 +103,11 @@ class CheckList(QScrollArea):
             else:
                 has_profile = work.entered.profile is not None
                 # What is said of a void result would count for whatever module answers now.
-                act = None if is_void else remedy(found, assessment.case, has_profile=has_profile)
+                act = (
+                    None
+                    if is_void
+                    else remedy(found, assessment.case, has_profile=has_profile, needs_lock=work.needs_lock)
+                )
                 row.show_judged(found, act, is_void=is_void, can_act=work.can_check)
         for item in self.manual:
             item.show_state(self.ticks.get(item.number), can_tick=not is_checking)

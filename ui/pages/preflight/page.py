@@ -25,7 +25,7 @@ from ui.pages.preflight.controller import PreflightController, Standing, Stateme
 from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
-from ui.pages.preflight.row import Mend, Remedy
+from ui.pages.preflight.row import LOCK_AND_ENABLE, Mend, Remedy
 from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner, announcement
 from ui.services.announcer import announcer
 from ui.services.context import Services
@@ -76,7 +76,7 @@ class PreflightButtons(QWidget):
         self.run.setEnabled(work.can_check)
         needs_lock = work.needs_lock
         self.enable.setEnabled(work.can_enable or needs_lock)
-        words = marked("Lock, enable and check again") if needs_lock else marked("Enable triggers and check")
+        words = LOCK_AND_ENABLE if needs_lock else marked("Enable triggers and check")
         rename(self.enable, self._texts, words)
         self.print.setEnabled(work.record is not None)
         is_enabling = needs_lock or (work.can_enable and not work.are_triggers_known)
@@ -203,6 +203,8 @@ class PreflightPage(Page):
         match remedy.mend:
             case Mend.CHECK:
                 self.check(remedy.statement)
+            case Mend.ENABLE:
+                self.enable_and_check()
             case Mend.NAME:
                 self.form.module.setFocus()
             case Mend.APPROVE:
@@ -213,7 +215,7 @@ class PreflightPage(Page):
             case Mend.MEASURE:
                 self.page_wanted.emit("settings")
                 exchange.measured.emit()
-            case Mend.TRIGGERS | Mend.TESTS:
+            case Mend.TRIGGERS | Mend.TESTS | Mend.SERVICE:
                 self.page_wanted.emit(remedy.mend.value)
 
     def _approve(self) -> None:

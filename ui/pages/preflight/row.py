@@ -27,6 +27,7 @@ from ui.widgets.labels import text_label
 from ui.widgets.readout import StateChip
 from ui.widgets.step_button import StepButton
 
+LOCK_AND_ENABLE: Final = marked("Lock, enable and check again")
 CHIP_PX: Final = 112
 TITLE_PX: Final = 180
 MEASURED_PX: Final = 170
@@ -44,12 +45,14 @@ class Mend(Enum):
     """How a row is mended: by checking again with a statement, or on the page that is named."""
 
     CHECK = "preflight"
+    ENABLE = "enable"
     NAME = "module"
     APPROVE = "profile"
     WRITE = "settings"
     MEASURE = "light"
     TRIGGERS = "triggers"
     TESTS = "tests"
+    SERVICE = "archive"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +65,9 @@ class Remedy:
     values: Mapping[str, Value] = field(default_factory=dict)
 
 
-_ENABLE: Final = Remedy(marked("Enable now"), Mend.CHECK, Statement(is_enabling=True))
+_ENABLE: Final = Remedy(marked("Enable now"), Mend.ENABLE)
+_LOCK_AND_ENABLE: Final = Remedy(LOCK_AND_ENABLE, Mend.ENABLE)
+_SERVICE: Final = Remedy(marked("Archive of all stations…"), Mend.SERVICE)
 _SAME_MODULE: Final = Remedy(marked("It is this module"), Mend.CHECK, Statement(is_same_module=True))
 _APPROVE_ONCE: Final = Remedy(marked("Approve these settings"), Mend.CHECK, Statement(are_settings_approved=True))
 _APPROVE: Final = Remedy(marked("Approve these settings"), Mend.APPROVE)
@@ -73,14 +78,16 @@ _TRIGGERS: Final = Remedy(marked("Triggers"), Mend.TRIGGERS)
 _SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}
 
 
-def remedy(judged: Judged, case: Case, *, has_profile: bool) -> Remedy | None:
+def remedy(judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = False) -> Remedy | None:
     """What mends a row with one click, here or on the page that has the control; None where only hands can."""
     id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
     if judged.finding.result is CheckResult.PASS:
         return None
     match id_:
         case "attitude_trigger" | "freefall_trigger":
-            return _ENABLE
+            return _LOCK_AND_ENABLE if needs_lock else _ENABLE
+        case "service":
+            return _SERVICE
         case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
             return Remedy(word.value, Mend.CHECK, Statement(are_records_reviewed=True))
         case "trigger_records" | "triggered" if judged.blocks_go:

@@ -103,7 +103,9 @@ def test_where_the_aircraft_activates_ready_is_the_end(
         bench.wait_standing(Standing.GO)
 
 
-def test_on_an_active_module_nothing_is_written(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
     with on_bench(qtbot, qapp, tmp_path, "active", active=True) as bench:
         page = bench.preflight
         page.tick()
@@ -111,7 +113,13 @@ def test_on_an_active_module_nothing_is_written(qtbot: QtBot, qapp: QApplication
         assert "lock it first" in page.banner.accessibleName()
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []
-        assert "Lock it" in page.list.rows["attitude_trigger"].reason.text()
+        row = page.list.rows["attitude_trigger"]
+        assert "Lock it" in row.reason.text()
+        assert row.act.text() == "Lock, enable and check again"
+        settle(row.act)
+        bench.click(row.act)
+        bench.until(lambda: page.work.standing is Standing.READY)
+        assert set(bench.acts[:-2]) == {LOCK}
 
 
 def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_its_own_gesture_to_go(
