@@ -3,7 +3,7 @@
 `same_module` is the only rule. A boot count never falls, the settings are those last read, and the trigger records
 follow each other: what differs refutes. Proof is a conversation that never broke, or a person who has read the label
 and said so for this connection. Until a person decides, about a named module after each break and about any after a
-lost port, only questions and LOCK are sent.
+lost port or an absence, only questions and LOCK are sent.
 """
 
 from collections.abc import Mapping
@@ -131,9 +131,13 @@ def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> IdentityEvide
 
 
 class IdentityCheck:
-    """The identity of the module on one open port, in the session's thread."""
+    """The identity of the module on one open port, in the session's thread.
 
-    def __init__(self, expected: Expected | None = None) -> None:
+    `is_attended`: a person can be asked whether a module without a name is the one before its absence.
+    """
+
+    def __init__(self, expected: Expected | None = None, *, is_attended: bool = False) -> None:
+        self._is_attended = is_attended
         self._expected: Expected | None = None
         self._answered_at: float | None = None
         self._identity = Identity()
@@ -186,8 +190,10 @@ class IdentityCheck:
         is_named = self._identity.is_named
         known = evidence_of(device.view(now).values, is_fresh=False) if _may_tell(event) else IdentityEvidence()
         match event:
-            case FellSilent() | Restarted() | WentOffline():
+            case FellSilent() | Restarted():
                 is_in_doubt = is_named
+            case WentOffline():
+                is_in_doubt = is_named or (self._is_attended and known != IdentityEvidence())
             case Received(role=Role.ANSWER, message=Reading(command=command) as reading) if command is BOOT_COUNT:
                 # The frame, not `Answered`, which does not exist for the answer to a fence.
                 boots = int(reading.value)

@@ -39,7 +39,7 @@ class Session:
     `step` raises `PortError` when the port is lost; the owner then calls `close`. Everything received before stays in
     `take_events` and in the device. `asleep_s` returns for how long the computer slept since the last call.
 
-    Until `identity` is settled only questions and LOCK are sent.
+    Until `identity` is settled only questions and LOCK are sent; see `IdentityCheck` for `is_attended`.
     """
 
     def __init__(
@@ -50,12 +50,13 @@ class Session:
         timing: Timing | None = None,
         asleep_s: Callable[[], float] = float,
         expected: Expected | None = None,
+        is_attended: bool = False,
     ) -> None:
         self.line = line
         self.clock = clock
         self._asleep_s = asleep_s
         self.opened_at = clock()
-        self.identity = IdentityCheck(expected)
+        self.identity = IdentityCheck(expected, is_attended=is_attended)
         self.bytes_received = 0
         self._received_at = self.opened_at
         self.batch_s = BATCH_S

@@ -149,18 +149,22 @@ class Worker:
         background: Callable[[], Procedure[None]] | None = None,
         is_another: bool = False,
         expected: Expected | None = None,
+        is_attended: bool = False,
     ) -> int:
         """Open `port`, closing the previous one; return the number of this opening, by which its batches are known.
         `background` makes the procedure that keeps the device fresh.
 
-        `expected`: the module expected there; until its identity is settled only questions are sent.
+        `expected`: the module expected there; until its identity is settled only questions are sent. `is_attended`: a
+        person can be asked about it.
 
         `is_another`: another module is expected, so the values of the previous one are discarded at once; else they
         stay, as stale, until the port is open.
         """
         self._openings += 1
         connection = Connection(PortState.OPENING, port, baud_rate, opening=self._openings)
-        self._order(lambda: self._enter(connection, background, expected, is_another=is_another))
+        self._order(
+            lambda: self._enter(connection, background, expected, is_another=is_another, is_attended=is_attended)
+        )
         return connection.opening
 
     def confirm_identity(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
@@ -285,6 +289,7 @@ class Worker:
         expected: Expected | None,
         *,
         is_another: bool,
+        is_attended: bool,
     ) -> None:
         self._close_in_order()
         self._read.clear()
@@ -293,7 +298,7 @@ class Worker:
         self._set_connection(connection)
         line = self._line = open_line(connection.port, connection.baud_rate)
         asleep_s = SleepDetector(self._clock, self._with_sleep).poll
-        self._session = Session(line, self._clock, asleep_s=asleep_s, expected=expected)
+        self._session = Session(line, self._clock, asleep_s=asleep_s, expected=expected, is_attended=is_attended)
         self._device = self._session.device
         self._set_connection(replace(connection, state=PortState.OPEN))
         if background is not None:

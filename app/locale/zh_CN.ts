@@ -4226,8 +4226,8 @@
         <translation>这可能是另一个模块：该串口现在指向另一个设备。</translation>
     </message>
     <message>
-        <source>This may be another module: the port was lost.</source>
-        <translation>可能是另一个模块：串口曾断开。</translation>
+        <source>This may be another module: communication was interrupted.</source>
+        <translation>可能是另一个模块：通信曾中断。</translation>
     </message>
     <message>
         <source>This may be another module: {differences}.</source>

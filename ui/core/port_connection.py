@@ -271,7 +271,7 @@ class PortConnection(QObject):
         self.stream_memory = self._memory_of(target)
         background = partial(watch, self.stream, memory=self.stream_memory)
         device, rate, is_another = target.device, target.baud_rate, not self.device.values
-        self._opening = self._worker.open(device, rate, background, is_another, expected)
+        self._opening = self._worker.open(device, rate, background, is_another, expected, is_attended=True)
         self.last = replace(self.last, connection=Connection(PortState.OPENING, device, rate, opening=self._opening))
         _log.info("Port: %s", self.connection)
         if target.finds_rate:

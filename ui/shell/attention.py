@@ -32,7 +32,7 @@ def identity_notice(port: Port) -> Notice | None:
     elif name:
         what = tr("{module}? Read its label.", module=name)
     else:
-        what = tr("This may be another module: the port was lost.")
+        what = tr("This may be another module: communication was interrupted.")
     same = tr("It is {module}", module=name) if name else tr("Same module")
     choices = (
         Choice("identity_new", tr("New module"), module.treat_as_new, is_step=True),

@@ -323,12 +323,17 @@ def _restart_uncounted(rig: Rig) -> None:
     rig.bench.restart()
 
 
-@pytest.mark.parametrize("is_named", [False, True])
+@pytest.mark.parametrize(("is_named", "is_attended"), [(False, False), (False, True), (True, False)])
 @pytest.mark.parametrize("broken", [lambda rig: rig.bench.restart(), _restart_uncounted, _fall_silent])
-def test_a_person_is_asked_again_for_a_name_once_the_conversation_broke(
-    is_named: bool, broken: Callable[[Rig], None]
+def test_a_person_is_asked_again_once_the_conversation_broke(
+    is_named: bool, is_attended: bool, broken: Callable[[Rig], None]
 ) -> None:
+    """About a module without a name after an absence: modules of a batch follow each other on one adapter."""
     rig = Rig(OPTIONS)
+    rig.session.identity = IdentityCheck(is_attended=is_attended)
+    _fall_silent(rig)
+    rig.step_for(5)
+    assert trust(rig) is Trust.UNNAMED, "nothing was known yet that could be taken for the next one's"
     watched(rig)
     rig.step_for(5)
     if is_named:
@@ -337,8 +342,9 @@ def test_a_person_is_asked_again_for_a_name_once_the_conversation_broke(
     assert trust(rig) is (Trust.PROVEN if is_named else Trust.UNNAMED)
     broken(rig)
     rig.step_for(20)
-    assert trust(rig) is (Trust.UNPROVEN if is_named else Trust.UNNAMED)
-    if is_named:
+    is_asked = is_named or (is_attended and broken is _fall_silent)
+    assert trust(rig) is (Trust.UNPROVEN if is_asked else Trust.UNNAMED)
+    if is_asked:
         before = len(changes(rig))
         assert isinstance(rig.run(ask(ACTIVATION.set(True))), Unanswered)
         assert len(changes(rig)) == before

@@ -9,6 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.engine.identity import evidence_of
+from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.safety.acts import Act
@@ -16,6 +18,7 @@ from app.simulator.bench import SimulatedBench
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
+from protocol.link_states import Presence
 from tests.app.engine.test_identity import NOT_PROVEN
 from tests.support.window.fakes_ui import simulated, wait_online, window
 from tests.support.window.steps import find, press
@@ -112,6 +115,33 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         assert one.naming.name == name
         assert (connector.current.adapter_key == whose) is bool(name)
         one.wait(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
+
+
+@pytest.mark.parametrize("answer", ["identity_new", "identity_same"])
+def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, answer: str
+) -> None:
+    """The usual batch: the adapter stays plugged in, and each module has been started more often than the last."""
+    with simulated("batch", boots=5, uptime=60) as bench, window(qapp, tmp_path) as assembly:
+        one = Desk(qtbot, assembly, bench, "batch")
+        one.connect()
+        port = assembly.connector.current
+        one.wait(lambda: evidence_of(port.device.values, is_fresh=True).is_complete)
+        first = port.kept
+        port.kept.as_found = Snapshot(settings={"light_threshold_v": 1.8})
+        bench.change(mute=True)
+        one.wait(lambda: port.device.presence is Presence.OFFLINE)
+        bench.module.memory.light_threshold = 24
+        bench.module.memory.boot_count = 6
+        bench.restart()
+        bench.end_faults()
+        one.wait(lambda: "light threshold 2.4 V, was 1.8 V" in one.asked)
+        assert first.watch.changed == {}
+        assert port.device.fresh("light_threshold_v", assembly.connector.clock()) == 2.4
+        one.answer(answer)
+        one.wait(lambda: port.identity.is_settled)
+        is_new = answer == "identity_new"
+        assert (port.kept is first, port.kept.as_found is None) == (not is_new, is_new)
 
 
 def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_press(

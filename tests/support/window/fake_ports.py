@@ -52,7 +52,7 @@ class FakeWorker:
 
     def start(self) -> None: ...
 
-    def open(self, port: str, baud_rate: int, *_: object) -> int:
+    def open(self, port: str, baud_rate: int, *_: object, **_keywords: object) -> int:
         self.opened.append(port)
         self.connection = Connection(PortState.OPENING, port, baud_rate, opening=len(self.opened))
         return len(self.opened)
