@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
 )
 
 from tests.support.window.painted_text import Drawn
+from tests.support.window.steps import let_lay_out
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Size, font
 
@@ -37,7 +38,8 @@ _OVER_THE_PAGE = ("connect_panel",)
 
 
 def cut_off(root: QWidget) -> list[str]:
-    """Return a line for every visible widget below `root` that does not fit."""
+    """Return a line for every visible widget below `root` that does not fit, once all is laid out."""
+    let_lay_out(root)
     found: list[str] = []
     for widget in [root, *root.findChildren(QWidget)]:
         is_in_sight = not widget.visibleRegion().isEmpty() or _scrolls(widget)

@@ -143,7 +143,7 @@ def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
         return button if button is not None and button.isVisible() else None
 
     one.until(lambda: shown() is not None)
-    let_lay_out()
+    let_lay_out(bar)
     button = shown()
     assert button is not None
     one.click(button)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from PySide6.QtCore import QObject, QPoint, QPointF, Qt
+from PySide6.QtCore import QObject, QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QCursor, QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
@@ -61,9 +61,20 @@ def is_input_down() -> bool:
     return (QGuiApplication.keyboardModifiers(), QGuiApplication.mouseButtons()) != nothing
 
 
-def let_lay_out() -> None:
-    """Process events, so that new buttons are laid out."""
-    QApplication.processEvents()
+def let_lay_out(root: QWidget) -> None:
+    """Process events until nothing below `root` moves any more.
+
+    What an event changes is laid out from child to parent, one step a turn; a scroll bar narrows what made it appear.
+    """
+    places = list[QRect]()
+    for _ in range(12):
+        QApplication.processEvents()
+        for _ in range(12):  # as often as widgets are nested
+            QApplication.sendPostedEvents()
+        before, places = places, [one.geometry() for one in root.findChildren(QWidget)]
+        if places == before:
+            return
+    raise AssertionError("the layout does not come to rest")
 
 
 def press(qtbot: QtBot, widget: QWidget | None) -> None:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QSize
+from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -27,7 +27,7 @@ from tests.support.window.fakes_ui import (
     simulated,
     window,
 )
-from tests.support.window.steps import Driver, settle
+from tests.support.window.steps import Driver, let_lay_out, settle
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -273,10 +273,7 @@ class Walk(Driver):
         live = self.find(LivePage)
         live.refresh()
         live.draw()
-        QApplication.processEvents()
-        # The events may have changed a text, which is laid out from child to parent: as often as widgets are nested.
-        for _ in range(12):
-            QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
+        let_lay_out(self.window)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from app.text.i18n import CHINESE, set_language
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import choosing
+from tests.support.window.steps import choosing, let_lay_out
 from ui.core.texts import Texts
 from ui.files.file_dialogs import ThenPath, default_name
 from ui.files.save_bar import SaveBar
@@ -157,6 +157,6 @@ def test_the_buttons_take_two_lines_only_where_one_has_no_room(qtbot: QtBot) -> 
     needed = bar.csv.sizeHint().width() + bar.png.sizeHint().width() + 2 * Space.S
     for width, is_one_line in ((needed, True), (needed + 200, True), (needed - 30, False)):
         bar.resize(width, 100)
-        QApplication.processEvents()
+        let_lay_out(bar)
         assert (bar.csv.y() == bar.png.y()) is is_one_line
         assert all(bar.rect().contains(one.geometry()) for one in (bar.csv, bar.png))

@@ -20,7 +20,7 @@ from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
 from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import ListedPorts, wait_online, window
 from tests.support.window.preflight_window import VERDICTS
-from tests.support.window.steps import find, press
+from tests.support.window.steps import find, let_lay_out, press
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES, Assembly
@@ -233,7 +233,7 @@ def test_links_are_readable_after_a_change_of_theme(qtbot: QtBot, qapp: QApplica
         viewer.show()
         for choice, theme in ((Choice.DARK, DARK), (Choice.SUNLIGHT, SUNLIGHT), (Choice.LIGHT, LIGHT)):
             assembly.appearance.choose(choice)
-            QApplication.processEvents()
+            let_lay_out(viewer)
             assert link_colours(viewer) == {theme.information.ink.lower()}
             assert viewer.text.horizontalScrollBar().maximum() == 0
 

@@ -203,7 +203,7 @@ def test_over_every_dialog(bench: Bench) -> None:
     for row, show in DIALOGS.items():
         dialog = show(bench)
         bench.qtbot.waitUntil(dialog.isVisible)
-        let_lay_out()
+        let_lay_out(dialog)
         strip = find(dialog, LockStrip, "lock_strip")
         bench.activate()
         assert strip.button.accessibleName() == "LOCK"
@@ -233,7 +233,7 @@ def test_it_covers_nothing_of_a_dialog(
             for row, show in DIALOGS.items():
                 dialog = show(bench)
                 qtbot.waitUntil(dialog.isVisible)
-                let_lay_out()
+                let_lay_out(dialog)
                 strip = find(dialog, LockStrip, "lock_strip")
                 own = QRect(strip.mapTo(dialog, QPoint()), strip.size())
                 assert strip.button.isVisible(), row

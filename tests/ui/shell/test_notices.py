@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QRect, QSize
+from PySide6.QtCore import QPoint, QRect, QSize
 from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -19,7 +19,7 @@ from app.text.sentences import join_sentences
 from tests.support.window.controls import covered, moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.steps import find, notice_text
+from tests.support.window.steps import find, let_lay_out, notice_text
 from ui.core.texts import Texts
 from ui.main import PAGES, WindowOptions
 from ui.shell.attention import link_notice
@@ -57,7 +57,7 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
     shown = []
     for choices, dismiss in ((buttons, None), ((), bar.hide), (buttons[:1], bar.hide), (buttons[:1], None)):
         bar.show_notice(Notice(Meaning.ATTENTION, "Something", choices, dismiss))
-        QApplication.processEvents()
+        let_lay_out(bar)
         shown.append(places(bar))
     assert "notice_dismiss" in shown[1]
     for before in shown:
@@ -188,7 +188,7 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
             locking = replace(said, text=join_sentences([failed.sentence, said.text]), choices=choices)
             for shown[0] in (alone, locking):
                 main.attention.refresh()
-                QApplication.processEvents()
+                let_lay_out(main)
                 is_whole = not label.text().endswith("…")
                 assert is_whole or width == 960, shown[0]
                 least = failed.sentence if failed.sentence in shown[0].text else link_text(state, 99.0).what
@@ -198,9 +198,7 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
 
 def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
     """The exact places of everything but the status bar."""
-    for _ in range(4):
-        QApplication.processEvents()
-        QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
+    let_lay_out(main)
     assert main.navigation.chosen == page
     return {
         one: QRect(one.mapTo(main, QPoint()), one.size())
@@ -218,7 +216,7 @@ def test_a_notice_at_the_foot_never_needs_more_than_its_height(qtbot: QtBot) -> 
     for text in ("Short.", "Some words more. " * 6, "Far too long. " * 30):
         bar.show_notice(Notice(Meaning.DANGER, text))
         bar.show_note("Copied.")
-        QApplication.processEvents()
+        let_lay_out(bar)
         sizes.append(label.font().pixelSize())
         assert label.heightForWidth(label.width()) <= label.height()
     assert sizes == [scaled(Size.BODY), scaled(Size.SMALL), scaled(Size.SMALL)]

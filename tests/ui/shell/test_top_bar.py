@@ -5,9 +5,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint
+from PySide6.QtCore import QPoint
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.limits.out_of_limits import LimitsInUse
@@ -17,6 +17,7 @@ from tests.support.window.fake_ports import VALUES, FakePorts
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.painted_text import watching
 from tests.support.window.spoken import said_by
+from tests.support.window.steps import let_lay_out
 from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.shell.top_bar import TopBar
@@ -50,7 +51,7 @@ def test_the_bars_have_a_line_over_the_whole_width(qtbot: QtBot, qapp: QApplicat
     with window(qapp, tmp_path) as assembly:
         main = assembly.window
         main.panel.hide()
-        QApplication.processEvents()
+        let_lay_out(main)
         picture, line = main.grab().toImage(), QColor(current().divider)
         ends = (
             main.top_bar.mapTo(main, QPoint(0, main.top_bar.height() - 1)).y(),
@@ -73,11 +74,11 @@ def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
         for number, (language, theme) in enumerate(switched):
             main.choices.use_language(language)
             assembly.appearance.choose(theme)
-            laid_out(main)
+            let_lay_out(main)
             before, is_charged = places(main.top_bar), number % 2 == 0
             bench.set_charger(is_plugged_in=is_charged)
             qtbot.waitUntil(lambda wanted=is_charged: bool(parts_of(cell.word)[1]) is wanted)  # type: ignore[misc]
-            laid_out(main)
+            let_lay_out(main)
             assert moved(before, places(main.top_bar)) == []
             for bar in (main.top_bar, main.status_bar, main.navigation):
                 assert cut_off(bar) == [], (language, theme)
@@ -91,19 +92,11 @@ def test_the_port_is_named_whole_in_sunlight_on_a_narrow_window(
         assembly.appearance.choose(Choice.SUNLIGHT)
         main.resize(960, 540)
         connect(qtbot, assembly, "sim://narrow")
-        laid_out(main)
+        let_lay_out(main)
         with watching() as drawn:
             main.top_bar.port.grab()
         assert [one.text for one in drawn] == ["Simulator", "Connected"]
         assembly.appearance.choose(Choice.LIGHT)
-
-
-def laid_out(widget: QWidget) -> None:
-    """What would be laid out in the next turns of the event loop is laid out now."""
-    for _ in range(4):
-        QApplication.processEvents()
-        QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
-    widget.grab()
 
 
 FIRES = r"(?:fires?|deploys?)\b"

@@ -74,7 +74,7 @@ def test_what_is_open_before_zeroing_changes_no_height(one: Desk) -> None:
     for tilt_deg, is_open in ((0, False), (70, True)):
         one.bench.set_tilt(tilt_deg)
         one.until(lambda: zero.confirm.ask.isEnabled() is not is_open)  # noqa: B023  called at once
-        let_lay_out()
+        let_lay_out(one.commands)
         heights = [row.height() for row in one.commands.acts.values()]
         assert max(heights) - min(heights) <= 2
 

@@ -17,7 +17,7 @@ from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.steps import find, show_page
+from tests.support.window.steps import find, let_lay_out, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.traffic import TrafficPage
@@ -295,11 +295,11 @@ def test_the_number_of_rows_is_readable_on_the_smallest_screen_in_sunlight(
         shown = page(qtbot, assembly)
         shown.on_batch(batch(streamed(1500)))
         shown.draw()
-        QApplication.processEvents()
+        let_lay_out(shown)
         assert shown._count.text() == "rows: 1,500"
         assert shown._count.width() >= shown._count.sizeHint().width()
         for width in (960, 1366):  # the arrows stay beside the field
             assembly.window.resize(width, 540)
-            QApplication.processEvents()
+            let_lay_out(shown)
             search = shown.search
             assert search.next.x() - search.field.geometry().right() <= Space.S

@@ -22,6 +22,7 @@ from app.store.store import Store
 from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import VALUES
+from tests.support.window.steps import let_lay_out
 from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.texts import Texts
@@ -227,7 +228,7 @@ def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
 def test_a_notice_moves_no_card(desk: Desk) -> None:
     desk.plug_in(9)
     desk.settle()
-    QApplication.processEvents()
+    let_lay_out(desk.page)
 
     def places() -> list[QPoint]:
         return [card.mapTo(desk.page, QPoint()) for card in desk.page.board.cards]
@@ -235,7 +236,7 @@ def test_a_notice_moves_no_card(desk: Desk) -> None:
     before = places()
     desk.page.result.set_notice(lambda: Notice(Meaning.ATTENTION, "Failed. " * 12))
     desk.settle()
-    QApplication.processEvents()
+    let_lay_out(desk.page)
     assert desk.page.said.isVisible()
     assert places() == before
 
@@ -248,7 +249,7 @@ def test_the_cards_fill_the_width_whatever_changes_it(desk: Desk) -> None:
         appearance.zoom(percent)
         desk.page.resize(width, height)
         desk.settle()
-        QApplication.processEvents()
+        let_lay_out(desk.page)
         found = [card.geometry() for card in board.cards]
         board.place()
         if found != [card.geometry() for card in board.cards]:

@@ -27,7 +27,7 @@ from tests.support.flights.made_flights import made_flight
 from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import window
-from tests.support.window.steps import await_child, choosing
+from tests.support.window.steps import await_child, choosing, let_lay_out
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES, Assembly
 from ui.pages.flights import controller
@@ -126,12 +126,12 @@ def test_a_notice_moves_nothing_and_problems_take_no_room_without_any(desk: Desk
     page = desk.page
     desk.add(tilted("calm", 20))
     assert page.lists.of[MUST_NOT].table.isColumnHidden(FlightColumn.PROBLEMS)
-    QApplication.processEvents()
+    let_lay_out(page)
     before, shapes = places(page), (page.map.geometry(), page.proposal.geometry())
     (tmp_path / "broken.ulg").write_bytes(b"ULog")
     page.open_paths([tmp_path / "broken.ulg"])
     desk.wait_read()
-    QApplication.processEvents()
+    let_lay_out(page)
     assert "not read" in desk.notice()
     assert moved(before, places(page)) == []
     assert (page.map.geometry(), page.proposal.geometry()) == shapes
@@ -205,7 +205,7 @@ def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
     page.thresholds.tilt.box.setValue(45)
     assert page.work.limits.attitude_threshold_deg == 45
     assert desk.caption(MUST_NOT) == "Must not fire: 1 of 2 fire"
-    QApplication.processEvents()
+    let_lay_out(page)
     assert page.map.mapTo(page, page.map.rect().bottomLeft()).y() < page.proposal.mapTo(page, QPoint()).y()  # in sight
     assert "1 of 2" in page.map.accessibleName()
     assert "45°" in page.map.accessibleName()

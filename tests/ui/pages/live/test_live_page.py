@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import await_child
+from tests.support.window.steps import await_child, let_lay_out
 from ui.core.texts import LanguageSwitch
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
@@ -155,11 +155,11 @@ def test_events_are_marked_on_the_time_line(live: Bench) -> None:
 
 def test_nothing_moves_when_values_change(live: Bench) -> None:
     live.say()
-    QApplication.processEvents()  # laid out
+    let_lay_out(live.page)
     widgets = [one for one in live.page.findChildren(PaintedWidget) if one.isVisible()]
     before = {one.objectName(): one.geometry() for one in widgets}
     live.say(tilt_deg=180, acceleration_g=16.0, cell_voltage_v=4.2, charging=True, boot_count=255, active=True)
-    QApplication.processEvents()
+    let_lay_out(live.page)
     moved = [one.objectName() for one in widgets if one.geometry() != before[one.objectName()]]
     assert moved == []
 
@@ -172,7 +172,7 @@ def test_at_the_smallest_size_everything_is_in_sight(
     language_switch.use(str(longer(tmp_path)) if language == "long" else language)
     try:
         live.say(charging=True)
-        QApplication.processEvents()
+        let_lay_out(live.page)
         page, panel = live.page, live.page.panel
         plots = live.find(QWidget, "live_plots")
         assert panel.mapTo(page, panel.rect().bottomLeft()).y() < plots.mapTo(page, QPoint()).y()
@@ -284,9 +284,7 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         qtbot.waitUntil(panel.gauge.isVisible)
         assembly.window.menus["simulator"].setChecked(True)
         qtbot.waitUntil(lambda: not panel.gauge.isVisible())
-        for _ in range(4):
-            QApplication.processEvents()
-            QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
+        let_lay_out(assembly.window)
         tiles = [one for one in (panel.tilt, panel.acceleration, panel.light, panel.cell) if one.isVisible()]
         assert tiles[:3] == [panel.tilt, panel.acceleration, panel.light]  # the top bar has the cell voltage
         assert len({one.y() for one in tiles}) == 1

@@ -30,7 +30,7 @@ from tests.support.records.recordings_made import HEADING, batch, device, opened
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import find
+from tests.support.window.steps import find, let_lay_out
 from ui.main import PAGES
 from ui.pages.live import what_if_panel
 from ui.pages.live.page import LivePage
@@ -386,7 +386,7 @@ def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplic
         for command in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER):
             editor = fields.editors[command.key]
             editor.findChildren(QAbstractButton)[0].click()  # the check mark needs room too
-            QApplication.processEvents()
+            let_lay_out(fields)
             label = fields.findChildren(QLabel, f"fired_{command.name}_label")[0]
             assert label.geometry().right() < editor.x()
             assert editor.y() <= label.geometry().center().y() <= editor.geometry().bottom()

@@ -36,7 +36,7 @@ from tests.support.window.preflight_window import (
     on_bench,
     said,
 )
-from tests.support.window.steps import await_child, choosing, find
+from tests.support.window.steps import await_child, choosing, find, let_lay_out
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
@@ -374,7 +374,7 @@ def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
         assembly.window.resize(960, 540)
         page = await_child(qtbot, assembly.window, PreflightPage)
         assembly.window.panel.hide()
-        QApplication.processEvents()
+        let_lay_out(page)
         empty_px = page.minimumSizeHint().height()
         for more in (page.activation, page.strip):
             page.result.notify(Meaning.INFORMATION, lambda: "The simulated module is not at rest.")

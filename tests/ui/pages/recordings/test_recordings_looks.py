@@ -20,7 +20,7 @@ from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import simulated, speak_chinese, wait_online, window
-from tests.support.window.steps import await_child, find
+from tests.support.window.steps import await_child, find, let_lay_out
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import PAGES, WindowOptions
 from ui.pages.live.page import LivePage
@@ -79,9 +79,8 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         main.go_to("recordings")
         assembly.storage.recordings.open(assembly.storage.recordings.library.entries()[-1])
         qtbot.waitUntil(lambda: live.isVisible() and live.recording is not None)
-        QApplication.processEvents()
+        let_lay_out(live)
         live.refresh()
-        QApplication.processEvents()
         assert not cut_off(live.panel)
         for chip in (live.panel.activation, live.panel.trigger):
             assert chip.visibleRegion().boundingRect() == chip.rect()
@@ -98,7 +97,7 @@ def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
     assert detail.title.text() == "2 selected"
     assert (detail.facts["duration"].text(), detail.facts["samples"].text()) == ("1:10", "700")
     assert not detail.facts["port"].isVisible()
-    QApplication.processEvents()
+    let_lay_out(detail)
     heights = [detail.facts[key].height() for key in ("duration", "samples", "size")]
     assert max(heights) < 2 * detail.facts["size"].sizeHint().height()  # the rows stay together
 
@@ -116,7 +115,7 @@ def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> No
     before = button.mapTo(one.page, QPoint())
     one.click(button)
     one.until(one.page.strip.isVisible)
-    QApplication.processEvents()
+    let_lay_out(one.page)
     assert button.mapTo(one.page, QPoint()) == before
 
 
@@ -133,10 +132,10 @@ def test_a_question_is_whole_in_sunlight_and_moves_no_control(
         main.go_to("recordings")
         page.work.refresh()
         qtbot.waitUntil(lambda: bool(page.table.chosen()))
-        QApplication.processEvents()
+        let_lay_out(page)
         before = places(page)
         page._ask_to_delete()
-        QApplication.processEvents()
+        let_lay_out(page)
         assert page.strip.isVisible()
         assert not cut_off(page.strip)
         assert moved(before, places(page)) == []

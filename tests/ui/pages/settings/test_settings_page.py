@@ -274,9 +274,7 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
         page = find(assembly.window, SettingsPage)
         known = Known(value=True, how=How.ACKNOWLEDGED, at=assembly.connector.clock())
         row = FormRow(command=SERIAL_OUTPUT, module_value=known, edited=None, state=RowState.ACKNOWLEDGED)
-        for _ in range(2):  # a layout asks for another one
-            page.rows["serial_output"].show_row(row, known.at, is_editable=True, is_chosen=False)
-            QApplication.processEvents()
+        page.rows["serial_output"].show_row(row, known.at, is_editable=True, is_chosen=False)
         assert page.rows["serial_output"].state.word
         assert not cut_off(page)
 
@@ -294,9 +292,7 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
         page = find(assembly.window, SettingsPage)
         command = BY_NAME["attitude_trigger"]
         row = FormRow(command=command, module_value=None, edited=False, state=RowState.EDITED)
-        for _ in range(2):  # a layout asks for another one
-            page.rows[command.key].show_row(row, 0.0, is_editable=True, is_chosen=False)
-            QApplication.processEvents()
+        page.rows[command.key].show_row(row, 0.0, is_editable=True, is_chosen=False)
         assert not [fault for fault in cut_off(page) if command.name in fault]
         rows = page.rows.values()
         assert sum(is_in_sight(row) for row in rows) >= (7 if size == (1366, 768) else 5)
@@ -316,7 +312,7 @@ def test_a_reason_is_whole_at_the_first_and_at_the_smallest_size(language: str, 
         type_into(one, name, text)
     one.click(one.find(QToolButton, "freefall_trigger_off"))
     one.settings.refresh()
-    let_lay_out()
+    let_lay_out(one.settings)
     one.until(lambda: not any("…" in row.reason.text() for row in one.settings.rows.values()))
     assert not one.settings.rows["serial_output"].reason.text()
 
@@ -326,7 +322,7 @@ def test_the_baud_rate_and_the_profiles_are_in_sight_on_the_smallest_screen(lang
     one.assembly.language_switch.use(language)
     one.assembly.window.resize(1024, 600)
     one.settings.refresh()
-    let_lay_out()
+    let_lay_out(one.settings)
     page = one.settings
     for widget in (page.baud, page.files.open, page.files.recent, page.files.save, page.code, page.write):
         assert is_in_sight(widget), widget.objectName()
@@ -341,7 +337,7 @@ def test_the_table_is_dense_and_its_rows_never_move(width: int, height: int, lea
 
     def places() -> list[QRect]:
         page.refresh()
-        let_lay_out()
+        let_lay_out(page)
         return [QRect(row.mapTo(page, QPoint()), row.size()) for row in rows]
 
     one.until(lambda: sum(is_in_sight(row) for row in rows) >= least)
@@ -365,7 +361,7 @@ def test_wide_columns_never_make_a_narrow_window_scroll_sideways(tmp_path: Path,
     main, name = one.assembly.window, one.settings.rows["attitude_threshold_deg"].name
     for width, name_px in ((1024, NAME_PX), (940, WIDE_NAME_PX), (790, NAME_PX)):
         main.resize(width, 600)
-        let_lay_out()
+        let_lay_out(main)
         assert main.area.horizontalScrollBar().maximum() == 0, width
         assert name.width() == name_px
     profile = tmp_path / "H6.toml"
@@ -373,5 +369,5 @@ def test_wide_columns_never_make_a_narrow_window_scroll_sideways(tmp_path: Path,
     profile.write_text(walk.PROFILE, encoding="utf-8")
     one.settings.open_file(profile)
     main.resize(1024, 600)
-    let_lay_out()
+    let_lay_out(main)
     assert main.area.horizontalScrollBar().maximum() == 0  # the pane asks for no room beside another view
