@@ -16,9 +16,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from importlib.util import cache_from_source
 from pathlib import Path
-from queue import SimpleQueue
 
 import pytest
 
@@ -84,30 +82,24 @@ def _tests_of(path: Path) -> list[str]:
     return [test.relative_to(ROOT).as_posix() for test in tests if test.exists()]
 
 
-def _write(path: Path, text: str) -> None:
-    """Without its compiled form, which Python would take for current: a mutant often has the same size and second."""
-    path.write_text(text, encoding="utf-8")
-    Path(cache_from_source(path)).unlink(missing_ok=True)
-
-
-def _is_caught(checkout: Path, path: Path, text: str) -> bool:
-    """In a copy of the checkout of its own."""
-    original = (checkout / path).read_text(encoding="utf-8")
-    _write(checkout / path, text)
+def _is_caught(path: Path, text: str) -> bool:
+    """In a copy of the checkout, with what is compiled: a mutant costs its tests alone."""
     options = ["-x", "-q", "-p", "no:randomly", "-p", "no:cacheprovider", "-o", f"faulthandler_timeout={HANGS_S}"]
-    try:
-        ended = subprocess.run(
-            [sys.executable, "-m", "pytest", *options, *_tests_of(path)],
-            cwd=checkout,
-            env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
-            timeout=TIMEOUT_S,
-            capture_output=True,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return True
-    finally:
-        _write(checkout / path, original)
+    left_out = shutil.ignore_patterns(".venv", ".git", "build", "dist")
+    with tempfile.TemporaryDirectory() as folder:
+        checkout = shutil.copytree(ROOT, Path(folder) / "checkout", ignore=left_out)
+        (checkout / path).write_text(text, encoding="utf-8")
+        try:
+            ended = subprocess.run(
+                [sys.executable, "-m", "pytest", *options, *_tests_of(path)],
+                cwd=checkout,
+                env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+                timeout=TIMEOUT_S,
+                capture_output=True,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return True
     return ended.returncode != pytest.ExitCode.OK
 
 
@@ -124,23 +116,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sources = {file.relative_to(ROOT): file.read_text(encoding="utf-8") for file in files}
     everything = [(path, number) for path, source in sources.items() for number in range(mutants_in(source))]
     chosen = random.Random(given.seed).sample(everything, min(given.count, len(everything)))
-    with tempfile.TemporaryDirectory() as folder:
-        checkouts = SimpleQueue[Path]()
-        for job in range(given.jobs):
-            left_out = shutil.ignore_patterns(".venv", ".git", "build", "dist", "__pycache__")
-            checkouts.put(Path(shutil.copytree(ROOT, Path(folder) / str(job), ignore=left_out)))
 
-        def judge(mutant: tuple[Path, int]) -> bool:
-            path, number = mutant
-            line, change, text = mutant_of(sources[path], number)
-            checkout = checkouts.get()
-            is_caught = _is_caught(checkout, path, text)
-            checkouts.put(checkout)
-            print(f"{'caught  ' if is_caught else 'SURVIVED'} {path}:{line}: {change}", flush=True)
-            return is_caught
+    def judge(mutant: tuple[Path, int]) -> bool:
+        path, number = mutant
+        line, change, text = mutant_of(sources[path], number)
+        is_caught = _is_caught(path, text)
+        print(f"{'caught  ' if is_caught else 'SURVIVED'} {path}:{line}: {change}", flush=True)
+        return is_caught
 
-        with ThreadPoolExecutor(given.jobs) as pool:
-            score = 100 * sum(pool.map(judge, chosen)) / len(chosen)
+    with ThreadPoolExecutor(given.jobs) as pool:
+        score = 100 * sum(pool.map(judge, chosen)) / len(chosen)
     print(f"{len(chosen)} of {len(everything)} mutants, seed {given.seed}: {score:.1f} % caught")
     return 0 if score >= given.least else 1
 
