@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
-from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+from app.stations.station import shown_station
 from app.store.facts import FactKind
 from app.text.messages import UserMessage, clean, message
 from protocol.translatable import marked
@@ -139,7 +139,7 @@ def decision_text(settlement: Settlement) -> UserMessage:
 def decided_by(settlement: Settlement) -> tuple[UserMessage, str]:
     """The person, and the station that signed it."""
     who = UserMessage(clean(settlement.who, longest=60)) if settlement.who else message(marked("not named"))
-    return who, fingerprint_of(decoded(settlement.station, KEY_BYTES) or b"")
+    return who, shown_station(settlement.station)
 
 
 def module_of_fact(fact: Fact) -> NamedModule | None:

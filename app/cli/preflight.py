@@ -15,7 +15,7 @@ from pathlib import Path
 
 from app import version
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.activation import activate_ready, await_while_asking
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.findings import RESULT_WORDS, CheckResult, Person

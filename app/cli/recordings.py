@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from app.recordings.entry_texts import remarks, size_text, when_text
-from app.recordings.library import RecordingEntry, RecordingInUse, RecordingLibrary, recordings_folder
+from app.recordings.library import RecordingEntry, RecordingLibrary, recordings_folder
 from app.recordings.old_recordings import convert, convert_in, old_recordings
 from app.recordings.session_format import SUFFIX
 from app.terminal import console
@@ -102,9 +102,7 @@ def run_kept(args: argparse.Namespace) -> int:
             library.set_pinned(entry, is_pinned=True)
         else:
             library.delete(entry)
-    except RecordingInUse as error:
-        raise _failed(entry, tr("being recorded")) from error
-    except OSError as error:
+    except (UserError, OSError) as error:
         raise _failed(entry, error_text(error)) from error
     console.write_lines([entry.name])
     return console.SUCCESS

@@ -14,7 +14,7 @@ from pathlib import Path
 from app import version
 from app.engine.identity import IdentityEvidence, Trust, same_module
 from app.engine.procedure import Procedure
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.findings import Case, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Evidence
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import Profile

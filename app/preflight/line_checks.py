@@ -1,13 +1,13 @@
 """Checks of the link, the module's state and its sensors."""
 
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.engine.device import StatusSample
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import YES, Case, Check, CheckResult, Finding, judged, unknown
-from app.text.messages import UserMessage, joined, message
+from app.text.messages import joined, message
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -96,20 +96,20 @@ def activation(case: Case) -> Finding:
     return judged(is_active, shown, limit, is_fine=True)
 
 
-class _Spread(NamedTuple):
-    lowest: float
-    highest: float
-
-
-def _spread(case: Case, value: Callable[[StatusSample], float], limit: UserMessage) -> _Spread | Finding:
-    """A finding instead where the reports are too few or do not cover the two seconds."""
+def _of_trials(
+    case: Case, value: Callable[[StatusSample], float], limit: str,
+    judge: Callable[[float, float], tuple[float, str, bool]],
+) -> Finding:  # fmt: skip
+    """`judge`: the lowest and the highest value of the two seconds; what was measured, as it is shown, and whether it
+    is fine. Unknown where the reports are too few or do not cover the two seconds."""
     trials = case.evidence.trials
     if not trials:
-        return unknown(case.fault("status"), limit)
+        return unknown(case.fault("status"), message(limit))
     if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
-        return unknown(message(marked("reports in 2 s: only {count}"), count=str(len(trials))), limit)
+        return unknown(message(marked("reports in 2 s: only {count}"), count=str(len(trials))), message(limit))
     values = [value(trial) for trial in trials]
-    return _Spread(min(values), max(values))
+    measured, shown, is_fine = judge(min(values), max(values))
+    return judged(measured, shown, message(limit), is_fine=is_fine)
 
 
 def _tilt(status: StatusSample) -> float:
@@ -122,42 +122,36 @@ def _acceleration(status: StatusSample) -> float:
 
 def tilt_level(case: Case) -> Finding:
     most = case.profile.limit("tilt_max_deg")
-    limit = message(f"≤ {most:g}°")
-    spread = _spread(case, _tilt, limit)
-    if isinstance(spread, Finding):
-        return spread
-    return judged(spread.highest, f"{spread.highest:.0f}°", limit, is_fine=spread.highest <= most)
+    return _of_trials(case, _tilt, f"≤ {most:g}°", lambda _low, high: (high, f"{high:.0f}°", high <= most))
 
 
 def tilt_still(case: Case) -> Finding:
     most = case.profile.limit("tilt_spread_max_deg")
-    limit = message(f"≤ {most:g}° / 2 s")
-    spread = _spread(case, _tilt, limit)
-    if isinstance(spread, Finding):
-        return spread
-    width = spread.highest - spread.lowest
-    return judged(width, f"{width:.0f}°", limit, is_fine=width <= most)
+
+    def judge(low: float, high: float) -> tuple[float, str, bool]:
+        return high - low, f"{high - low:.0f}°", high - low <= most
+
+    return _of_trials(case, _tilt, f"≤ {most:g}° / 2 s", judge)
 
 
 def acceleration_one_g(case: Case) -> Finding:
     least, most = case.profile.limit("acceleration_min_g"), case.profile.limit("acceleration_max_g")
-    limit = message(f"{least:.1f}–{most:.1f} g")
-    spread = _spread(case, _acceleration, limit)
-    if isinstance(spread, Finding):
-        return spread
-    worst = max(spread, key=lambda value: abs(value - 1.0))
-    is_fine = least <= spread.lowest and spread.highest <= most
-    return judged(worst, f"{worst:.1f} g", limit, is_fine=is_fine)
+
+    def judge(low: float, high: float) -> tuple[float, str, bool]:
+        worst = max((low, high), key=lambda value: abs(value - 1.0))
+        return worst, f"{worst:.1f} g", least <= low and high <= most
+
+    return _of_trials(case, _acceleration, f"{least:.1f}–{most:.1f} g", judge)
 
 
 def acceleration_still(case: Case) -> Finding:
     most = case.profile.limit("acceleration_spread_max_g")
-    limit = message(f"≤ {most:.1f} g / 2 s")
-    spread = _spread(case, _acceleration, limit)
-    if isinstance(spread, Finding):
-        return spread
-    width = round(spread.highest - spread.lowest, 1)
-    return judged(width, f"{width:.1f} g", limit, is_fine=width <= most)
+
+    def judge(low: float, high: float) -> tuple[float, str, bool]:
+        width = round(high - low, 1)
+        return width, f"{width:.1f} g", width <= most
+
+    return _of_trials(case, _acceleration, f"≤ {most:.1f} g / 2 s", judge)
 
 
 def _answers(case: Case, key: str) -> list[Value]:

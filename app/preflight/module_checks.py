@@ -9,8 +9,8 @@ from typing import Final
 
 from app.engine.identity import IdentityEvidence, Trust, same_module, went_back
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
-from app.limits.expectations import LastTested
 from app.limits.limits import SETTING_BOUNDS
+from app.limits.past import LastTested
 from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.fingerprint import COVERED

@@ -39,10 +39,6 @@ def recordings_folder() -> Path:
     return data_folder() / "recordings"
 
 
-class RecordingInUse(Exception):
-    """A recording that is being written cannot be deleted."""
-
-
 @dataclass(frozen=True, slots=True)
 class RecordingEntry:
     """One recorded session: one file, or several parts of a long one."""
@@ -122,10 +118,10 @@ class RecordingLibrary:
         return 1 + max((*known, highest_sequence(self.folder)))
 
     def delete(self, entry: RecordingEntry) -> None:
-        """Deletes permanently. Raises `RecordingInUse`, OSError."""
+        """Deletes permanently. Raises OSError, or `UserError` for one that is being written."""
         self._own(entry)
         if any(is_held(part) for part in entry.parts):
-            raise RecordingInUse(entry.name)
+            raise UserError(marked("It is being written: not deleted."))
         for part in reversed(entry.parts):  # interrupted, it leaves a shorter recording
             part.unlink(missing_ok=True)
         _mark_of(entry.path).unlink(missing_ok=True)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from app.limits.expectations import LastAnswer, Past
+from app.limits.past import LastAnswer, Past
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.store.database import Database

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 
 from app.guided.guided_store import last_tests
 from app.guided.results import RETIRED_KINDS, GuidedKind
-from app.limits.expectations import LastTested, Past
+from app.limits.past import LastTested, Past
 from app.limits.service import DueService, due_services
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, CheckResult, Person

@@ -50,6 +50,11 @@ def fingerprint_of(public: bytes) -> str:
     return "-".join(digits[place : place + _GROUP] for place in range(0, _GROUPS * _GROUP, _GROUP))
 
 
+def shown_station(public: str) -> str:
+    """The fingerprint of the station with this key, as it is in facts."""
+    return fingerprint_of(decoded(public, KEY_BYTES) or b"")
+
+
 def is_signature(public: bytes, signature: bytes, data: bytes) -> bool:
     """Whether the owner of this key signed these bytes."""
     from cryptography.exceptions import InvalidSignature

@@ -19,7 +19,6 @@ import sqlite3
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import Enum
 from pathlib import Path
@@ -69,30 +68,8 @@ class StoreTrouble(UserError):
         return f"{self.path}: {self.fault.name}: {self.detail}"
 
 
-class Foreign(Exception):
+class Foreign(sqlite3.DatabaseError):
     """The file is not ours, or no database at all."""
-
-
-@dataclass(frozen=True, slots=True)
-class SetAside:
-    """`path`: the new name of the old file, None if there was none. `was_damaged`: else it was another program's.
-    `restored_at`: the time of the copy that took its place."""
-
-    path: Path | None
-    was_damaged: bool
-    restored_at: datetime | None = None
-
-    @property
-    def message(self) -> UserMessage:
-        text = marked("The records were damaged and kept as {path}.")
-        if not self.was_damaged:
-            text = marked("A file of another program was kept as {path}.")
-        kept = (message(text, path=self.path),) if self.path is not None else ()
-        if self.restored_at is None:
-            return joined((*kept, message(marked("New records are started."))), " ")
-        when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
-        text = marked("Records restored from the copy of {when}; later ones are missing.")
-        return joined((*kept, message(text, when=when)), " ")
 
 
 class Database:
@@ -202,25 +179,22 @@ def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, 
     try:
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            if not _has_content(path) and (gone := _restored(path, None, was_damaged=False)) is not None:
-                return _open(path, clock, layout, gone)
+            if not _has_content(path) and (copy := restore(path, is_good=_check_copy)) is not None:
+                return _open(path, clock, layout, _kept_aside(copy))
             return _open(path, clock, layout)
-        except (Foreign, sqlite3.DatabaseError) as error:
-            if not _is_bad_file(error):
-                raise
-            aside = _set_aside(path, clock, was_damaged=not isinstance(error, Foreign))
-            aside = _restored(path, aside.path, was_damaged=aside.was_damaged) or aside
-            return _open(path, clock, layout, aside)
+        except sqlite3.OperationalError:
+            raise  # a lock, a full disk or a missing permission: the file itself is not bad
+        except sqlite3.DatabaseError as error:
+            text = marked("A file of another program was kept as {path}.")
+            if not isinstance(error, Foreign):
+                text = marked("The records were damaged and kept as {path}.")
+            kept = message(text, path=_set_aside(path, clock, was_damaged=not isinstance(error, Foreign)))
+            return _open(path, clock, layout, _kept_aside(restore(path, is_good=_check_copy), kept))
     except sqlite3.Error as error:
         raise trouble_of(error, path) from error
     except OSError as error:
         fault = StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY
         raise StoreTrouble(fault, path, str(error)) from error
-
-
-def _is_bad_file(error: Exception) -> bool:
-    """The file itself is bad, unlike a lock, a full disk or a missing permission."""
-    return isinstance(error, Foreign) or not isinstance(error, sqlite3.OperationalError)
 
 
 def trouble_of(error: sqlite3.Error, path: Path) -> StoreTrouble:
@@ -253,22 +227,23 @@ def _has_content(path: Path) -> bool:
     return any(one.exists() and one.stat().st_size for one in both)
 
 
-def _restored(path: Path, aside: Path | None, *, was_damaged: bool) -> SetAside | None:
-    copy = restore(path, is_good=_check_copy)
-    return None if copy is None else SetAside(aside, was_damaged, copied_at(copy))
+def _kept_aside(copy: Path | None, *before: UserMessage) -> UserMessage:
+    """What became of the records. `copy`: which took the file's place, None where there was none."""
+    at = copied_at(copy) if copy is not None else None
+    if at is None:
+        return joined((*before, message(marked("New records are started."))), " ")
+    text = marked("Records restored from the copy of {when}; later ones are missing.")
+    return joined((*before, message(text, when=f"{at.astimezone():%Y-%m-%d %H:%M}")), " ")
 
 
 def _check_copy(connection: sqlite3.Connection) -> None:
     """Raises `sqlite3.Error` for a copy that is damaged or not ours."""
-    try:
-        _check(connection)
-    except Foreign as error:
-        raise sqlite3.DatabaseError("not ours") from error
+    _check(connection)
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise sqlite3.DatabaseError("empty")
 
 
-def _open(path: Path, clock: Clock, layout: StoreLayout, set_aside: SetAside | None = None) -> Database:
+def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | None = None) -> Database:
     had_content = path.exists() and path.stat().st_size > 0
     if had_content:
         with path.open("rb") as file:
@@ -287,7 +262,6 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, set_aside: SetAside | N
     copies = Copier(path.absolute(), clock, is_good=_check_copy) if path.name == FILE_NAME else None
     if had_content and copies is not None:
         copies.start_if_due(AT_OPENING_S)
-    notice = set_aside.message if set_aside is not None else None
     return Database(path, connection, clock, reading=reading, copies=copies, notice=notice)
 
 
@@ -341,7 +315,7 @@ def _save_copy(connection: sqlite3.Connection, path: Path, version: int) -> None
         connection.backup(copy)
 
 
-def _set_aside(path: Path, clock: Clock, *, was_damaged: bool) -> SetAside:
+def _set_aside(path: Path, clock: Clock, *, was_damaged: bool) -> Path:
     """Rename the file, and its write-ahead log with it: together they may be repaired one day."""
     word = "damaged" if was_damaged else "foreign"
     stamp = clock().strftime("%Y%m%d-%H%M%S")
@@ -352,4 +326,4 @@ def _set_aside(path: Path, clock: Clock, *, was_damaged: bool) -> SetAside:
         source = path.with_name(path.name + companion)
         if source.exists():
             source.rename(aside.with_name(aside.name + companion))
-    return SetAside(aside, was_damaged)
+    return aside

@@ -5,7 +5,7 @@ from typing import Final
 
 from app.archive.fleet_state import ModuleToday
 from app.archive.module_history import HistoryEvent
-from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+from app.stations.station import shown_station
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences
@@ -31,7 +31,7 @@ def history_table(texts: Texts) -> RowsTable[HistoryEvent]:
 
 def short_station(public: str) -> str:
     """The beginning of its fingerprint."""
-    return fingerprint_of(decoded(public, KEY_BYTES) or b"")[:9]
+    return shown_station(public)[:9]
 
 
 def _verdict(row: ModuleToday) -> str:

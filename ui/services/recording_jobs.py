@@ -228,12 +228,9 @@ class RecordingJobs(JobNotice):
 
 def _refusal(error: Exception, path: Path | None) -> str:
     from app.recordings.export import not_saved_text
-    from app.recordings.library import RecordingInUse
 
     if isinstance(error, UserError):
         return error.sentence
-    if isinstance(error, RecordingInUse):
-        return tr("It is being written: not deleted.")
     if path is not None:
         return not_saved_text(path, error)
     why = error_text(error)

@@ -11,7 +11,7 @@ from app import version
 from app.engine.procedure import Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Job
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Person
 from app.procedures.write_all import SettingChange, risk_message

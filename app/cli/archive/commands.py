@@ -15,11 +15,11 @@ from app.archive.facts import RefusedFact
 from app.archive.module_names import Conflict, Settlement
 from app.archive.server_url import server_url, store_server, stored_server
 from app.cli.archive import report
-from app.cli.archive.opened import member_json, opened_archive, shown_member, shown_station
+from app.cli.archive.opened import member_json, opened_archive, shown_member
 from app.cli.commands import SERVER
 from app.limits.service import Service, ServiceKind
 from app.records.filing import local_now
-from app.stations.station import fingerprint_of
+from app.stations.station import fingerprint_of, shown_station
 from app.system.folders import data_folder
 from app.terminal import console
 from app.text.i18n import tr

@@ -1,11 +1,11 @@
-"""Opens the archive of this computer, and formats stations and modules."""
+"""Opens the archive of this computer, and formats modules."""
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
 from app.archive.archive import Archive, open_archive
 from app.archive.module_names import NamedModule
-from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+from app.stations.station import shown_station
 from app.store.store import open_store
 from app.terminal import console
 
@@ -18,11 +18,6 @@ def opened_archive() -> Iterator[Archive]:
             if notice is not None:
                 console.notify(notice.translated())
         yield archive
-
-
-def shown_station(public: str) -> str:
-    """A station's fingerprint."""
-    return fingerprint_of(decoded(public, KEY_BYTES) or b"")
 
 
 def shown_member(module: NamedModule) -> str:

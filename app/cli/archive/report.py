@@ -6,8 +6,9 @@ from datetime import UTC, datetime
 
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import ModuleHistory, module_history
-from app.cli.archive.opened import member_json, opened_archive, shown_station
+from app.cli.archive.opened import member_json, opened_archive
 from app.records.check_store import CheckLine
+from app.stations.station import shown_station
 from app.terminal import console
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr

@@ -11,7 +11,7 @@ import pytest
 
 from app.guided.guided_store import keep_test, last_tests
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
-from app.limits.expectations import LastTested, Past
+from app.limits.past import LastTested, Past
 from app.preflight.evidence import FrameLog
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import guided_tests

@@ -9,7 +9,7 @@ import pytest
 from app.engine.device import StatusSample
 from app.engine.procedure import Ask, Cancelled, PortLost, Report, Slept
 from app.engine.session import Run
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight import run
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState

@@ -8,8 +8,8 @@ import pytest
 
 from app.engine.device import StatusSample
 from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
-from app.limits.expectations import LastAnswer, LastTested, Past
 from app.limits.limits import SETTING_BOUNDS
+from app.limits.past import LastAnswer, LastTested, Past
 from app.limits.service import DueService
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag

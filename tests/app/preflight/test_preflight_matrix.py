@@ -7,7 +7,7 @@ from itertools import combinations
 import pytest
 
 from app.engine.device import StatusSample
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import STILL_S, Disturbance, Evidence
 from app.preflight.findings import Case, CheckResult, Finding

@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import DeviceView, How, Known
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run, Session
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Case
 from app.preflight.run import run_preflight

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from app.engine.device import DeviceView, How, Known, Sleep
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult
 from app.preflight.verdict import VALID_FOR_S, Void, assess, blocks_go, void_reason

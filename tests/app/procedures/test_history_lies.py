@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import trigger_records

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.recordings.library import RecordingInUse, RecordingLibrary, recordings_folder
+from app.recordings.library import RecordingLibrary, recordings_folder
+from app.text.user_error import UserError
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_made import NOON, batch, recorded, recorder_in, report, stream, written_at_once
 
@@ -137,7 +138,7 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
         bench.library.max_bytes = 0
         assert bench.library.prune() == ()
         bench.library.max_bytes = 1 << 30
-        with pytest.raises(RecordingInUse):
+        with pytest.raises(UserError, match="being written"):
             bench.library.delete(entry)
         kept = bench.library.set_pinned(entry, is_pinned=True)
         bench.feed(batch(1001.0, report(1001.0)))
@@ -292,7 +293,7 @@ def test_deleting_one_that_is_being_written(kept_at: Path, capsys: pytest.Captur
     with recorder_in(kept_at) as bench:
         bench.record(batch(1000.0, report(1000.0)))
         assert program.main(["recordings", "delete", "latest", "--yes"]) == 1
-        assert "being recorded" in Printed(capsys).err
+        assert "being written" in Printed(capsys).err
 
 
 def test_deleting_without_permission(

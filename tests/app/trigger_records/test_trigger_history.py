@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.records.check_store import CheckStore
 from app.records.trigger_archive import HEAD, write_archive
 from app.store.database import Database, open_database

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight

@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.diagnosis.link_state import Phase
 from app.engine.procedure import PortLost, Report
 from app.engine.worker import Batch, Job
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.findings import CheckResult, Person
 from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import evidence_of
-from app.limits.expectations import Past
+from app.limits.past import Past
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Finding
