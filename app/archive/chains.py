@@ -15,7 +15,7 @@ from app.stations.station import Station, encoded
 from app.store.database import Database
 from app.store.facts import FactKind
 from app.store.former import link_hash
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage
 
 
 class ArchivedRecords:
@@ -55,17 +55,14 @@ def chains_in(facts: LocalFacts, own: Station) -> list[ChainState]:
         if record := fact.record:
             checks.setdefault((fact.station, *chain_name(record)), []).append(record)
     kept = ArchivedRecords(facts.own.database, facts.others)
+    own_faults = tuple(fault.message for fault in facts.own.faults())
     return [
         *(ChainState(station=station, module=None, is_audit=True, count=len(chain), missing=_missing(_links(chain)),
-                     faults=_own_faults(facts) if station == encoded(own.public) else ())
+                     faults=own_faults if station == encoded(own.public) else ())
           for station, chain in sorted(stations.items())),
         *(_checks(station, module, records, kept)
           for (station, module, _adapter), records in sorted(checks.items(), key=lambda chain: [*map(str, chain[0])])),
     ]  # fmt: skip
-
-
-def _own_faults(facts: LocalFacts) -> tuple[UserMessage, ...]:
-    return tuple(message(fault.fault.value, entry=fault.entry) for fault in facts.own.faults())
 
 
 def _checks(station: str, module: object, records: Sequence[Record], kept: ArchivedRecords) -> ChainState:

@@ -5,6 +5,7 @@ A fact of a kind that this version does not know is bounded too; its meaning is 
 
 import json
 from collections.abc import Callable, Mapping
+from types import NoneType
 from typing import Final, NoReturn
 
 from app.stations.station import KEY_BYTES, decoded
@@ -89,16 +90,11 @@ def _is_name_or_none(value: object) -> bool:
     return value is None or value == "" or _is_name(value)
 
 
-def _is_text(value: object) -> bool:
-    return isinstance(value, str)
+def _is_a(*types: type) -> Callable[[object], bool]:
+    return lambda value: isinstance(value, types)
 
 
-def _is_text_or_none(value: object) -> bool:
-    return value is None or isinstance(value, str)
-
-
-def _is_object(value: object) -> bool:
-    return isinstance(value, dict)
+_is_text, _is_text_or_none = _is_a(str), _is_a(str, NoneType)
 
 
 def _is_raw(value: object) -> bool:
@@ -144,7 +140,7 @@ _SHAPES: Final[Mapping[str, Mapping[str, Callable[[object], bool]]]] = {
     FactKind.MODULE.value: {"module": _is_name},
     FactKind.TRIGGER_RECORD.value: {"module": _is_name, "raw": _is_raw},
     FactKind.JUDGEMENT.value: {"module": _is_name, "raw": _is_raw, "judgement": _is_text_or_none},
-    FactKind.SNAPSHOT.value: {**_OF_MODULE, "settings": _is_object},
+    FactKind.SNAPSHOT.value: {**_OF_MODULE, "settings": _is_a(dict)},
     FactKind.CHECK.value: {**_OF_MODULE, "record": _is_record},
     FactKind.GUIDED_TEST.value: {**_OF_MODULE, "test": _is_text, "verdict": _is_text},
     FactKind.SERVICE.value: {
@@ -156,7 +152,7 @@ _SHAPES: Final[Mapping[str, Mapping[str, Callable[[object], bool]]]] = {
     FactKind.ACT.value: {**_OF_MODULE, "act": _is_text, "frame": _is_text},
     FactKind.OUTCOME.value: {**_OF_MODULE, "of": _is_text, "outcome": _is_text},
     FactKind.SETTLEMENT.value: {
-        "modules": _is_pair, "is_same": lambda value: isinstance(value, bool), "name": _is_name_or_none,
+        "modules": _is_pair, "is_same": _is_a(bool), "name": _is_name_or_none,
         "who": _is_name_or_none, "revision": lambda value: type(value) is int and value >= 1,
     },
 }  # fmt: skip

@@ -8,7 +8,7 @@ The content of a file is not trusted: altered facts are reported and skipped.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Final
 
@@ -16,6 +16,7 @@ from app.archive.content import MAX_LENGTH
 from app.archive.exchange import PAGE, PAGE_LENGTH, Exchanged, OnProgress, sendable
 from app.archive.facts import FACT_COLUMNS, Fact, RefusedFact, checked
 from app.archive.local_facts import LocalFacts
+from app.store.facts import object_in
 from app.system.files import CANNOT_READ, CANNOT_WRITE, file_troubles, whole_file
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -65,7 +66,7 @@ def export_facts(here: LocalFacts, path: Path, *, on_page: OnProgress = lambda _
 def facts_in(path: Path) -> Iterator[Fact | RefusedFact]:
     """Raises `UserError` if it cannot be read or is no archive file."""
     with file_troubles(CANNOT_READ, path), path.open("rb") as file:
-        head = _parsed(file.readline(_MAX_LINE_LENGTH))
+        head = object_in(file.readline(_MAX_LINE_LENGTH))
         if head.get("format") != FORMAT:
             raise UserError(marked("{path} is not an archive file."), path=path)
         if head.get("version") != VERSION:
@@ -74,7 +75,7 @@ def facts_in(path: Path) -> Iterator[Fact | RefusedFact]:
             rest = line
             while not rest.endswith(b"\n") and (rest := file.readline(_MAX_LINE_LENGTH)):
                 pass  # one line that is too long, not several
-            value = _parsed(line)
+            value = object_in(line)
             yield checked(tuple(value.get(name) for name in FACT_COLUMNS))
 
 
@@ -90,11 +91,3 @@ def _copy(path: Path, target: IO[bytes]) -> None:
             last = part[-1:]
     if last != b"\n":  # a truncated file
         target.write(b"\n")
-
-
-def _parsed(line: bytes) -> Mapping[str, object]:
-    try:
-        value = json.loads(line)
-    except (ValueError, RecursionError):
-        return {}
-    return value if isinstance(value, dict) else {}

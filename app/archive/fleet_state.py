@@ -16,6 +16,7 @@ from app.records.verification import RecordState, verify
 from app.store.facts import FactKind
 from app.system.wall_clock import age_days
 from app.text.messages import UserMessage, message
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 
 CHECK_DAYS: Final = 30
@@ -57,6 +58,11 @@ class ModuleToday:
     since_repack: int | None = None
     tests: list[StoredTest] = field(default_factory=list)
     due: list[Due] = field(default_factory=list)
+
+    @property
+    def due_words(self) -> str:
+        """In the language in use."""
+        return join_sentences(due.text.translated() for due in self.due)
 
     @property
     def counted(self) -> UserMessage:

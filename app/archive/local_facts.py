@@ -33,8 +33,6 @@ _log = logging.getLogger(__name__)
 
 FACTS_FILE: Final = "archive.sqlite"
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
-_MAX_VALUES: Final = 500
-"""Maximum number of values in one SQL statement."""
 PAGE: Final = 200
 """Facts that are signed between two commits."""
 _TO_SIGN: Final = (
@@ -173,12 +171,9 @@ class LocalFacts:
         self._unreadable.add(id_)
 
     def _by_ids(self, columns: str, ids: Sequence[str]) -> list[FactRow]:
-        found: list[FactRow] = []
-        for start in range(0, len(ids), _MAX_VALUES):
-            part = ids[start : start + _MAX_VALUES]
-            places = ", ".join("?" * len(part))
-            found += self._read(f"SELECT {columns} FROM facts WHERE id IN ({places})", part)  # noqa: S608
-        return found
+        """Of a page of facts."""
+        places = ", ".join("?" * len(ids))
+        return self._read(f"SELECT {columns} FROM facts WHERE id IN ({places})", ids)  # noqa: S608
 
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
         """Of both files: after a store was restored from a copy, later facts of this station may come from others."""

@@ -100,5 +100,5 @@ def _log(store: Store | None) -> int:
     if not faults:
         console.write_lines([tr("The audit log is intact; entries: {count}.", count=count)])
         return console.SUCCESS
-    console.write_lines([tr(one.fault.value, entry=one.entry) for one in faults])
+    console.write_lines([fault.message.translated() for fault in faults])
     return console.ANSWER_NO

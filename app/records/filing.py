@@ -4,13 +4,13 @@ Used by the window and the command line. Where the store fails, the verdict and 
 """
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from app.guided.guided_store import last_tests
-from app.guided.results import RETIRED_KINDS, GuidedKind
+from app.guided.results import RETIRED_KINDS
 from app.limits.past import LastTested, Past
 from app.limits.service import DueService, due_services
 from app.preflight.evidence import Evidence, FrameLog
@@ -72,8 +72,7 @@ def file_check(
         try:
             if store is not None and name is not None:
                 with _damage_as_trouble(store):
-                    tests = _tests(store, name, evidence, at)
-                    past = replace(_past(store, name, evidence), tests=tests, due=service_due(store, name, at))
+                    past = _past(store, name, evidence, at)
         except StoreTrouble as error:
             trouble = error
     case = Case(evidence=evidence, profile=profile, past=past, person=replace(person, module=name))
@@ -113,11 +112,19 @@ def _station(store: Store | None) -> tuple[Station | None, UserError | None]:
         return None, trouble
 
 
-def _past(store: Store, name: str, evidence: Evidence) -> Past:
-    history, checks = evidence.history, CheckStore(store.database)
+def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
+    """Guided tests of a simulated module never count for a real one."""
+    history = evidence.history
     slots = None if history is None else [one.raw for one in history.records]
-    past = checks.past(name, slots, is_confirmed=history is not None and history.is_confirmed)
-    return replace(past, settings=store.evidence(name).settings)
+    is_confirmed = history is not None and history.is_confirmed
+    tests = last_tests(store.facts, name, counts_simulated=is_simulated(evidence.port))
+    return replace(
+        CheckStore(store.database).past(name, slots, is_confirmed=is_confirmed),
+        settings=store.evidence(name).settings,
+        tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()
+               if kind not in RETIRED_KINDS},
+        due=service_due(store, name, at),
+    )  # fmt: skip
 
 
 def service_due(store: Store, name: str, at: datetime) -> list[DueService]:
@@ -125,12 +132,6 @@ def service_due(store: Store, name: str, at: datetime) -> list[DueService]:
     with _damage_as_trouble(store):
         done = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
         return due_services(sorted((fact.content for fact in done), key=lambda content: str(content["on"])), at.date())
-
-
-def _tests(store: Store, name: str, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
-    """The last guided tests; those of a simulated module never count for a real one."""
-    last = last_tests(store.facts, name, counts_simulated=is_simulated(evidence.port))
-    return {kind: LastTested(kept, age_days(kept.at, at)) for kind, kept in last.items() if kind not in RETIRED_KINDS}
 
 
 def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str) -> Record:

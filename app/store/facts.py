@@ -18,6 +18,7 @@ from enum import Enum
 from typing import Any, Final, NamedTuple
 
 from app.store.database import Database
+from app.text.messages import UserMessage, message
 from protocol.translatable import marked
 
 
@@ -75,6 +76,10 @@ class AuditFault(NamedTuple):
 
     entry: int
     fault: ChainFault
+
+    @property
+    def message(self) -> UserMessage:
+        return message(self.fault.value, entry=self.entry)
 
 
 class Kept(NamedTuple):
@@ -199,10 +204,10 @@ def fact_hash(kind: str, made_at: str, payload: str) -> str:
     return hashlib.sha256(f"{kind}\n{made_at}\n{payload}".encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def object_in(text: object) -> dict[str, Any]:
-    """The JSON object in `text`, empty if there is none."""
+def object_in(text: Any) -> dict[str, Any]:
+    """The JSON object in a text or in bytes, empty if there is none."""
     try:
-        value = json.loads(str(text))
-    except (ValueError, RecursionError):
+        value = json.loads(text)
+    except (ValueError, TypeError, RecursionError):
         return {}
     return value if isinstance(value, dict) else {}

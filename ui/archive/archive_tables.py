@@ -8,7 +8,6 @@ from app.archive.module_history import HistoryEvent
 from app.stations.station import shown_station
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
@@ -42,12 +41,8 @@ def _is_no_go(row: ModuleToday) -> bool:
     return row.last_check is not None and not row.last_check.holds
 
 
-def _due(row: ModuleToday) -> str:
-    return join_sentences(one.text.translated() for one in row.due)
-
-
 def _accessible_text(row: ModuleToday) -> str:
-    return f"{clean(row.module.name)}: " + (_due(row) or tr("nothing due"))
+    return f"{clean(row.module.name)}: " + (row.due_words or tr("nothing due"))
 
 
 def _local(at: str) -> str:
@@ -64,7 +59,7 @@ _MODULE_COLUMNS: Final = (
     ),
     TableColumn[ModuleToday](marked("Trigger records"), lambda row: row.counted.translated()),
     TableColumn[ModuleToday](
-        marked("Due"), _due,
+        marked("Due"), lambda row: row.due_words,
         ink=lambda row: Meaning.ATTENTION if row.due else None,
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if row.due else None, stretches=True,
     ),

@@ -12,7 +12,6 @@ from app.stations.station import shown_station
 from app.terminal import console
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
 
 FLEET_HEAD = (
     "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
@@ -51,11 +50,7 @@ def _print_fleet(args: argparse.Namespace, states: list[ModuleToday], now: datet
 def _fleet_row(state: ModuleToday) -> tuple[str, ...]:
     check = state.last_check
     at, verdict = (check.at[:16].replace("T", " "), check.words.translated()) if check else ("", tr("none"))
-    return (state.module.name, at, verdict, state.counted.translated(), _due(state))
-
-
-def _due(state: ModuleToday) -> str:
-    return join_sentences(one.text.translated() for one in state.due)
+    return (state.module.name, at, verdict, state.counted.translated(), state.due_words)
 
 
 def _print_histories(args: argparse.Namespace, lives: list[ModuleHistory]) -> int:
@@ -126,7 +121,15 @@ def _fleet_cells(state: ModuleToday) -> tuple[object, ...]:
     )  # fmt: skip
     stations = len({one.station for one in state.module.members})
     counts = (state.checks, state.trigger_records, state.unjudged)
-    return (state.module.name, stations, utc_cell(state.last_at), *of_check, *counts, _due(state), state.since_repack)
+    return (
+        state.module.name,
+        stations,
+        utc_cell(state.last_at),
+        *of_check,
+        *counts,
+        state.due_words,
+        state.since_repack,
+    )
 
 
 def _life_rows(life: ModuleHistory) -> Iterable[tuple[object, ...]]:
