@@ -34,6 +34,11 @@ class LabelAxis(pg.AxisItem):  # type: ignore[misc]
         if is_cached:
             self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
 
+    def show_labels(self, labels: list[Tick]) -> None:
+        """Making the picture of an axis takes as long as a redraw of all lanes."""
+        if [labels] != self._tickLevels:
+            self.setTicks([labels])
+
     def apply_theme(self, line: QPen | None) -> None:
         self.setTickFont(font(Size.SMALL))
         self.setTextPen(QColor(current().muted))

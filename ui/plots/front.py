@@ -16,9 +16,17 @@ from PySide6.QtWidgets import (
 )
 
 from ui.plots.sight import Sight
+from ui.style.theme import current
 
 _DRAG_PX: Final = 3
 _LEFT_BUTTON: Final = Qt.MouseButton.LeftButton
+
+
+class Scene(pg.GraphicsScene):  # type: ignore[misc]
+    """Without hover events of pyqtgraph's own, which nothing here uses and which take long with each move."""
+
+    def sendHoverEvents(self, *_: object) -> None:
+        pass
 
 
 class Front(pg.ViewBox):  # type: ignore[misc]
@@ -34,18 +42,26 @@ class Front(pg.ViewBox):  # type: ignore[misc]
         self.setAcceptHoverEvents(True)
         self.setZValue(5)
         self._sight = sight
-        self.lines: list[pg.InfiniteLine] = []
+        self.marks: list[pg.InfiniteLine] = []
+        self.cursor_line = pg.InfiniteLine()
+        self.addItem(self.cursor_line, ignoreBounds=True)
 
-    def show_lines(self, lines: Sequence[tuple[float, QColor]]) -> None:
-        """One at each of these times before the end of the span."""
+    def show_cursor(self, time_s: float | None) -> None:
+        self.cursor_line.setVisible(time_s is not None)
+        if time_s is not None:
+            self.cursor_line.setPos(time_s)
+            self.cursor_line.setPen(current().text, width=self.getViewWidget().devicePixelRatioF())
+
+    def show_marks(self, lines: Sequence[tuple[float, QColor]]) -> None:
+        """A line at each of these times before the end of the span."""
         width = self.getViewWidget().devicePixelRatioF()
         for number, (time_s, ink) in enumerate(lines):
-            if number == len(self.lines):
-                self.lines.append(pg.InfiniteLine())
-                self.addItem(self.lines[-1], ignoreBounds=True)
-            self.lines[number].setPos(time_s)
-            self.lines[number].setPen(ink, width=width)
-        for number, line in enumerate(self.lines):
+            if number == len(self.marks):
+                self.marks.append(pg.InfiniteLine())
+                self.addItem(self.marks[-1], ignoreBounds=True)
+            self.marks[number].setPos(time_s)
+            self.marks[number].setPen(ink, width=width)
+        for number, line in enumerate(self.marks):
             line.setVisible(number < len(lines))
 
     def _part(self, place: QPointF) -> float:

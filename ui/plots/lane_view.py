@@ -33,8 +33,8 @@ from ui.style.theme import Size, current, font
 _MAX_BUCKETS: Final = 1000
 # One and a half logical pixels at 200 %; more would take longer than a person notices.
 _MAX_PX: Final = 3
-_EDGE_PX: Final = 4
-"""Of the view around the box, so that lines and dots on its edge are whole."""
+_EDGE_PX: Final = 2
+"""Of the view around the box, so that lines on its edge are whole."""
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
 """Distinguishable from the module's own limits without colour."""
@@ -63,17 +63,17 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
 
 
 class Curve(pg.PlotCurveItem):  # type: ignore[misc]
-    """Lines somewhere in the view, which is taken as their bounds."""
+    """Lines somewhere in `bounds`, which is the view: to look for their own takes long."""
 
     line_px = 0
     """Lines of one pixel side by side, which are far cheaper than a wider pen."""
 
     def __init__(self) -> None:
+        self.bounds = QRectF()
         super().__init__(antialias=False, skipFiniteCheck=True)
 
     def boundingRect(self) -> QRectF:
-        view: QRectF = self.viewRect()
-        return view
+        return self.bounds
 
     def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
         ratio = painter.device().devicePixelRatioF()
@@ -181,10 +181,8 @@ class LaneView:
         self.curve, self.grid = Curve(), Curve()  # the grid of an axis would be a picture as large as the lane
         self.limits = [LimitLine(limit, limit.steps) for limit in lane.limits]
         self.limits += [LimitLine(limit, limit.stale) for limit in lane.limits if limit.stale is not None]
-        self.dot = pg.ScatterPlotItem(size=2 * _EDGE_PX)
-        self.dot_y: float | None = None
-        """The value at the cursor, which has a dot."""
-        for line in (self.grid, *self.limits, self.curve, self.dot):
+        self._lines = (self.grid, *self.limits, self.curve)
+        for line in self._lines:
             self.view.addItem(line, ignoreBounds=True)
         for item in (self.view, self.values):
             scene.addItem(item)
@@ -197,8 +195,6 @@ class LaneView:
         self.grid.setPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
         self.ink = ink
         self.curve.setPen(ink)
-        self.dot.setBrush(ink)
-        self.dot.setPen(theme.surface, width=1.5)
         self.curve.line_px = theme.line_px + 1
         for line in self.limits:
             line.apply_theme(ratio)
@@ -257,14 +253,6 @@ class LaneView:
             x, y = np.array(across + down, np.float64).reshape(-1, 2).T
             self.grid.setData(x, y, connect="pairs")
 
-    def show_dot(self, cursor_s: float | None) -> None:
-        """At the sample nearest to a time, if there is one."""
-        near = None if cursor_s is None else self.lane.series.around(cursor_s, within_s=self.lane.gap_s)
-        self.dot_y = None if near is None else near.high
-        self.dot.setVisible(near is not None)
-        if cursor_s is not None and near is not None:
-            self.dot.setData([cursor_s - self._span.end_s], [near.high])
-
     def _set_range(self) -> None:
         length_s, (low, high, _) = self._span.length_s, self.scale
         across = _EDGE_PX * length_s / max(1.0, self.box.width())
@@ -272,6 +260,9 @@ class LaneView:
         self.view.setRange(
             xRange=(-length_s, across), yRange=(low - up, high + up), padding=0.0, disableAutoRange=False
         )
+        for line in self._lines:
+            line.prepareGeometryChange()
+            line.bounds = self.view.viewRect()
         self._value_ticks = self._ticks_of_values()
         self.values.setTicks([self._value_ticks])
 

@@ -12,11 +12,11 @@ from PySide6.QtWidgets import QGraphicsItem, QGraphicsPixmapItem, QGraphicsView
 
 from app.text.i18n import tr
 from ui.plots.axis import LabelAxis, ago_text, clock_text, fitting_times, times
-from ui.plots.front import Front
+from ui.plots.front import Front, Scene
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Mark, reading
 from ui.plots.sight import Sight
-from ui.plots.words import GAP_PX, Words, beside
+from ui.plots.words import GAP_PX, Dot, Words, beside
 from ui.style import icons
 from ui.style.painted_widget import mixed
 from ui.style.theme import Size, current, font
@@ -42,6 +42,8 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     def __init__(self, lanes: Sequence[Lane], sight: Sight, wall_offset_s: float) -> None:
         self._is_styled = False
         super().__init__()
+        self.sceneObj = Scene(parent=self)
+        self.setScene(self.sceneObj)
         self.setObjectName("time-plot-canvas")
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         # With marks in sight the least region has hundreds of corners, which costs more than it saves.
@@ -54,7 +56,8 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """The age and the time of day at the cursor, and the events there."""
         self.readings: list[str] = []
         """The values at the cursor, also of lanes that a low window does not show."""
-        self.words, self.front = Words(self.scene()), Front(sight)
+        self.words, self.cursor_words = Words(self.scene()), Words(self.scene())
+        self.front = Front(sight)
         self.all_lanes = [LaneView(lane, self.scene()) for lane in lanes]
         for lane_view in self.all_lanes:
             lane_view.values.dragged.connect(lambda _way_px: sight.changed.emit())
@@ -69,9 +72,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self._seen = (0.0, False)
         """The length drawn last, and whether it was live."""
         self._written: object = None
-        """What the words depended on when they were written, if nothing else than these lets them change."""
+        """What the words, beside those at the cursor, depended on when they were written."""
         self._labelled: object = None
-        """What the labels of the time line depended on when they were set."""
+        """What the labels of the time line depended on when they were chosen."""
 
     def apply_theme(self) -> None:
         theme = current()
@@ -161,32 +164,33 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         ticks = times(span.length_s, most, span.end_s + self.wall_offset_s if is_clock else None)
         for lane in self.lanes:
             lane.draw(span, ticks)
-        words, taken = (self.hasFocus(), [lane.words_key for lane in self.lanes]), list[tuple[float, float]]()
-        if marks or cursor_s is not None or words != self._written:
-            self._written = None if marks or cursor_s is not None else words
-            taken = self._write(marks)
-        if (ticks, taken) != self._labelled:
-            self._labelled = ticks, taken
-            second_px = max(1.0, box.width()) / span.length_s
+        placed = [(mark, mark.time_s - span.end_s) for mark in marks]
+        written = self.hasFocus(), placed, [lane.words_key for lane in self.lanes]
+        if written != self._written:
+            self._written = written
+            self._write(marks)
+        labelled = ticks, span.length_s, self._write_cursor()
+        if labelled != self._labelled:
+            self._labelled, second_px = labelled, max(1.0, box.width()) / span.length_s
             self.front.setXRange(-span.length_s - _EDGE_PX / second_px, _EDGE_PX / second_px, padding=0.0)
-            self.times.setTicks([fitting_times(ticks, span.length_s, second_px, taken)])
+            self.times.show_labels(fitting_times(ticks, span.length_s, second_px, labelled[-1]))
 
     def svg(self) -> bytes:
-        """All as lines and texts, without the pictures that the axes are kept as. The exporter of pyqtgraph 0.14 fails
-        at each path that Qt 6.11 closes."""
+        """All as lines and texts, without the pictures that axes and words are kept as. The exporter of pyqtgraph 0.14
+        fails at each path that Qt 6.11 closes."""
         data, drawing = QByteArray(), QSvgGenerator()
         drawing.setOutputDevice(QBuffer(data))
         drawing.setSize(self.size())
         drawing.setResolution(self.logicalDpiX())  # the labels of the axes would be scaled by that
         drawing.setViewBox(self.rect())
-        axes = [self.times, *(lane.values for lane in self.all_lanes)]
-        for axis in axes:
-            axis.setCacheMode(QGraphicsItem.CacheMode.NoCache)
+        kept = [item for item in self.scene().items() if item.cacheMode() != QGraphicsItem.CacheMode.NoCache]
+        for item in kept:
+            item.setCacheMode(QGraphicsItem.CacheMode.NoCache)
         painter = QPainter(drawing)
         self.render(painter)
         painter.end()
-        for axis in axes:
-            axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        for item in kept:
+            item.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         return bytes(data.data())
 
     def _time_text(self, cursor_s: float, marks: Sequence[Mark]) -> str:
@@ -197,16 +201,15 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         near_s = _NEAR_PX * self.devicePixelRatioF() * self.sight.pixel_s
         return " · ".join((text, *(tr(mark.word) for mark in marks if abs(mark.time_s - cursor_s) < near_s)))
 
-    def _write(self, marks: Sequence[Mark]) -> list[tuple[float, float]]:
-        """All words: the important ones first, since none may cover another. Returns what they take of the row of the
-        times, in pixels from its end."""
-        words, theme, lines = self.words, current(), list[tuple[float, QColor]]()
+    def _write(self, marks: Sequence[Mark]) -> None:
+        """The important words first, since none may cover another."""
+        words, theme = self.words, current()
         words.clear()
         self.front.setBorder(pg.mkPen(theme.information.ink, width=2) if self.hasFocus() else None)
         boxes = self.lanes[0].box.united(self.lanes[-1].box)
         for lane in self.lanes:
             lane.name_limits(words)
-        lefts = [boxes.left(), *self._write_marks(marks, lines)]  # the first title is in the row of the marks
+        lefts = [boxes.left(), *self._write_marks(marks)]  # the first title is in the row of the marks
         for lane in self.lanes:
             title = words.made(tr(lane.lane.title), lane.ink, is_bold=True)
             placed = words.put(title, *(QPointF(left, lane.title_top) for left in lefts))
@@ -220,14 +223,11 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             note = words.made(tr("A higher window also shows: {plots}", plots=hidden), theme.muted)
             place = QPointF(boxes.left(), self.viewport().height() - note.boundingRect().height() - 2)
             words.put(note, place, is_above=True)
-        taken = self._write_cursor(lines)
-        self.front.show_lines(lines)
-        return taken
 
-    def _write_marks(self, marks: Sequence[Mark], lines: list[tuple[float, QColor]]) -> list[float]:
+    def _write_marks(self, marks: Sequence[Mark]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
         words, theme, first, end_s = self.words, current(), self.lanes[0], self.sight.span.end_s
-        shown, ends, columns = [], [], set[int]()
+        shown, ends, columns, lines = [], [], set[int](), []
         for mark in sorted(marks, key=lambda mark: (mark.rank, -mark.time_s)):
             x, ink = first.x(mark.time_s), theme.ink(mark.meaning)
             if round(x) not in columns:
@@ -238,6 +238,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             room = words.put(icon, QPointF(x - _ICON_PX / 2, first.title_top))
             if room is not None:
                 shown.append((mark, room))
+        self.front.show_marks(lines)
         for mark, room in shown:
             word = words.made(tr(mark.word), theme.ink(mark.meaning).name(), is_bold=True)
             fits = room.right() + GAP_PX + 1 + word.boundingRect().width() < self.viewport().width()
@@ -245,21 +246,24 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             ends.append((placed or room).right() + 2 * GAP_PX)
         return sorted(ends)
 
-    def _write_cursor(self, lines: list[tuple[float, QColor]]) -> list[tuple[float, float]]:
-        """Its line, the values beside the samples, and the time below, which a label that it covered partly would show
-        as another time."""
-        words, theme, cursor_s = self.words, current(), self.sight.cursor_s
-        for lane in self.all_lanes:
-            lane.show_dot(cursor_s)
+    def _write_cursor(self) -> list[tuple[float, float]]:
+        """Its line, the values beside the samples, and the time below. Returns what that takes of the row of the times,
+        in pixels from its end: a label that it covered partly would show another time."""
+        words, theme, cursor_s, span = self.cursor_words, current(), self.sight.cursor_s, self.sight.span
+        if words.shown:
+            words.clear()
+        self.front.show_cursor(None if cursor_s is None else cursor_s - span.end_s)
         if cursor_s is None:
             return []
-        lines.append((cursor_s - self.sight.span.end_s, QColor(theme.text)))
-        x = self.lanes[0].x(cursor_s)
+        x, last = self.lanes[0].x(cursor_s), self.lanes[-1].box
         for lane, value in zip(self.lanes, self.readings, strict=False):
+            near = lane.lane.series.around(cursor_s, within_s=lane.lane.gap_s)
+            if near is not None:
+                dot = Dot(lane.ink)
+                words.put(dot, QPointF(x, lane.y(near.high)) + dot.boundingRect().topLeft(), is_above=True)
             tag = words.made(value, theme.window, is_bold=True, ground=theme.text)
-            y = lane.box.top() + 12 if lane.dot_y is None else lane.y(lane.dot_y) - 14
+            y = lane.box.top() + 12 if near is None else lane.y(near.high) - 14
             words.put(tag, beside(x, y, tag.boundingRect().size(), lane.box), is_above=True)
-        last = self.lanes[-1].box
         tag = words.made(self.cursor_time, theme.window, is_bold=True, ground=theme.text)
         size = tag.boundingRect().size()
         row = QRectF(last.left(), last.bottom() + 2, self.viewport().width() - last.left(), size.height())

@@ -4,22 +4,39 @@ from collections.abc import Sequence
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
-from PySide6.QtGui import QColor, QPainterPath
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import (
+    QGraphicsEllipseItem,
     QGraphicsItem,
     QGraphicsPathItem,
     QGraphicsRectItem,
     QGraphicsScene,
     QGraphicsSimpleTextItem,
+    QStyleOptionGraphicsItem,
+    QWidget,
 )
 
-from ui.style.theme import Size, font
+from ui.style.theme import Size, current, font
 
 GAP_PX: Final = 4
 """Beside a word, between it and others."""
 PAD_PX: Final = 6
 """Beside a word on a ground."""
 _ROUND_PX: Final = 4
+_DOT_PX: Final = 4
+
+
+class Dot(QGraphicsEllipseItem):
+    """At a sample."""
+
+    def __init__(self, colour: str) -> None:
+        super().__init__(-_DOT_PX, -_DOT_PX, 2 * _DOT_PX, 2 * _DOT_PX)
+        self.setPen(QPen(QColor(current().surface), 1.5))
+        self.setBrush(QColor(colour))
+
+    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        super().paint(painter, option, widget)
 
 
 class Words:
@@ -49,6 +66,7 @@ class Words:
         word = QGraphicsSimpleTextItem(text)
         word.setFont(self._fonts[is_bold])
         word.setBrush(QColor(ink))
+        word.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         if not ground:
             return word
         outline = QPainterPath()

@@ -5,6 +5,7 @@ from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import (
     QApplication,
+    QGraphicsEllipseItem,
     QGraphicsItem,
     QGraphicsPixmapItem,
     QGraphicsSimpleTextItem,
@@ -102,7 +103,14 @@ class Bench:
     @property
     def words(self) -> dict[str, QRectF]:
         """What is written into the plots, and where."""
-        return {text_of(item): room for item, room in self.written if text_of(item)}
+        items = [*self.view.words.shown, *self.view.cursor_words.shown]
+        return {text_of(item): item.sceneBoundingRect() for item in items if text_of(item)}
+
+    @property
+    def dots(self) -> list[QPointF]:
+        """Those at the cursor."""
+        items = self.view.cursor_words.shown
+        return [item.sceneBoundingRect().center() for item in items if isinstance(item, QGraphicsEllipseItem)]
 
     def icon(self, icon: Icon, meaning: Meaning) -> QRectF | None:
         """Where the icon of a mark is."""
@@ -113,7 +121,7 @@ class Bench:
     @property
     def lines(self) -> list[float]:
         """The places of the lines of marks and cursor, across."""
-        visible = (line for line in self.view.front.lines if line.isVisible())
+        visible = (line for line in (*self.view.front.marks, self.view.front.cursor_line) if line.isVisible())
         return [self.view.front.mapViewToScene(QPointF(line.value(), 0)).x() for line in visible]
 
     def button(self, name: str) -> QPushButton | QToolButton:

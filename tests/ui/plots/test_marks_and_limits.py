@@ -178,6 +178,8 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         seen[height] = [lane.lane.title for lane in view.lanes]
         plot.sight.point_at(plot.sight.span.start_s + 1)
         assert all(f"{title} no data" in plot.reading for title in weights)
+        for lane in view.lanes:  # an item beyond its bounds is not drawn
+            assert all(line.boundingRect() == lane.view.viewRect() for line in (lane.curve, lane.grid, *lane.limits))
         text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
         assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
         assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
