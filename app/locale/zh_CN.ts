@@ -130,6 +130,10 @@
         <translation>其他程序的文件已另存为 {path}。</translation>
     </message>
     <message>
+        <source>A flight log does not show this cause: {cause}.</source>
+        <translation>飞行日志中看不到此原因：{cause}。</translation>
+    </message>
+    <message>
         <source>A higher window also shows: {plots}</source>
         <translation>窗口再高一些还会显示：{plots}</translation>
     </message>
@@ -306,6 +310,10 @@
         <translation>开机后时间</translation>
     </message>
     <message>
+        <source>Against it: at {time} the other trigger was met; the record does not name it.</source>
+        <translation>不符之处：{time} 时另一触发条件已满足，但记录中没有该触发源。</translation>
+    </message>
+    <message>
         <source>Against the vendor's advice: {advice}</source>
         <translation>与厂家建议不符：{advice}</translation>
     </message>
@@ -336,6 +344,10 @@
     <message>
         <source>All flights</source>
         <translation>全部飞行日志</translation>
+    </message>
+    <message>
+        <source>All records</source>
+        <translation>所有记录</translation>
     </message>
     <message>
         <source>All {count} checks passed; warnings: {looks}.</source>
@@ -548,6 +560,10 @@
     <message>
         <source>Below the threshold</source>
         <translation>低于阈值的时间</translation>
+    </message>
+    <message>
+        <source>Beside a flight log…</source>
+        <translation>与飞行日志对照…</translation>
     </message>
     <message>
         <source>Beyond it the parachute counts as ejected.</source>
@@ -840,6 +856,10 @@
     <message>
         <source>Confirm again: {why}.</source>
         <translation>请重新确认：{why}。</translation>
+    </message>
+    <message>
+        <source>Confirm this moment as:</source>
+        <translation>将此时刻确认为：</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -2014,6 +2034,10 @@
         <translation>正在计算阈值…</translation>
     </message>
     <message>
+        <source>Looks for the moment of this record in a flight log</source>
+        <translation>在飞行日志中查找此记录的时刻</translation>
+    </message>
+    <message>
         <source>Looser than advised: {checks}.</source>
         <translation>限值比建议宽松：{checks}。</translation>
     </message>
@@ -2176,6 +2200,18 @@
     <message>
         <source>Modules: {count}</source>
         <translation>模块：{count}</translation>
+    </message>
+    <message>
+        <source>Moment</source>
+        <translation>时刻</translation>
+    </message>
+    <message>
+        <source>Moments that match: over {count}, the first are listed.</source>
+        <translation>符合的时刻：超过 {count} 个，仅列出最早的。</translation>
+    </message>
+    <message>
+        <source>Moments that match: {count}.</source>
+        <translation>符合的时刻：{count}。</translation>
     </message>
     <message>
         <source>More</source>
@@ -2424,6 +2460,10 @@
     <message>
         <source>No modules yet</source>
         <translation>还没有模块</translation>
+    </message>
+    <message>
+        <source>No moment of this log matches: {what}.</source>
+        <translation>此日志中没有符合的时刻：{what}。</translation>
     </message>
     <message>
         <source>No new flight logs.</source>
@@ -2690,6 +2730,10 @@
         <translation>没有控件获得焦点：请按 Tab 键。</translation>
     </message>
     <message>
+        <source>Nothing in this log counts as flight.</source>
+        <translation>此日志中没有飞行时段。</translation>
+    </message>
+    <message>
         <source>Nothing is sent.</source>
         <translation>不发送任何内容。</translation>
     </message>
@@ -2782,6 +2826,10 @@
         <translation>仅触发</translation>
     </message>
     <message>
+        <source>Only if the rule is read so: {reading}.</source>
+        <translation>仅当规则按此理解时：{reading}。</translation>
+    </message>
+    <message>
         <source>Only one list has flights.</source>
         <translation>只有一个列表有飞行日志。</translation>
     </message>
@@ -2792,6 +2840,10 @@
     <message>
         <source>Open files…</source>
         <translation>打开文件…</translation>
+    </message>
+    <message>
+        <source>Open flight log</source>
+        <translation>打开飞行日志</translation>
     </message>
     <message>
         <source>Open flight logs</source>
@@ -3068,6 +3120,10 @@
     <message>
         <source>Program</source>
         <translation>程序</translation>
+    </message>
+    <message>
+        <source>Proposal: at {time} the log shows {what}.</source>
+        <translation>建议：日志在 {time} 时为 {what}。</translation>
     </message>
     <message>
         <source>Proposal: {limits}</source>
@@ -3978,6 +4034,14 @@
         <translation>通信中断。</translation>
     </message>
     <message>
+        <source>The log has no acceleration.</source>
+        <translation>日志中没有加速度。</translation>
+    </message>
+    <message>
+        <source>The log has no attitude.</source>
+        <translation>日志中没有姿态。</translation>
+    </message>
+    <message>
         <source>The module answers at {rate} baud.</source>
         <translation>模块应答的波特率为 {rate} 波特。</translation>
     </message>
@@ -4084,6 +4148,14 @@
     <message>
         <source>The module was switched off.</source>
         <translation>模块已关机。</translation>
+    </message>
+    <message>
+        <source>The module was then powered on {seconds:.0f} s after the start of the log.</source>
+        <translation>据此，模块在日志开始后 {seconds:.0f} s 开机。</translation>
+    </message>
+    <message>
+        <source>The module was then powered on {seconds:.0f} s before the start of the log.</source>
+        <translation>据此，模块在日志开始前 {seconds:.0f} s 开机。</translation>
     </message>
     <message>
         <source>The parachute is spent.</source>
@@ -4222,12 +4294,12 @@
         <translation>这可能不是模块 {module}（{differences}）。如果是，请加上 --same-module。</translation>
     </message>
     <message>
-        <source>This may be another module: the port leads to another device.</source>
-        <translation>这可能是另一个模块：该串口现在指向另一个设备。</translation>
-    </message>
-    <message>
         <source>This may be another module: communication was interrupted.</source>
         <translation>可能是另一个模块：通信曾中断。</translation>
+    </message>
+    <message>
+        <source>This may be another module: the port leads to another device.</source>
+        <translation>这可能是另一个模块：该串口现在指向另一个设备。</translation>
     </message>
     <message>
         <source>This may be another module: {differences}.</source>
@@ -4368,6 +4440,10 @@
     <message>
         <source>Trigger</source>
         <translation>触发状态</translation>
+    </message>
+    <message>
+        <source>Trigger record beside {log}</source>
+        <translation>触发记录与 {log} 对照</translation>
     </message>
     <message>
         <source>Trigger record: {what}</source>
@@ -5494,6 +5570,10 @@
         <translation>越长误触发越少，损失高度越多</translation>
     </message>
     <message>
+        <source>longest free fall below {force:.1f} g: {seconds:.2f} s</source>
+        <translation>低于 {force:.1f} g 的最长失重：{seconds:.2f} s</translation>
+    </message>
+    <message>
         <source>lost</source>
         <translation>已丢失</translation>
     </message>
@@ -6286,6 +6366,14 @@
         <translation>该引导测试已取消：请删除此行。</translation>
     </message>
     <message>
+        <source>tilt and free fall never together</source>
+        <translation>倾角与失重从未同时达到</translation>
+    </message>
+    <message>
+        <source>tilt at most {tilt:.0f}°</source>
+        <translation>最大倾角 {tilt:.0f}°</translation>
+    </message>
+    <message>
         <source>tilt, 1°</source>
         <translation>倾角，1°</translation>
     </message>
@@ -6324,6 +6412,10 @@
     <message>
         <source>trigger flag {value}, expected 00 or 01</source>
         <translation>触发标志为 {value}，应为 00 或 01</translation>
+    </message>
+    <message>
+        <source>trigger record?</source>
+        <translation>触发记录？</translation>
     </message>
     <message>
         <source>trigger records reviewed; without an answer: a new module</source>
@@ -6620,6 +6712,10 @@
     <message>
         <source>{limit}; {known}</source>
         <translation>{limit}；{known}</translation>
+    </message>
+    <message>
+        <source>{log} at {time}: {what}</source>
+        <translation>{log}，{time}：{what}</translation>
     </message>
     <message>
         <source>{lost} of {asked}</source>

@@ -65,8 +65,16 @@ def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str, then: 
 
 def ask_flight_logs(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     """Existing files, one or many."""
-    kinds = tr("Flight logs (*.ulg *.bin *.csv *.mcap)")
-    _ask_existing(parent, folder, tr("Open flight logs"), kinds, QFileDialog.FileMode.ExistingFiles, then)
+    _ask_existing(parent, folder, tr("Open flight logs"), _log_kinds(), QFileDialog.FileMode.ExistingFiles, then)
+
+
+def ask_flight_log(parent: QWidget, folder: Path, then: ThenPath) -> None:
+    """One existing file."""
+    ask_open(parent, folder, tr("Open flight log"), _log_kinds(), then)
+
+
+def _log_kinds() -> str:
+    return tr("Flight logs (*.ulg *.bin *.csv *.mcap)")
 
 
 def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:

@@ -206,7 +206,7 @@ class Walk(Driver):
         page.map.setFocus()
         yield self._stop("flights, sorted")
         page.open_flight(page.lists.of[FlightGroup.MUST].table.filter.row_at(0))
-        self.until(lambda: page.flight.plot is not None)
+        self.until(lambda: page.flight.chart.plot is not None)
         yield self._stop("flights, one flight")
         page.flight.close_flight()
         page.open_flight(next(row for row in page.lists.of[FlightGroup.MUST_NOT].table.filter.shown() if row.unread))

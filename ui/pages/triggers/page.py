@@ -3,40 +3,39 @@
     head     search, filter, Read
     list     `RowsTable`, or why it is empty; beside it `TriggersDetail`
     foot     copy, export
+or one record beside a flight log, in `RecordBesideLog`.
 `TriggersController` reads the records, merges them with the stored ones and stores judgements.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFontMetrics, QGuiApplication
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QComboBox,
-    QFrame,
     QLabel,
     QLineEdit,
     QPushButton,
     QStackedWidget,
-    QToolButton,
+    QWidget,
 )
 
 from app.recordings.export import not_saved_text
-from app.records.check_store import MAX_NOTE_LENGTH
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
-from app.system.wall_clock import local_time
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_sentences, with_units
-from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message, uptime_message
+from app.text.sentences import capitalised, join_sentences
+from app.trigger_records.history import Judgement
 from protocol.translatable import marked
-from ui.core.texts import Texts
-from ui.files.file_dialogs import AskPath, ask_path
-from ui.forms.rows_table import FactRows, RowsTable
+from ui.files.file_dialogs import AskOpen, AskPath, ask_flight_log, ask_path
+from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import select_row
+from ui.pages.triggers.beside_log import RecordBesideLog
 from ui.pages.triggers.controller import TriggerRow, TriggersController
+from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
 from ui.pages.triggers.model import (
     COLUMNS,
     Column,
@@ -49,149 +48,18 @@ from ui.pages.triggers.model import (
     is_chosen,
     news_text,
     record_text,
-    sources_text,
 )
-from ui.plots.trigger_picture import TriggerPicture
 from ui.services.context import Services
 from ui.services.module_field import ModuleField
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, fixed_font, font
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control, named
-from ui.widgets.labels import ElidedLabel, EmptyState, text_label
-from ui.widgets.layouts import FlowRow, Gap, in_column, in_row, scroll_area
+from ui.widgets.labels import ElidedLabel, EmptyState
+from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
-
-_FACTS: Final = {
-    "link": Column.LINK,
-    "charger": Column.CHARGE,
-    "light": Column.LIGHT,
-    "cell": Column.CELL,
-}
-"""Those of the table's columns that may be hidden there."""
-JUDGEMENTS: Final = (None, *Judgement)
-WIDTH_PX: Final = 304
-_WITH_PICTURE_LINES: Final = 28
-"""Height of the page, in lines of text, from which the picture is shown."""
-
-
-class TriggersDetail(QFrame):
-    """`judged`: the record's id, the judgement (None removes it) and the note."""
-
-    judged = Signal(int, object, str)
-
-    def __init__(self, texts: Texts) -> None:
-        super().__init__()
-        named(self, "triggers_detail", "card")
-        self._rows: Sequence[TriggerRow] = ()
-        self._note_of: int | None = None
-        self._has_picture = True
-        self.picture = TriggerPicture("triggers_picture")
-        self.cause = text_label("triggers_cause", "strong", is_selectable=True)
-        self.facts = FactRows(
-            texts, "triggers", {"when": marked("When")} | {key: COLUMNS[one].title for key, one in _FACTS.items()}
-        )
-        self.seen = text_label("triggers_seen", "small", is_selectable=True)
-        self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
-        self.bytes.hide()
-        self.raw = control(QToolButton(), texts, "triggers_raw", "Raw bytes", is_checkable=True)
-        self.raw.toggled.connect(self.bytes.setVisible)
-        self.buttons: dict[Judgement | None, QToolButton] = {}
-        for judgement in JUDGEMENTS:
-            name = "none" if judgement is None else judgement.name.lower()
-            text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
-            self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="choice",
-                                              is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
-        self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
-        self.note.setMaxLength(MAX_NOTE_LENGTH)
-        texts.bind(self.note.setPlaceholderText, "Note")
-        self.note.editingFinished.connect(self._commit_note)
-        self._lay_out()
-        self.show_rows(())
-
-    @property
-    def _row(self) -> TriggerRow | None:
-        return self._rows[0] if len(self._rows) == 1 else None
-
-    def show_rows(self, rows: Sequence[TriggerRow]) -> None:
-        """The selected rows; several are judged at once."""
-        self._rows, row = rows, rows[0] if len(rows) == 1 else None
-        for widget in (self.facts, self.raw, self.note, self.seen):
-            widget.setVisible(row is not None)
-        self.picture.setVisible(row is not None and self._has_picture)
-        self.bytes.setVisible(row is not None and self.raw.isChecked())
-        said = {one.seen.judgement for one in rows if one.is_stored}
-        for judgement, button in self.buttons.items():
-            button.setVisible(bool(rows))
-            button.setChecked(said == {judgement})
-            button.setEnabled(bool(said))
-        if row is None:
-            self.cause.setText(tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
-            self._note_of = None
-            return
-        self.cause.setText(with_units(capitalised(cause_message(row.record).translated())))
-        when = tr("{uptime} after power-on, boot {boot}", boot=row.record.boot_count,
-                  uptime=uptime_message(row.record).translated())  # fmt: skip
-        self.facts.show_facts({"when": when} | {key: COLUMNS[one].text(row) for key, one in _FACTS.items()})
-        self.picture.show_record(row.record, sources_text(row.record.sources))
-        self.bytes.setText(row.record.raw.hex(" ").upper())
-        self.bytes.setFont(fixed_font(Size.SMALL))
-        self.seen.setText(self._seen_text(row))
-        self.note.setEnabled(row.is_stored)
-        if self._note_of != row.seen.id or not self.note.hasFocus():
-            self.note.setText(row.seen.note)
-        self._note_of = row.seen.id
-
-    @staticmethod
-    def _seen_text(row: TriggerRow) -> str:
-        if row.is_seen_once:
-            return tr("Seen in one reading only. Read again.")
-        if row.is_being_stored:
-            return tr("Saving…")
-        if not row.is_stored:
-            return tr("Not kept.")
-        where = tr("On the module") if row.is_on_module else tr("No longer on the module")
-        return f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
-
-    def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
-        for one, button in self.buttons.items():
-            button.setChecked(one is judgement)
-        alone = self._row
-        for row in self._rows:
-            if row.is_stored:
-                self.judged.emit(row.seen.id, judgement, row.seen.note if alone is None else self.note.text())
-
-    def _commit_note(self) -> None:
-        row = self._row
-        if row is not None and row.is_stored and self.note.text() != row.seen.note:
-            self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
-
-    def fit_height(self, page_px: int) -> None:
-        """Hides the picture on a low page."""
-        self._has_picture = page_px >= _WITH_PICTURE_LINES * QFontMetrics(font()).height()
-        self.picture.setVisible(self._row is not None and self._has_picture)
-
-    def _lay_out(self) -> None:
-        judging = FlowRow()
-        judging.add(*self.buttons.values())
-        in_column(
-            self.picture,
-            self.cause,
-            self.facts,
-            self.seen,
-            Gap(Space.XS),
-            judging,
-            self.note,
-            1,
-            self.bytes,
-            (self.raw, Qt.AlignmentFlag.AlignRight),
-            of=self,
-            spacing=Space.S,
-            margins=Space.M,
-        )
-
 
 _ROW_PX: Final = 36
 _SEARCH_PX: Final = 140
@@ -206,12 +74,14 @@ class TriggersPage(Page):
         super().__init__("triggers")
         self._services, self._connector = services, services.connector
         self.ask_path: AskPath = ask_path
-        self._folder = Path.home()
+        self.ask_log: AskOpen = ask_flight_log
+        self._folder = self._log_folder = Path.home()
         self.work = TriggersController(services, self)
         self.table = RowsTable(services.texts, "triggers_table", "Trigger records", COLUMNS, lambda row: row.seen.id,
                                record_text, row_px=_ROW_PX, sorted_by=Column.WHEN,
                                searches_sentence=True)  # fmt: skip
         self.detail = TriggersDetail(services.texts)
+        self.beside = RecordBesideLog(services.texts)
         self.strip = named(NoticeBar(services.texts), "triggers_notice")
         guard = WheelGuard(self)
         self.module = ModuleField("triggers_module", services.connector, services.texts, guard)
@@ -231,9 +101,10 @@ class TriggersPage(Page):
             self._stack.addWidget(widget)
         self._lay_out()
         timer = VisibilityTimer(
-            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked, retranslate=self.refresh
+            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked, retranslate=self._retranslate
         )
         self.work.changed.connect(timer.refresh_seen)
+        self.work.changed.connect(self._end_beside)
         self._wire()
         self.refresh()
 
@@ -254,6 +125,36 @@ class TriggersPage(Page):
             widget.setEnabled(has_rows)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_detail()
+
+    def _retranslate(self) -> None:
+        self.beside.retranslate()
+        self.refresh()
+
+    # A record beside a flight log
+
+    def choose_log(self) -> None:
+        for row in self.table.chosen():
+            self.ask_log(self, self._log_folder, partial(self.open_beside, row))
+
+    def open_beside(self, row: TriggerRow, log: Path) -> None:
+        self._log_folder = log.parent
+        self.beside.open(row, log)
+        self._views.setCurrentWidget(self.beside)
+        self.beside.back.setFocus()
+
+    def _end_beside(self) -> None:
+        """Another module's records are shown: the chosen one is none of them."""
+        row = self.beside.row
+        if row is not None and not self.work.is_busy and row.seen.id not in {one.seen.id for one in self.work.rows}:
+            self.beside.close_log()
+
+    def _judge_beside(self, row: TriggerRow, judgement: Judgement, found: str) -> None:
+        """What was found comes before what was noted earlier."""
+        noted = next((one for one in self.work.rows if one.seen.id == row.seen.id), row).seen.note
+        self.work.judge(row.seen.id, judgement, noted if found in noted else " · ".join(filter(None, (found, noted))))
+
+    def _show_records(self) -> None:
+        self._views.setCurrentWidget(self._records)
 
     def _show_list(self) -> None:
         """The list with the details, or why it is empty."""
@@ -342,6 +243,9 @@ class TriggersPage(Page):
         self.search.textChanged.connect(self._use_filter)
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self.work.judge)
+        self.detail.beside.clicked.connect(self.choose_log)
+        self.beside.judged.connect(self._judge_beside)
+        self.beside.closed.connect(self._show_records)
         Shortcut("triggers_read_key", self, self.read)
         Shortcut("triggers_copy_key", self, self.copy)
         self.saving = Shortcut("triggers_save_key", self, self.save_page)
@@ -358,25 +262,24 @@ class TriggersPage(Page):
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         beside.setFixedWidth(WIDTH_PX)
         lists = in_row((self._stack, 1), beside, spacing=Space.S)
-        in_column(
-            head,
-            says,
-            (lists, 1),
-            self.strip,
-            foot,
-            of=self,
-            spacing=Space.S,
-            margins=(Space.M, 0, Space.M, Space.S),
-        )
+        self._records = named(QWidget(), "triggers_records")
+        in_column(head, says, (lists, 1), self.strip, foot, of=self._records, spacing=Space.S, margins=0)
+        self._views = named(QStackedWidget(), "triggers_views")
+        for view in (self._records, self.beside):
+            self._views.addWidget(view)
+        in_column(self._views, of=self, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
 
     def fit(self) -> None:
         self.detail.fit_height(self.height())
+        self.beside.fit_height(self.height())
 
     def on_escape(self) -> bool:
-        """Cancels reading or closes a message."""
-        if self.work.is_busy:
+        """Leaves a flight log, cancels reading or closes a message."""
+        if self.beside.row is not None:
+            self.beside.close_log()
+        elif self.work.is_busy:
             self.work.job.cancel()
         elif self.work.notice() is not None:
             self.work.job.dismiss()

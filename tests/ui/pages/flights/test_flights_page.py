@@ -292,8 +292,8 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     page.work.move([str(path)], MUST)
     page.lists.of[MUST].table.selectRow(0)
     desk.qtbot.keyClick(page.lists.of[MUST].table, Qt.Key.Key_Return)
-    desk.qtbot.waitUntil(lambda: page.flight.plot is not None)
-    plot = page.flight.plot
+    desk.qtbot.waitUntil(lambda: page.flight.chart.plot is not None)
+    plot = page.flight.chart.plot
     assert plot is not None
     outcome = page.work.outcomes()[0]
     assert "after the loss of control" in page.flight.verdict.text()
@@ -308,11 +308,11 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
             suggested.append(place)
             then(saved)
 
-        page.flight.ask_path = partial(choose, saved)
+        page.flight.chart.ask_path = partial(choose, saved)
         signal.emit()
-        desk.qtbot.waitUntil(page.flight.saved.isVisible)
-        desk.qtbot.waitUntil(lambda: not page.flight._saving.is_running)
-        page.flight.saved.hide()
+        desk.qtbot.waitUntil(page.flight.chart.saved.isVisible)
+        desk.qtbot.waitUntil(lambda: not page.flight.chart._saving.is_running)
+        page.flight.chart.saved.hide()
     assert path not in suggested  # the log itself
     rows = list(csv.DictReader((tmp_path / "v.csv").read_text("utf-8-sig").splitlines()))
     times = [float(row["time_s"]) for row in rows]
@@ -321,7 +321,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert max(float(row["tilt_deg"]) for row in rows if row["tilt_deg"]) > 60
     assert (tmp_path / "p.svg").read_text("utf-8").startswith("<?xml")
     assert page.on_escape()
-    assert page.flight.plot is None
+    assert page.flight.chart.plot is None
     assert page.map.isVisible()
 
 
@@ -331,7 +331,7 @@ def test_a_missing_log_is_reported(desk: Desk, tmp_path: Path) -> None:
     desk.wait_read()
     path.unlink()
     desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
-    waiting = desk.page.flight.waiting
+    waiting = desk.page.flight.chart.waiting
     desk.qtbot.waitUntil(lambda: "No such file" in waiting.text())
 
 

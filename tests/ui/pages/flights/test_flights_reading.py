@@ -136,10 +136,11 @@ def test_a_log_that_is_gone_is_said_in_the_language(qtbot: QtBot, qapp: QApplica
         desk.wait_read()
         path.unlink()
         desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
-        waiting = desk.page.flight.waiting
+        waiting = desk.page.flight.chart.waiting
         qtbot.waitUntil(lambda: "No such file" in waiting.text())
         desk.assembly.language_switch.use("zh_CN")
-        assert "不得触发" in waiting.text()
+        assert "不得触发" in desk.page.flight.name.text()
+        assert waiting.text().startswith("gone.csv：")
 
 
 def test_lists_and_their_flights_are_there_at_the_next_start(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -1,0 +1,164 @@
+"""Details of the selected trigger records, and what a person judges of them."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QFontMetrics
+from PySide6.QtWidgets import (
+    QFrame,
+    QLineEdit,
+    QToolButton,
+)
+
+from app.records.check_store import MAX_NOTE_LENGTH
+from app.system.wall_clock import local_time
+from app.text.i18n import tr
+from app.text.sentences import capitalised, with_units
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, cause_message, uptime_message
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.forms.rows_table import FactRows
+from ui.pages.triggers.controller import TriggerRow
+from ui.pages.triggers.model import COLUMNS, Column, sources_text
+from ui.plots.trigger_picture import TriggerPicture
+from ui.style.icons import Icon
+from ui.style.theme import Size, Space, fixed_font, font
+from ui.widgets.controls import control, named
+from ui.widgets.labels import text_label
+from ui.widgets.layouts import FlowRow, Gap, in_column
+
+_FACTS: Final = {
+    "link": Column.LINK,
+    "charger": Column.CHARGE,
+    "light": Column.LIGHT,
+    "cell": Column.CELL,
+}
+"""Those of the table's columns that may be hidden there."""
+JUDGEMENTS: Final = (None, *Judgement)
+WIDTH_PX: Final = 304
+_WITH_PICTURE_LINES: Final = 28
+"""Height of the page, in lines of text, from which the picture is shown."""
+
+
+class TriggersDetail(QFrame):
+    """`judged`: the record's id, the judgement (None removes it) and the note."""
+
+    judged = Signal(int, object, str)
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        named(self, "triggers_detail", "card")
+        self._rows: Sequence[TriggerRow] = ()
+        self._note_of: int | None = None
+        self._has_picture = True
+        self.picture = TriggerPicture("triggers_picture")
+        self.cause = text_label("triggers_cause", "strong", is_selectable=True)
+        self.facts = FactRows(
+            texts, "triggers", {"when": marked("When")} | {key: COLUMNS[one].title for key, one in _FACTS.items()}
+        )
+        self.seen = text_label("triggers_seen", "small", is_selectable=True)
+        self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
+        self.bytes.hide()
+        self.raw = control(QToolButton(), texts, "triggers_raw", "Raw bytes", is_checkable=True)
+        self.raw.toggled.connect(self.bytes.setVisible)
+        self.buttons: dict[Judgement | None, QToolButton] = {}
+        for judgement in JUDGEMENTS:
+            name = "none" if judgement is None else judgement.name.lower()
+            text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
+            self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="choice",
+                                              is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
+        self.beside = control(QToolButton(), texts, "triggers_beside", "Beside a flight log…", picture=Icon.MAP,
+                              says="Looks for the moment of this record in a flight log")  # fmt: skip
+        self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
+        self.note.setMaxLength(MAX_NOTE_LENGTH)
+        texts.bind(self.note.setPlaceholderText, "Note")
+        self.note.editingFinished.connect(self._commit_note)
+        self._lay_out()
+        self.show_rows(())
+
+    @property
+    def _row(self) -> TriggerRow | None:
+        return self._rows[0] if len(self._rows) == 1 else None
+
+    def show_rows(self, rows: Sequence[TriggerRow]) -> None:
+        """The selected rows; several are judged at once."""
+        self._rows, row = rows, rows[0] if len(rows) == 1 else None
+        for widget in (self.facts, self.raw, self.note, self.seen, self.beside):
+            widget.setVisible(row is not None)
+        self.picture.setVisible(row is not None and self._has_picture)
+        self.bytes.setVisible(row is not None and self.raw.isChecked())
+        said = {one.seen.judgement for one in rows if one.is_stored}
+        for judgement, button in self.buttons.items():
+            button.setVisible(bool(rows))
+            button.setChecked(said == {judgement})
+            button.setEnabled(bool(said))
+        if row is None:
+            self.cause.setText(tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
+            self._note_of = None
+            return
+        self.cause.setText(with_units(capitalised(cause_message(row.record).translated())))
+        when = tr("{uptime} after power-on, boot {boot}", boot=row.record.boot_count,
+                  uptime=uptime_message(row.record).translated())  # fmt: skip
+        self.facts.show_facts({"when": when} | {key: COLUMNS[one].text(row) for key, one in _FACTS.items()})
+        self.picture.show_record(row.record, sources_text(row.record.sources))
+        self.bytes.setText(row.record.raw.hex(" ").upper())
+        self.bytes.setFont(fixed_font(Size.SMALL))
+        self.seen.setText(self._seen_text(row))
+        self.note.setEnabled(row.is_stored)
+        self.beside.setEnabled(row.is_stored)
+        if self._note_of != row.seen.id or not self.note.hasFocus():
+            self.note.setText(row.seen.note)
+        self._note_of = row.seen.id
+
+    @staticmethod
+    def _seen_text(row: TriggerRow) -> str:
+        if row.is_seen_once:
+            return tr("Seen in one reading only. Read again.")
+        if row.is_being_stored:
+            return tr("Saving…")
+        if not row.is_stored:
+            return tr("Not kept.")
+        where = tr("On the module") if row.is_on_module else tr("No longer on the module")
+        return f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
+
+    def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
+        for one, button in self.buttons.items():
+            button.setChecked(one is judgement)
+        alone = self._row
+        for row in self._rows:
+            if row.is_stored:
+                self.judged.emit(row.seen.id, judgement, row.seen.note if alone is None else self.note.text())
+
+    def _commit_note(self) -> None:
+        row = self._row
+        if row is not None and row.is_stored and self.note.text() != row.seen.note:
+            self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
+
+    def fit_height(self, page_px: int) -> None:
+        """Hides the picture on a low page."""
+        self._has_picture = page_px >= _WITH_PICTURE_LINES * QFontMetrics(font()).height()
+        self.picture.setVisible(self._row is not None and self._has_picture)
+
+    def _lay_out(self) -> None:
+        judging = FlowRow()
+        judging.add(*self.buttons.values())
+        tools = FlowRow()
+        tools.add(self.beside)
+        tools.add_right(self.raw)
+        in_column(
+            self.picture,
+            self.cause,
+            self.facts,
+            self.seen,
+            Gap(Space.XS),
+            judging,
+            self.note,
+            1,
+            self.bytes,
+            tools,
+            of=self,
+            spacing=Space.S,
+            margins=Space.M,
+        )

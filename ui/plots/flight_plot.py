@@ -1,0 +1,216 @@
+"""Plots of one flight log: tilt, acceleration, altitude and the thresholds, read from its file in the background."""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QWidget
+
+from app.firing.judge import MAX_GAP_S, TriggerLimits
+from app.flight_logs.csv_columns import CsvColumns
+from app.flight_logs.flight_log import FlightLog, Floats
+from app.flight_logs.read_log import read_flight_log
+from app.recordings.export import not_saved_text, write_parts
+from app.samples.ring_buffers import RecordedSeries, bucket_firsts
+from app.samples.step_function import StepFunction
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
+from app.text.i18n import tr
+from app.text.user_error import UserError
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.core.texts import Texts
+from ui.files.file_dialogs import AskPath, ThenPath, ask_path
+from ui.files.save_bar import png_parts
+from ui.plots.lanes import Lane, Limit, Scale, Span
+from ui.plots.time_plot import TimePlot
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import named
+from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column
+
+_WINDOW_S: Final = 10.0
+_MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
+"""Makes the plots, which show the time of day, show the time since the log began."""
+
+
+class FlightPlot(QWidget):
+    """`shown`: the plot is there, with what `judge` answered for the log."""
+
+    shown = Signal(object)
+
+    def __init__(self, name: str, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName(f"{name}_plot")
+        self._texts = texts
+        self.plot: TimePlot | None = None
+        self._path: Path | None = None
+        self._trouble: UserError | None = None
+        """Why the file could not be read."""
+        self._reading: BackgroundTask[tuple[FlightLog, object]] = BackgroundTask("dps-s flight", self)
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s flight save", self, finished_at_close=True)
+        self.ask_path: AskPath = ask_path
+        self.saved = text_label(f"{name}_saved", "small")
+        """The outcome of saving."""
+        self.saved.hide()
+        self.waiting = text_label(f"{name}_waiting", "muted")
+        self.waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        card = named(QFrame(), f"{name}_card", "card")
+        self._room = in_column((self.waiting, 1), of=card, margins=Space.S)
+        in_column(self.saved, (card, 1), of=self, spacing=Space.XS, margins=0)
+
+    def open(
+        self, path: Path, limits: TriggerLimits, judge: Callable[[FlightLog], object], columns: CsvColumns | None = None
+    ) -> None:
+        """Reads the file and judges it in the background."""
+        self.close_log()
+        self._path, self._trouble = path, None
+        self.retranslate()
+        self.waiting.show()
+
+        def read(_running: object) -> tuple[FlightLog, object]:
+            log = read_flight_log(path, columns)
+            return log, judge(log)
+
+        self._reading.run(read, partial(self._show, limits), self._fail)
+
+    def close_log(self) -> None:
+        self._reading.cancel()
+        self.saved.hide()
+        self._path = None
+        if self.plot is not None:
+            self._room.removeWidget(self.plot)
+            self.plot.hide()
+            self.plot.deleteLater()
+            self.plot = None
+
+    def look_at(self, moment_s: float) -> None:
+        """Shows the seconds around a moment."""
+        if self.plot is not None:
+            self.plot.sight.choose_length(_WINDOW_S)
+            self.plot.sight.show_instant(moment_s)
+
+    def retranslate(self) -> None:
+        if self._path is not None:
+            self.waiting.setText(
+                tr("Reading logs…") if self._trouble is None
+                else tr("{file}: {why}", file=self._path.name, why=self._trouble.sentence)
+            )  # fmt: skip
+
+    def _show(self, limits: TriggerLimits, read: tuple[FlightLog, object]) -> None:
+        log, judged = read
+        self.waiting.hide()
+        end_s = max(log.duration_s, float(log.time_s[-1]))
+        plot = self.plot = TimePlot(
+            lanes_of(log, limits), self._texts, wall_offset_s=_MIDNIGHT_S, bounds=Span(0.0, end_s)
+        )
+        plot.save_picture_wanted.connect(self._save_picture)
+        plot.save_values_wanted.connect(partial(self._save_values, log))
+        self._room.addWidget(plot, 1)
+        self.shown.emit(judged)
+        plot.draw(end_s)
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, UserError):
+            raise error
+        self._trouble = error
+        self.retranslate()
+
+    def _save_picture(self) -> None:
+        if self.plot is None:
+            return
+        drawing, image = self.plot.svg(), self.plot.picture().toImage()
+
+        def save(path: Path) -> None:
+            self._save(path, iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image))
+
+        self._choose(tr("Save picture…"), ".png", f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}", save)
+
+    def _save_values(self, log: FlightLog) -> None:
+        if self.plot is None:
+            return
+        span = self.plot.sight.span
+        save = partial(self._save, parts=values_csv(log, span))
+        self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"), save)
+
+    def _choose(self, title: str, suffix: str, kinds: str, save: ThenPath) -> None:
+        if self._path is not None and not self._saving.is_running:
+            name = f"{self._path.stem}-plot{suffix}"
+            self.ask_path(self, title, self._path.with_name(name), kinds, save)
+
+    def _save(self, path: Path, parts: Iterable[bytes]) -> None:
+        def finish(text: str) -> None:
+            self.saved.setText(text)
+            self.saved.show()
+
+        self._saving.run(
+            lambda _running: write_parts(path, parts, 1),
+            lambda _none: finish(tr("Saved to {path}.", path=path)),
+            lambda error: finish(not_saved_text(path, error)),
+        )
+
+
+def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
+    """All samples of a span as a table; empty cells are unknown."""
+    first, last = np.searchsorted(log.time_s, span, "left")
+    columns = [("time_s", log.time_s), ("tilt_deg", log.tilt_deg), ("acceleration_g", log.specific_force_g)]
+    if log.altitude_m is not None:
+        columns.append(("altitude_m", log.altitude_m))
+    rows = zip(*(values[first : last + 1].tolist() for _, values in columns), strict=True)
+    cells = ([round(value, 6) if math.isfinite(value) else None for value in row] for row in rows)
+    yield BYTE_ORDER_MARK + csv_text([name for name, _ in columns], cells).encode()
+
+
+def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
+    """A lane per quantity in the log, with its thresholds."""
+    start_s = float(log.time_s[0])
+    lanes = [
+        Lane(
+            marked("Tilt"), "°", _series(log.time_s, log.tilt_deg), (Scale(0, 90, 30), Scale(0, 180, 45)),
+            (
+                Limit(_standing(start_s, limits.attitude_threshold_deg), marked("{value}° fires"), Meaning.DANGER),
+                Limit(_standing(start_s, limits.reset_angle_deg), marked("{value}° rearms"), Meaning.INFORMATION),
+            ),
+            weight=3, gap_s=MAX_GAP_S,
+        ),
+        Lane(
+            marked("Acceleration"), "g", _series(log.time_s, log.specific_force_g),
+            (Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)),
+            (Limit(_standing(start_s, limits.freefall_acceleration_g), marked("{value} g free fall"), Meaning.DANGER,
+                   1),),
+            decimals=1, weight=2, gap_s=MAX_GAP_S,
+        ),
+    ]  # fmt: skip
+    if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
+        known = log.altitude_m[np.isfinite(log.altitude_m)]
+        series = _series(log.time_s, log.altitude_m)
+        lanes.append(Lane(marked("Altitude"), "m", series, (_scale_of(known),), weight=1.2, gap_s=1.0))
+    return lanes
+
+
+def _series(time_s: Floats, values: Floats) -> RecordedSeries:
+    is_known = np.isfinite(values)
+    times, known = time_s[is_known], values[is_known].astype(np.float32)
+    return RecordedSeries(times, known, bucket_firsts(times))
+
+
+def _standing(start_s: float, value: float) -> StepFunction:
+    steps = StepFunction()
+    steps.put(start_s, value)
+    return steps
+
+
+def _scale_of(values: Floats) -> Scale:
+    """A scale with round ends that contains all values."""
+    low, high = float(values.min()), float(values.max())
+    step = next(one for one in _STEPS_M if (high - low) / one <= 3)
+    first = np.floor(low / step) * step
+    count = max(1.0, float(np.ceil((high - first) / step + 0.1)))  # not on the edge
+    return Scale(float(first), float(first + count * step), step)
+
+
+_STEPS_M: Final = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 5000.0, 1e5, 1e7, 1e9, 1e300)
