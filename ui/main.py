@@ -35,6 +35,7 @@ from ui.core.preferences import Preferences
 from ui.core.texts import LanguageSwitch, Texts
 from ui.help.help_actions import HelpActions
 from ui.preferences.dialog import need_fonts
+from ui.preferences.update_notice import UpdateNotice
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.services.port import Ports
@@ -260,6 +261,8 @@ def run(options: WindowOptions) -> int:
         choices, attention = assembly.window.choices, assembly.window.attention
         tell, dismiss = attention.queue_notice, attention.dismiss_queued
         need_fonts(assembly.language_switch, choices, tell=tell, dismiss=dismiss)
+        updates = UpdateNotice(choices, assembly.window, tell=tell, dismiss=dismiss)
+        assembly.window.pages_made.connect(updates.check)
         _stay(app, assembly, options)
     end_process(assembly.exit_code)
     return assembly.exit_code

@@ -150,6 +150,10 @@
         <translation>模块已应答：请勿拔下。</translation>
     </message>
     <message>
+        <source>A newer version is there: {newer}. This is {own}.</source>
+        <translation>已有新版本：{newer}。当前版本为 {own}。</translation>
+    </message>
+    <message>
         <source>A parachute, its ejector and its cell age.</source>
         <translation>降落伞、弹射装置和电芯会老化。</translation>
     </message>
@@ -302,6 +306,10 @@
         <translation>写入已有配置文件…</translation>
     </message>
     <message>
+        <source>Address for newer versions</source>
+        <translation>新版本查询地址</translation>
+    </message>
+    <message>
         <source>After a real trigger the parachute is open.</source>
         <translation>真实触发后的数据是开伞后的数据。</translation>
     </message>
@@ -372,6 +380,10 @@
     <message>
         <source>An active module fires when it tips over or falls.</source>
         <translation>激活的模块在倾覆或坠落时会开伞。</translation>
+    </message>
+    <message>
+        <source>An address with https:// or file:// is expected.</source>
+        <translation>地址应以 https:// 或 file:// 开头。</translation>
     </message>
     <message>
         <source>An earlier session left the serial output on; it is switched off at the end.</source>
@@ -456,6 +468,10 @@
     <message>
         <source>Ask the administrator for access to serial ports.</source>
         <translation>请管理员授予串口访问权限。</translation>
+    </message>
+    <message>
+        <source>Asked at each start, and only if there is an address</source>
+        <translation>每次启动时查询，仅在填写了地址时</translation>
     </message>
     <message>
         <source>Asking the module…</source>
@@ -2356,6 +2372,10 @@
     <message>
         <source>New, no records</source>
         <translation>新模块，无记录</translation>
+    </message>
+    <message>
+        <source>Newer versions</source>
+        <translation>新版本</translation>
     </message>
     <message>
         <source>Next</source>
@@ -5412,6 +5432,10 @@
     <message>
         <source>holds for {time}</source>
         <translation>有效期剩余 {time}</translation>
+    </message>
+    <message>
+        <source>https://…; empty: never asked</source>
+        <translation>https://…；留空则从不查询</translation>
     </message>
     <message>
         <source>ignored explicit argument %r</source>

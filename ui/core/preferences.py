@@ -89,6 +89,8 @@ class Preferences:
     """Who checked last."""
     aircraft = _Entry("preflight/aircraft", _text)
     """The last aircraft."""
+    update_address = _Entry("updates/address", _text)
+    """Where to ask whether a newer version is there; without one nobody is asked."""
     geometry: _Entry[QByteArray | None] = _Entry("window/geometry", _bytes, lambda value: value)
     layout: _Entry[QByteArray | None] = _Entry("window/layout", _bytes, lambda value: value)
     """Where the docks are."""

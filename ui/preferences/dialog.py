@@ -14,9 +14,11 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QLabel,
     QLayout,
+    QLineEdit,
     QWidget,
 )
 
+from app.system.newer_version import EXPECTED, is_usable
 from app.text.i18n import CHINESE, ENGLISH, language, tr
 from protocol.translatable import marked
 from ui.core.preferences import Preferences
@@ -25,6 +27,7 @@ from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.document_window import bring_to_front
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Notice
 from ui.widgets.sliders import WheelGuard
@@ -55,6 +58,12 @@ class Choices(QObject):
         self._appearance.choose(Choice(key))
         self.remembered.theme = key
         self.changed.emit()
+
+    def use_update_address(self, address: str) -> None:
+        """Where to ask whether a newer version is there; one that is not usable is kept, and nobody is asked."""
+        if address != self.remembered.update_address:
+            self.remembered.update_address = address
+            self.changed.emit()
 
     def use_zoom(self, percent: int) -> None:
         self._appearance.zoom(percent)
@@ -103,6 +112,15 @@ class PreferencesDialog(QDialog):
             texts.bind(box.setAccessibleName, english)
             form.addRow(label, box)
         texts.bind(self.language.setAccessibleName, "Language")
+        self.updates = control(QLineEdit(), texts, "preferences_updates", says="Address for newer versions",
+                               tip="Asked at each start, and only if there is an address")  # fmt: skip
+        texts.bind(self.updates.setPlaceholderText, "https://…; empty: never asked")
+        caption = control(QLabel(), texts, "preferences_updates_label", "Newer versions")
+        caption.setBuddy(self.updates)
+        form.addRow(caption, self.updates)
+        self.unusable = text_label("preferences_updates_unusable", "attention")
+        texts.bind(self.unusable.setText, EXPECTED)
+        form.addRow(self.unusable)
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         self.buttons.rejected.connect(self.reject)
         close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
@@ -115,6 +133,8 @@ class PreferencesDialog(QDialog):
         self._choices = choices
         self.theme.activated.connect(lambda row: choices.use_theme(self.theme.itemData(row)))
         self.zoom.activated.connect(lambda row: choices.use_zoom(self.zoom.itemData(row)))
+        self.updates.editingFinished.connect(lambda: choices.use_update_address(self.updates.text().strip()))
+        self.updates.textEdited.connect(self._show_usable)
         self.sidebar.toggled.connect(wide.setChecked)
         wide.toggled.connect(self.sidebar.setChecked)
         choices.changed.connect(self.refresh)
@@ -125,10 +145,17 @@ class PreferencesDialog(QDialog):
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
         self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
         self.sidebar.setChecked(preferences.is_sidebar_wide)
+        if not self.updates.isModified():
+            self.updates.setText(preferences.update_address)
+        self._show_usable()
 
     def bring_up(self) -> None:
         self.refresh()
         bring_to_front(self)
+
+    def _show_usable(self) -> None:
+        address = self.updates.text().strip()
+        self.unusable.setVisible(bool(address) and not is_usable(address))
 
     def _box(self, name: str) -> QComboBox:
         box = named(QComboBox(), f"preferences_{name}")

@@ -206,9 +206,11 @@ class BatchPanel(QWidget):
         return tr("Batch of new modules") if bench is None else summary(bench.batch, self._turns.rows)
 
     def _hint(self, stage: Stage) -> str:
-        trouble = self._turns.trouble
-        hint = tr(_HINTS[stage]) if stage in _HINTS else ""
-        return join_sentences(("" if trouble is None else trouble.sentence, hint))
+        outcome, trouble = self._turns.outcome, self._turns.trouble
+        said = [] if trouble is None else [trouble.sentence]
+        if outcome is not None and outcome.why is not None:
+            said.append(tr("Take the label {module} off again: the name is free.", module=outcome.name))
+        return join_sentences((*said, tr(_HINTS[stage]) if stage in _HINTS else ""))
 
     def _outcome(self) -> str:
         outcome = self._turns.outcome
@@ -216,8 +218,7 @@ class BatchPanel(QWidget):
             return ""
         if outcome.why is None:
             return f"{outcome.name}: {tr(READY)}"
-        aside = f"{tr(SET_ASIDE)}: {outcome.why.translated()}"
-        return join_sentences((aside, tr("Take the label {module} off again: the name is free.", module=outcome.name)))
+        return f"{tr(SET_ASIDE)}: {outcome.why.translated()}"
 
     def _confirm(self, name: str) -> None:
         if self._turns.confirm(name):
