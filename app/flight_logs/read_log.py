@@ -72,9 +72,9 @@ def _read_session(path: Path) -> FlightLog:
         with open_recording(entry) as recording:
             excerpt = recording.excerpt(recording.start_s, recording.end_s)
             reports = Reports(
-                np.array(excerpt.time_s, np.float64),
-                np.array(excerpt.tilt_deg, np.float64),
-                np.array(excerpt.acceleration_g, np.float64),
+                np.array(excerpt.tilt.time_s, np.float64),
+                np.array(excerpt.tilt.value, np.float64),
+                np.array(excerpt.acceleration.value, np.float64),
                 tuple(marker.time_s for marker in excerpt.markers if marker.kind in STATE_LOST),
             )
             problems = [] if recording.damage is None else [recording.damage]

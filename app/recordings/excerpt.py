@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.recordings.markers import Marker, MarkerKind
-from app.samples.ring_buffers import Seconds, Values
+from app.recordings.reports import ACTIVE, TRIGGERED
+from app.samples.ring_buffers import Seconds, Window
 
 HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
@@ -22,33 +23,39 @@ _FLAGS: Final = ("false", "true")
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """Immutable. Times are monotonic seconds; the columns of a group have the same length."""
+    """Immutable. Times are monotonic seconds."""
 
     start_s: float
     end_s: float
-    time_s: Seconds
-    tilt_deg: Values
-    acceleration_g: Values
-    is_triggered: NDArray[np.bool_]
-    is_active: NDArray[np.bool_]
-    cell_time_s: Seconds
-    cell_voltage_v: Values
-    light_time_s: Seconds
-    light_v: Values
+    tilt: Window
+    acceleration: Window
+    """Its times are those of `tilt`."""
+    flags: NDArray[np.uint8]
+    """Of the same reports."""
+    cell: Window
+    light: Window
     markers: tuple[Marker, ...]
     is_whole: bool = True
     """False where the span includes times that are no longer kept sample by sample."""
 
     @property
+    def is_triggered(self) -> NDArray[np.bool_]:
+        return (self.flags & TRIGGERED).astype(np.bool_)
+
+    @property
+    def is_active(self) -> NDArray[np.bool_]:
+        return (self.flags & ACTIVE).astype(np.bool_)
+
+    @property
     def first_s(self) -> float:
         """Time of the first row; the start of the span where it is empty."""
-        firsts = [float(times[0]) for times in (self.time_s, self.cell_time_s, self.light_time_s) if len(times)]
+        firsts = [float(times[0]) for times, _ in (self.tilt, self.cell, self.light) if len(times)]
         return min((*firsts, *(one.time_s for one in self.markers)), default=self.start_s)
 
     @property
     def row_count(self) -> int:
         """Number of samples and markers."""
-        return len(self.time_s) + len(self.cell_time_s) + len(self.light_time_s) + len(self.markers)
+        return sum(len(times) for times, _ in (self.tilt, self.cell, self.light)) + len(self.markers)
 
 
 def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
@@ -73,20 +80,18 @@ def part_count(excerpt: Excerpt) -> int:
 
 def _status_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
     """Time and further cells of the rows with status report."""
-    for first in range(0, len(excerpt.time_s), ROWS_AT_ONCE):
-        part = slice(first, first + ROWS_AT_ONCE)
-        columns = (excerpt.time_s, excerpt.tilt_deg, excerpt.acceleration_g, excerpt.is_triggered, excerpt.is_active)
-        for at, tilt, acceleration, is_triggered, is_active in zip(
-            *(one[part].tolist() for one in columns), strict=True
-        ):
+    columns = (*excerpt.tilt, excerpt.acceleration.value, excerpt.is_triggered, excerpt.is_active)
+    for first in range(0, len(excerpt.flags), ROWS_AT_ONCE):
+        part = (column[first : first + ROWS_AT_ONCE].tolist() for column in columns)
+        for at, tilt, acceleration, is_triggered, is_active in zip(*part, strict=True):
             yield at, f"{tilt:g},{acceleration:.1f},{_FLAGS[is_triggered]},{_FLAGS[is_active]},,,"
 
 
 def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
     """Time and further cells of the rows without."""
-    for at, volts in zip(excerpt.cell_time_s.tolist(), excerpt.cell_voltage_v.tolist(), strict=True):
+    for at, volts in zip(*(column.tolist() for column in excerpt.cell), strict=True):
         yield at, f",,,,{volts:.2f},,"
-    for at, volts in zip(excerpt.light_time_s.tolist(), excerpt.light_v.tolist(), strict=True):
+    for at, volts in zip(*(column.tolist() for column in excerpt.light), strict=True):
         yield at, f",,,,,{volts:.1f},"
     for marker in excerpt.markers:
         yield marker.time_s, f",,,,,,{_quoted(event_text(marker))}"

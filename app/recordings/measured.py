@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from app.recordings.excerpt import Excerpt
 from app.recordings.markers import Marker, ModuleLimits
-from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Readable
 from app.samples.step_function import MAX_STEPS, StepFunction
 
@@ -51,20 +50,8 @@ class Measured(LimitSteps):
 
     def _excerpt(self, start_s: float, end_s: float, flags: NDArray[np.uint8], *, is_whole: bool = True) -> Excerpt:
         """As views of the series. `flags`: one for each sample of tilt in the span."""
-        series = (self.tilt, self.acceleration, self.cell, self.light)
-        tilt, acceleration, cell, light = (one.window(start_s, end_s) for one in series)
-        return Excerpt(
-            start_s=start_s,
-            end_s=end_s,
-            time_s=tilt.time_s,
-            tilt_deg=tilt.value,
-            acceleration_g=acceleration.value,
-            is_triggered=(flags & TRIGGERED) != 0,
-            is_active=(flags & ACTIVE) != 0,
-            cell_time_s=cell.time_s,
-            cell_voltage_v=cell.value,
-            light_time_s=light.time_s,
-            light_v=light.value,
-            markers=tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s),
-            is_whole=is_whole,
+        tilt, acceleration, cell, light = (
+            series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
         )
+        markers = tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s)
+        return Excerpt(start_s, end_s, tilt, acceleration, flags, cell, light, markers, is_whole)

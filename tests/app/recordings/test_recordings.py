@@ -54,14 +54,14 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     samples = [one for each in batches for one in each.samples]
     with opened(recorded(tmp_path, 3.0)) as recording:
         excerpt = recording.excerpt(recording.start_s, recording.end_s)
-        assert excerpt.time_s.tolist() == pytest.approx([one.at for one in samples], abs=2e-9)
-        assert excerpt.tilt_deg.tolist() == [one.tilt_deg for one in samples]
-        assert excerpt.acceleration_g.tolist() == np.array([one.acceleration_g for one in samples], "f4").tolist()
+        assert excerpt.tilt.time_s.tolist() == pytest.approx([one.at for one in samples], abs=2e-9)
+        assert excerpt.tilt.value.tolist() == [one.tilt_deg for one in samples]
+        assert excerpt.acceleration.value.tolist() == np.array([one.acceleration_g for one in samples], "f4").tolist()
         assert not excerpt.is_triggered.any()
         assert not excerpt.is_active.any()
-        assert excerpt.cell_time_s.tolist() == [1000.0, 1001.0, 1002.0]
-        assert excerpt.cell_voltage_v.tolist() == pytest.approx([3.0, 3.01, 3.02])
-        assert excerpt.light_v.tolist() == pytest.approx([1.0, 1.1, 1.2])
+        assert excerpt.cell.time_s.tolist() == [1000.0, 1001.0, 1002.0]
+        assert excerpt.cell.value.tolist() == pytest.approx([3.0, 3.01, 3.02])
+        assert excerpt.light.value.tolist() == pytest.approx([1.0, 1.1, 1.2])
         traffic = list(traffic_of(recording.entry))
     bytes_of = directions([(one.way, one.raw) for one in traffic])
     assert bytes_of[Way.OUT] == asked(1000.0).raw

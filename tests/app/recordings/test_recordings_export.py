@@ -91,8 +91,8 @@ def test_another_program_reads_the_session(recording: Recording, tmp_path: Path)
     assert np.diff(at).min() >= 0.9e8 or found["/status"][-1][1]["triggered"]
     assert 30 <= len(at) <= 33, "three seconds, ten a second, and the trigger"
     for time_ns, values in found["/status"]:
-        row = int(np.argmin(np.abs(excerpt.time_s - (time_ns / 1e9 - recording.wall_offset_s))))
-        assert (values["tilt_deg"], values["triggered"]) == (excerpt.tilt_deg[row], bool(excerpt.is_triggered[row]))
+        row = int(np.argmin(np.abs(excerpt.tilt.time_s - (time_ns / 1e9 - recording.wall_offset_s))))
+        assert (values["tilt_deg"], values["triggered"]) == (excerpt.tilt.value[row], bool(excerpt.is_triggered[row]))
     assert found["/events"][0] == (round(NOON.timestamp() * 1e9), {"event": "connected", "port": PORT})
     events = [values for _, values in found["/events"]]
     assert [one["event"] for one in events if "port" in one] == ["connected", "activated", "triggered", "port lost"]
@@ -132,9 +132,11 @@ def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
     assert count == len(rows) == 1201 + 3 + 4 + 4
     reports = [row for row in rows if row["tilt_deg"]]
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
-    assert [float(row["tilt_deg"]) for row in reports] == excerpt.tilt_deg.tolist()
-    assert [float(row["acceleration_g"]) for row in reports] == pytest.approx(excerpt.acceleration_g.tolist())
-    assert [float(row["elapsed_s"]) for row in reports] == pytest.approx((excerpt.time_s - 1000.0).tolist(), abs=6e-4)
+    assert [float(row["tilt_deg"]) for row in reports] == excerpt.tilt.value.tolist()
+    assert [float(row["acceleration_g"]) for row in reports] == pytest.approx(excerpt.acceleration.value.tolist())
+    assert [float(row["elapsed_s"]) for row in reports] == pytest.approx(
+        (excerpt.tilt.time_s - 1000.0).tolist(), abs=6e-4
+    )
     assert [datetime.fromisoformat(row["time_utc"] + "+00:00").timestamp() for row in reports[:3]] == pytest.approx(
         [NOON.timestamp() + n / 400 for n in range(3)], abs=6e-4
     )

@@ -147,7 +147,7 @@ def device_at(recording: Recording, time_s: float) -> DeviceView:
     tilt = recording.tilt.around(time_s, within_s=_NEAR_S)
     # One report contains both the tilt and the flags.
     flags = None if tilt is None else recording.excerpt(tilt.time_s, tilt.time_s)
-    has_flags = flags is not None and len(flags.time_s) > 0
+    has_flags = flags is not None and len(flags.flags) > 0
     values: dict[str, Value | None] = {
         "tilt_deg": None if tilt is None else tilt.high,
         "acceleration_g": _value(recording.acceleration, time_s, _NEAR_S),

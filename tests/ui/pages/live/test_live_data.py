@@ -76,8 +76,8 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     for first in range(0, 1440, 24):
         data.on_batch(batch(1.0, *samples[first : first + 24]))
     recording = data.excerpt(0.0, 1.0)
-    assert recording.time_s.tolist() == [one.at for one in samples]
-    assert recording.tilt_deg.tolist() == [one.tilt_deg for one in samples]
+    assert recording.tilt.time_s.tolist() == [one.at for one in samples]
+    assert recording.tilt.value.tolist() == [one.tilt_deg for one in samples]
     assert recording.is_active.tolist() == [one.active for one in samples]
     assert recording.is_triggered.tolist() == [one.triggered for one in samples]
     assert recording.is_whole
@@ -88,7 +88,7 @@ def test_a_recording_does_not_change_with_what_comes_later() -> None:
     take(data, batch(1.0, report(1.0)))
     recording = data.excerpt(0.0, 9.0)
     take(data, batch(2.0, report(2.0, tilt=50)))
-    assert recording.tilt_deg.tolist() == [3.0]
+    assert recording.tilt.value.tolist() == [3.0]
 
 
 def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
@@ -115,7 +115,7 @@ def test_another_module_starts_over() -> None:
     assert data.fires.between(0.0, 9.0) == []
     # What was of the old one is no change of the new one, nor is its time a bound.
     assert take(data, batch(0.5, report(0.5, active=False))) == []
-    assert data.excerpt(0.0, 9.0).time_s.tolist() == [0.5]
+    assert data.excerpt(0.0, 9.0).tilt.time_s.tolist() == [0.5]
 
 
 # Limits

@@ -262,8 +262,8 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
         assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
         with opened(entry.path) as recording:
             found = recording.excerpt(recording.start_s, recording.end_s)
-            assert found.time_s.tolist() == pytest.approx([one.at for one in taken], abs=1e-6)
-            assert found.tilt_deg.tolist() == [one.tilt_deg for one in taken]
+            assert found.tilt.time_s.tolist() == pytest.approx([one.at for one in taken], abs=1e-6)
+            assert found.tilt.value.tolist() == [one.tilt_deg for one in taken]
             assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in traffic_of(recording.entry)}
 
 
@@ -313,7 +313,7 @@ def test_another_module_begins_another_time_line(qtbot: QtBot, qapp: QApplicatio
         for port, tilt_deg in (("sim://first", 20), ("sim://second", 4)):
             assembly.connector.connect_to(Target(port, 115200))
             qtbot.waitUntil(partial(_shows, page, tilt_deg))
-        values = page.data.excerpt(0.0, assembly.connector.clock()).tilt_deg
+        values = page.data.excerpt(0.0, assembly.connector.clock()).tilt.value
         assert set(values.tolist()) == {4.0}
         assert page.data.markers[0].port == "sim://second"
 
