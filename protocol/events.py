@@ -138,6 +138,7 @@ class Counters:
     time_outs: int = 0
     retries: int = 0
     restarts: int = 0
+    bytes_received: int = 0
 
     @property
     def rejected(self) -> int:
@@ -148,7 +149,7 @@ class Counters:
         """A copy that does not change."""
         return Counters(
             self.sent, self.frames, self.by_role.copy(), self.rejected_bytes.copy(), self.time_outs, self.retries,
-            self.restarts,
+            self.restarts, self.bytes_received,
         )  # fmt: skip
 
     def __add__(self, other: "Counters") -> "Counters":

@@ -77,7 +77,6 @@ class Link:
         self._stale = StaleReplies(self.timing)
         self._unasked_heartbeat_at: float | None = None
         self.unanswered_since: float | None = None if before is None else before.unanswered_since
-        self._received_bytes = 0
         self._last_byte_at = self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
 
@@ -162,7 +161,7 @@ class Link:
         if not data:
             return []
         self._last_byte_at = now
-        self._received_bytes += len(data)
+        self.counters.bytes_received += len(data)
         events: list[Event] = []
         for piece in self._parser.feed(data):
             self._digest(piece, now, events)
@@ -216,7 +215,7 @@ class Link:
 
     def _send(self, flight: Flight, now: float) -> list[Event]:
         if not flight.attempt:
-            flight = replace(flight, received_before=self._received_bytes)
+            flight = replace(flight, received_before=self._parser.end)
         deadline = now + flight.waits_s[flight.attempt]
         self._flight = replace(flight, attempt=flight.attempt + 1, sent_at=now, deadline=deadline, held_until=None)
         self.unanswered_since = self.unanswered_since or now

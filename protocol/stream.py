@@ -75,6 +75,11 @@ class StreamParser:
         self._blamed_bytes = 0
 
     @property
+    def end(self) -> int:
+        """Offset behind the last byte so far."""
+        return self._offset + len(self._pending)
+
+    @property
     def pending(self) -> int:
         """The number of bytes kept until more arrive, 0 … 15."""
         return len(self._pending)

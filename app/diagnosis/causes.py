@@ -174,7 +174,7 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
         "program": "" if holder is None else holder.name,
         "pid": "" if holder is None else holder.pid,
         "visits": evidence.short_visits,
-        "bytes": evidence.bytes_received,
+        "bytes": evidence.counters.bytes_received,
         "rejected": counters.rejected,
         "ms": "" if trip_s is None else round(trip_s * 1000),
     }

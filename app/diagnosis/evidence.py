@@ -1,7 +1,7 @@
 """Collects evidence for `app.diagnosis.causes` from the worker's batches."""
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from app.diagnosis.adapter_facts import AdapterFacts
 from app.diagnosis.symptoms import MAX_NOISE_BYTES, PortEvidence
@@ -16,39 +16,31 @@ MISSES_OF_A_DEAF_MODULE = 2
 _SHUT_DOWN = BY_NAME["shutdown"].set(True)
 
 
-@dataclass(frozen=True, slots=True)
-class _Mark:
-    """Totals of the link at one moment; evidence counts from there."""
-
-    counters: Counters
-    bytes_received: int
-
-
 class EvidenceCollector:
     """Collects evidence from every batch. Belongs to one thread; `begin` starts a connection."""
 
     def __init__(self) -> None:
         self._seen = PortEvidence(platform=sys.platform)
-        self._mark = _Mark(Counters(), 0)
-        """When a module last answered or restarted."""
+        self._mark = Counters()
+        """Totals when a module last answered or restarted; evidence counts from there."""
         self._base = self._mark
-        """When the port was opened or its rate set; bytes at another rate are no evidence."""
+        """Those when the port was opened or its rate set; bytes at another rate are no evidence."""
         self._noise = bytearray()
 
     def begin(self, port: str) -> None:
         """Discards all evidence: a new connection to `port`."""
         self._seen = PortEvidence(port=port, platform=sys.platform)
-        self._mark = self._base = _Mark(Counters(), 0)
+        self._mark = self._base = Counters()
         self._noise.clear()
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
         connection = batch.connection
         if connection.state is PortState.OPENING:
-            self._mark = self._base = _Mark(Counters(), 0)
+            self._mark = self._base = Counters()
             self._noise.clear()
         elif connection.baud_rate != self._seen.baud_rate and self._seen.is_open and batch.link is not None:
-            self._mark = self._base = _Mark(batch.link.counters, batch.link.bytes_received)
+            self._mark = self._base = batch.link.counters
             self._noise.clear()
         was_shut_down = self._seen.was_shut_down
         for event in batch.events:
@@ -80,14 +72,14 @@ class EvidenceCollector:
         return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
 
     def _on_link(self, link: LinkView, *, is_online: bool) -> None:
-        has_news = link.counters.restarts > self._mark.counters.restarts
-        if has_news or link.counters.by_role[Role.ANSWER] > self._mark.counters.by_role[Role.ANSWER]:
-            self._mark = _Mark(link.counters, link.bytes_received)
-        has_answered = link.counters.by_role[Role.ANSWER] > 0
-        misses = link.counters.time_outs - self._mark.counters.time_outs
+        totals = link.counters
+        has_news = totals.restarts > self._mark.restarts
+        if has_news or totals.by_role[Role.ANSWER] > self._mark.by_role[Role.ANSWER]:
+            self._mark = totals
+        has_answered = totals.by_role[Role.ANSWER] > 0
+        misses = totals.time_outs - self._mark.time_outs
         is_answering = is_online and has_answered and misses < MISSES_OF_A_DEAF_MODULE
-        since = self._base if is_answering else self._mark
-        counters = link.counters - since.counters
+        counters = totals - (self._base if is_answering else self._mark)
         # A request that was pending at the mark may have timed out since.
         counters.sent = max(counters.sent, counters.time_outs)
         self._seen = replace(
@@ -95,7 +87,6 @@ class EvidenceCollector:
             is_answering=is_answering,
             was_online=self._seen.was_online or has_answered,
             counters=counters,
-            bytes_received=link.bytes_received - since.bytes_received,
             round_trip_minimum_s=link.round_trip_minimum_s,
             round_trip_median_s=link.round_trip_median_s,
         )

@@ -41,7 +41,6 @@ class PortEvidence:
     """The module was ACTIVE when it was last heard."""
     was_shut_down: bool = False
     """Command 12 was sent and nothing was received since."""
-    bytes_received: int = 0
     counters: Counters = field(default_factory=Counters)
     noise: bytes = b""
     """The last rejected bytes, up to `MAX_NOISE_BYTES`."""
@@ -108,7 +107,7 @@ def is_bad_line(evidence: PortEvidence) -> bool:
     if not evidence.is_open or not rejected:
         return False
     if evidence.counters.frames > evidence.counters.by_role[Role.ECHO]:
-        return rejected > REJECTED_SHARE * evidence.bytes_received and rejected > MAX_NOISE_BYTES // 8
+        return rejected > REJECTED_SHARE * evidence.counters.bytes_received and rejected > MAX_NOISE_BYTES // 8
     begun = sum(
         evidence.counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE)
     )

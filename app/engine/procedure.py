@@ -106,7 +106,6 @@ class LinkView:
     counters: Counters
     round_trip_minimum_s: float | None
     round_trip_median_s: float | None
-    bytes_received: int
     lag_s: float | None = None
     """How long frames from the module take to arrive; None before the first answer. See `protocol.lag`."""
 

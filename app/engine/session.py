@@ -57,7 +57,6 @@ class Session:
         self._asleep_s = asleep_s
         self.opened_at = clock()
         self.identity = IdentityCheck(expected, is_attended=is_attended)
-        self.bytes_received = 0
         self._received_at = self.opened_at
         self.batch_s = BATCH_S
         self._is_fast = True
@@ -136,7 +135,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
-        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
+        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, lag_s)
 
     def step(self, longest_s: float = MAX_STEP_S) -> None:
         """Wait at most `longest_s` for bytes, and do what is due."""
@@ -149,7 +148,6 @@ class Session:
             data += rest
         began, now = now, self.clock()
         if data:
-            self.bytes_received += len(data)
             self._is_fast = len(data) * self.batch_s > _FRAME * (now - self._received_at)
             self._received_at = now
         slept_s = self._asleep_s()

@@ -158,7 +158,7 @@ class OverTime(StaticPlot):
                 "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
                 time=duration(stretch.length_s),
                 lanes="; ".join(f"{band.title} {band.text}" for band in reversed(self._bands())),
-                restarts=sum(one.restarts for one in stretch.slices),
+                restarts=sum(one.counters.restarts for one in stretch.slices),
                 losses=sum(one.losses for one in stretch.slices),
             )
         )
@@ -167,8 +167,8 @@ class OverTime(StaticPlot):
     def _bands(self) -> tuple[_Band, ...]:
         """From below upwards."""
         theme, slices = current(), self._stretch.slices
-        slowest, missed = [one.slowest_s or 0.0 for one in slices], [one.time_outs for one in slices]
-        rejected, ink = [one.rejected_bytes for one in slices], theme.ink(Meaning.ATTENTION)
+        slowest, missed = [one.slowest_s or 0.0 for one in slices], [one.counters.time_outs for one in slices]
+        rejected, ink = [one.counters.rejected for one in slices], theme.ink(Meaning.ATTENTION)
         worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "–"
         return (
             _Band(tr("Invalid bytes"), f"{sum(rejected):,}", rejected, ink),
@@ -187,7 +187,7 @@ class OverTime(StaticPlot):
                 heights = np.where(values, np.maximum(values / values.max(), _LEAST), 0) * 0.8
                 self.add(_bars(band.ink, x0=begins, y0=number, width=widths, height=heights))
         for place, one in zip(begins + 0.5, stretch.slices, strict=True):
-            if one.restarts or one.losses:
+            if one.counters.restarts or one.losses:
                 ink = theme.ink(Meaning.DANGER if one.losses else Meaning.INFORMATION)
                 symbol = "s" if one.losses else "t"  # a square, or a triangle that points down
                 mark = pg.ScatterPlotItem([place], [len(bands)], symbol=symbol, size=scaled(8), brush=ink, pen=None)

@@ -50,14 +50,15 @@ def trouble(kind: PortTrouble, holder: PortHolder | None = None) -> PortEvidence
     return PortEvidence(port=PORT, trouble=PortError(kind, PORT, "driver's words", holder))
 
 
-def opened(**values: Any) -> PortEvidence:
+def opened(*, bytes_received: int = 0, **values: Any) -> PortEvidence:
     """An open port with three requests and no reply."""
-    counters = values.pop("counters", {})
-    return PortEvidence(port=PORT, is_open=True, counters=Counters(sent=3, time_outs=3, **counters), **values)
+    counters = Counters(sent=3, time_outs=3, bytes_received=bytes_received, **values.pop("counters", {}))
+    return PortEvidence(port=PORT, is_open=True, counters=counters, **values)
 
 
-def online(**values: Any) -> PortEvidence:
-    return PortEvidence(port=PORT, is_open=True, is_answering=True, was_online=True, **values)
+def online(*, bytes_received: int = 0, **values: Any) -> PortEvidence:
+    counters = replace(values.pop("counters", Counters()), bytes_received=bytes_received)
+    return PortEvidence(port=PORT, is_open=True, is_answering=True, was_online=True, counters=counters, **values)
 
 
 def rejected(count: int, reason: Reason = Reason.NO_HEADER) -> dict[str, Any]:

@@ -263,7 +263,7 @@ def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
 def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
     printer = WordLines(StreamSpan(None))
     printer.begin()
-    link = LinkView(Counters(), 0.15, 0.15, 0)
+    link = LinkView(Counters(), 0.15, 0.15)
     for at, seen in enumerate((replace(link, round_trip_median_s=0.02), link, replace(link, lag_s=1.2))):
         printer.judge_line(seen)
         printer.on_batch(batch(float(at), StatusSample(float(at), 7, 1.0, False, False)))

@@ -304,9 +304,9 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
     rig.session.run(run)
     rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
     rig.step_until(lambda: journal.intents)
-    heard = rig.session.bytes_received
+    heard = rig.session.link_view().counters.bytes_received
     rig.step_for(3.0)
-    assert rig.session.bytes_received > heard + 60
+    assert rig.session.link_view().counters.bytes_received > heard + 60
     assert not acts_sent(rig)
     journal.flush()
     rig.step_until(lambda: run.is_done)

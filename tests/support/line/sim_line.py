@@ -194,7 +194,7 @@ def engine_view(
         "overtaken_at": None,
         "is_settled": True,
     }
-    link = LinkView(counters or Counters(), None, None, 0, None)
+    link = LinkView(counters or Counters(), None, None)
     return EngineView(now, 0.0, 115200, device or DeviceView(), link, **(known | more))
 
 

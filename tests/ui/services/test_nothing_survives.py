@@ -96,7 +96,7 @@ class Rig:
         self.connector._switch()  # what was chosen before is not waited for
         self.answer(A)
         self.assembly.connector.current.module.choose(NAME_A)
-        self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0, 0))
+        self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0))
         self.worker.hand_over(events=tuple(_frames(self.ports.now_s)))
         self.connector.current.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
         for notice in self.assembly.window.findChildren(JobNotice):

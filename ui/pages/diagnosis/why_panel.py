@@ -229,7 +229,7 @@ class WhyPanel(QScrollArea):
         noise = evidence.noise[-_NOISE_SHOWN:]
         shown = {
             "port": tr("{port}, {rate} baud", port=port, rate=evidence.baud_rate) if evidence.port else port,
-            "received": f"{evidence.bytes_received:,}",
+            "received": f"{evidence.counters.bytes_received:,}",
             "frames": f"{counters.frames - counters.by_role[Role.ECHO]:,}",
             "rejected": f"{counters.rejected:,}",
             "echo": f"{counters.by_role[Role.ECHO]:,}",
