@@ -123,6 +123,7 @@ def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
     rig.step_for(LISTEN_FIRST_S + 3)
     end_watch(rig)
     assert changes(rig) == []
+    assert rig.bench.module.state.serial_output_is_on
 
 
 def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:

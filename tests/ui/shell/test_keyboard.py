@@ -164,6 +164,7 @@ def test_f10_opens_the_menu_and_lock_is_in_it(qtbot: QtBot, qapp: QApplication, 
         in_menu = {one.objectName() for menu in main.findChildren(QMenu) for one in menu.actions()}
         own = {one.objectName() for one in main.actions()}
         assert own <= in_menu  # no key without an entry
+        assert any(main.menus["lock"] in menu.actions() for menu in main.findChildren(QMenu))
         bar = main.top_bar
         assert bar.menu.menu() is main.menus.main
         assert bar.menu.mapTo(main, QPoint()).x() < bar.port.mapTo(main, QPoint()).x()
