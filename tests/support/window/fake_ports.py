@@ -162,3 +162,4 @@ class FakePorts:
     def stop(self) -> None:
         self.connector.stop(1.0)
         self.watcher.stop(1.0)
+        self.connector.deleteLater()  # its connections would keep it alive

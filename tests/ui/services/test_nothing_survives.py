@@ -152,6 +152,7 @@ def _typed(widget: QWidget) -> Iterator[tuple[str, str]]:
 def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
     ports = FakePorts()
     ports.connector.stop(1.0)
+    ports.connector.deleteLater()  # its connections would keep the window alive through the workers
     ports.workers.clear()
 
     def make(watcher: Any, storage: Storage) -> Ports:

@@ -39,7 +39,7 @@ class Session:
         self._clock = clock
         self._connector = assembly.connector
         self._connection = assembly.connector.current
-        self._connection._worker.open = lambda *_: 1  # type: ignore[method-assign]
+        self._connection._worker.open = lambda *_, **__: 1  # type: ignore[method-assign]
         self._connection.bridge.batch.disconnect()  # what the worker says would come by the computer's clock
         self._connector.connect_to(Target(USB, 115200))
 
