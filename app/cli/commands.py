@@ -31,7 +31,7 @@ from app.terminal.arguments import (
     seconds,
     whole_days,
 )
-from app.terminal.export_file import ENDINGS, export_path
+from app.terminal.export_file import export_path
 from app.text.i18n import LANGUAGES, PSEUDO, tr
 from protocol.translatable import marked
 
@@ -69,20 +69,28 @@ class SubCommand(NamedTuple):
             for act in self.acts:
                 act.add_to(acts)
         parser.description = parser.description or tr(self.description) or tr(self.summary)
-        example = tr("Example: {command}", command=f"dps-s {self.example}")
-        parser.epilog = f"{parser.epilog}\n\n{example}" if parser.epilog else example
+        _add_example(parser, self.example)
         parser.set_defaults(command=self.name)
 
 
 class SubAct(NamedTuple):
+    """`example`: see `SubCommand`."""
+
     name: str
     summary: str
+    example: str
     arguments: tuple[Describe, ...]
 
     def add_to(self, acts: "argparse._SubParsersAction[Parser]") -> None:
-        parser = acts.add_parser(self.name, help=tr(self.summary))
+        parser = acts.add_parser(self.name, help=tr(self.summary), description=tr(self.summary))
         for add in self.arguments + VERBOSITY:
             add(parser)
+        _add_example(parser, self.example)
+
+
+def _add_example(parser: Parser, words: str) -> None:
+    example = tr("Example: {command}", command=f"dps-s {words}")
+    parser.epilog = f"{parser.epilog}\n\n{example}" if parser.epilog else example
 
 
 class _Offered(tuple[str, ...]):
@@ -135,7 +143,8 @@ def _schemas(parser: Parser) -> None:
 _FILE = option("file", type=Path, metavar="FILE")
 _FORCE = flag("--force", marked("replace the file"))
 _RECORDING = option("name", metavar="NAME", text=marked("beginning of the name, or latest"))
-_EXPORT = option("file", type=export_path, metavar="FILE", text=", ".join(ENDINGS))
+_EXPORT = option("file", type=export_path, metavar="FILE",
+                 text=marked(".mcap, .csv, or - for standard output: the table, at the end"))  # fmt: skip
 
 
 def _act(name: str, summary: str, *more: Describe) -> SubCommand:
@@ -222,22 +231,26 @@ GROUPS: Final = {
         )),
         SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations"), "archive status",
                    acts=(
-            SubAct("sync", marked("exchange with a server"), (
+            SubAct("sync", marked("exchange with a server"), f"archive sync {SERVER} --remember", (
                 option("url", nargs="?", metavar="URL", text=SERVER),
                 flag("--remember", marked("remember this server, without its password")),
                 flag("--forget", marked("forget the server")), JSON,
             )),
-            SubAct("export", marked("add to an archive file"), (_FILE, JSON)),
-            SubAct("import", marked("import an archive file"), (_FILE, JSON)),
-            SubAct("status", marked("Status"), (JSON,)),
-            SubAct("conflicts", marked("list possible duplicates"), (JSON,)),
-            SubAct("settle", marked("settle whether two modules are one"), (
+            SubAct("export", marked("add to an archive file"), "archive export /media/stick/dps-s.archive",
+                   (_FILE, JSON)),
+            SubAct("import", marked("import an archive file"), "archive import /media/stick/dps-s.archive",
+                   (_FILE, JSON)),
+            SubAct("status", marked("Status"), "archive status --json", (JSON,)),
+            SubAct("conflicts", marked("list possible duplicates"), "archive conflicts", (JSON,)),
+            SubAct("settle", marked("settle whether two modules are one"),
+                   "archive settle 4868-86AB/M-07 1F2A-90C3/M-7 --same --who Li", (
                 option("one", metavar="STATION/NAME"), option("other", metavar="STATION/NAME"),
                 one_of(flag("--same"), flag("--different"), is_required=True),
                 option("--name", default="", metavar="NAME", text=marked("Name")),
                 option("--who", required=True, metavar="WHO", text=marked("name of the person who decides")),
             )),
-            SubAct("service", marked("keep what was done to a module, and when it is due again"), (
+            SubAct("service", marked("keep what was done to a module, and when it is due again"),
+                   "archive service M-07 --what repack --due 2027-05-01 --who Ann", (
                 option("module", type=module_name, metavar="NAME"),
                 option("--what", choices=("repack", "ejector", "cell", "firmware"), required=True),
                 option("--on", type=day, metavar="YYYY-MM-DD", text=marked("day on which it was done [today]")),
@@ -245,7 +258,7 @@ GROUPS: Final = {
                 option("--who", required=True, type=any_name, metavar="WHO", text=marked("person who did it")),
                 option("--note", default="", type=any_name, metavar="TEXT", text=marked("Note")),
             )),
-            SubAct("report", marked("print all modules, or one"),
+            SubAct("report", marked("print all modules, or one"), "archive report --csv",
                    (module_of(marked("Module")), _due, one_of(JSON, flag("--csv", "CSV")))),
         )),
     ),
@@ -255,12 +268,13 @@ GROUPS: Final = {
         )),
         SubCommand("recordings", "app.cli.recordings", marked("Recordings"), "recordings export latest session.csv",
                    acts=(
-            SubAct("list", marked("Recordings"), (JSON,)),
-            SubAct("export", ", ".join(ENDINGS), (_RECORDING, _EXPORT)),
-            SubAct("restore", marked("restore one from the trash"), (_RECORDING,)),
-            SubAct("convert", marked("of earlier versions, into session files"),
-                (option("files", nargs="*", type=Path, metavar="FILE"),)),
-            SubAct("delete", marked("delete one permanently"), (_RECORDING, YES)),
+            SubAct("list", marked("Recordings"), "recordings list", (JSON,)),
+            SubAct("export", marked("write one to a file"), "recordings export latest session.csv",
+                   (_RECORDING, _EXPORT)),
+            SubAct("restore", marked("restore one from the trash"), "recordings restore latest", (_RECORDING,)),
+            SubAct("convert", marked("of earlier versions, into session files"), "recordings convert old.dpscap",
+                   (option("files", nargs="*", type=Path, metavar="FILE"),)),
+            SubAct("delete", marked("delete one permanently"), "recordings delete latest --yes", (_RECORDING, YES)),
         )),
         SubCommand("fired", "app.cli.fired", marked("Would it have fired in these flight logs? Exit code 4: yes"),
                    "fired flights/ --thresholds freefall_time_s=1.2", (

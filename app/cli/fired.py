@@ -36,6 +36,11 @@ _NEVER = marked("{reading}: would not fire.")
 def run(args: argparse.Namespace) -> int:
     known = [word for word in args.thresholds if word.partition("=")[0] in THRESHOLDS]
     others = [word for word in args.thresholds if word not in known]  # --thresholds NAME=VALUE LOG
+    for word in others:
+        name, equals, _ = word.partition("=")
+        if equals and not Path(word).exists():  # else the flights would be judged without it
+            names = tr("expected {expected}", expected="|".join(THRESHOLDS))
+            raise console.Refused(f"{name}: {names}{console.did_you_mean(name, THRESHOLDS)}")
     limits = parse_limits(known)
     paths = _found([*args.logs, *others])
     columns = parse_choice(args.column) if args.column else None

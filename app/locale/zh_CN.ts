@@ -42,6 +42,10 @@
         <translation>--module 只能用于一个串口。</translation>
     </message>
     <message>
+        <source>.mcap, .csv, or - for standard output: the table, at the end</source>
+        <translation>.mcap、.csv，或 - 表示结束时将表格写到标准输出</translation>
+    </message>
+    <message>
         <source>0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.</source>
         <translation>0 完成；1 结果为否；2 用法错误；3 未连接；4 部分完成；130、143 被中断。</translation>
     </message>
@@ -6540,6 +6544,10 @@
     <message>
         <source>write although the module may fire</source>
         <translation>即使模块可能触发也写入</translation>
+    </message>
+    <message>
+        <source>write one to a file</source>
+        <translation>将一段写入文件</translation>
     </message>
     <message>
         <source>write values that take protection away</source>

@@ -70,6 +70,22 @@ def test_none_fires_with_other_thresholds(calm: Path, crash: Path, capsys: pytes
     assert fired(capsys, crash, "--thresholds", "attitude_trigger=false")[0] == 4
 
 
+@pytest.mark.parametrize(("word", "hint"), [
+    ("atitude_threshold_deg=62", " (did you mean attitude_threshold_deg?)"), ("light_threshold_v=1", ""),
+])  # fmt: skip
+def test_without_a_threshold_that_is_none_nothing_is_judged(
+    crash: Path, capsys: pytest.CaptureFixture[str], word: str, hint: str
+) -> None:
+    code, printed = fired(capsys, crash, "--thresholds", word)
+    assert code == 2
+    assert printed.out == ""
+    assert "expected attitude_threshold_deg|freefall_acceleration_g" in printed.err
+    assert printed.err.rstrip().endswith(hint)
+    named_alike = crash.with_name("a=b.ulg")
+    named_alike.write_bytes(crash.read_bytes())
+    assert fired(capsys, "--thresholds", "freefall_time_s=1.2", named_alike)[0] == 4  # a log all the same
+
+
 def test_a_difference_between_the_readings_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "swing.ulg"
     swing = np.where((TIMES >= 4) & (TIMES < 4.1), 70.0, 0.0)

@@ -33,12 +33,18 @@ def test_the_help_lists_every_command_in_a_group(capsys: pytest.CaptureFixture[s
     assert [line for line in told.splitlines() if line in ("Module:", "Settings:", "Program:")]
 
 
-@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
-def test_every_command_shows_an_example_that_it_takes(entry: SubCommand, capsys: pytest.CaptureFixture[str]) -> None:
-    assert f"Example: dps-s {entry.example}" in run_here(capsys, [entry.name, "--help"]).out
-    words = entry.example.split()
-    assert words[0] == entry.name
-    entry.parser().parse_words(words[1:])
+EXAMPLES = [(entry, entry.name, entry.example) for entry in ENTRIES]
+EXAMPLES += [(entry, f"{entry.name} {act.name}", act.example) for entry in ENTRIES for act in entry.acts]
+
+
+@pytest.mark.parametrize(("entry", "name", "example"), EXAMPLES, ids=[name for _, name, _ in EXAMPLES])
+def test_every_command_shows_an_example_that_it_takes(
+    entry: SubCommand, name: str, example: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = " ".join(run_here(capsys, [*name.split(), "--help"]).out.split())  # a long one takes two lines
+    assert f"Example: dps-s {example}" in told
+    assert example.startswith(name)
+    entry.parser().parse_words(example.split()[1:])
 
 
 @pytest.mark.parametrize(
