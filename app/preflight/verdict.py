@@ -12,10 +12,10 @@ from enum import Enum
 from app.engine.device import DeviceView
 from app.limits.limits import softened
 from app.limits.out_of_limits import bay_outside
-from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, Evidence, FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding
-from app.preflight.module_checks import FINGERPRINT_KEYS
+from app.preflight.line_checks import LINE_CHECKS
+from app.preflight.module_checks import FINGERPRINT_KEYS, MODULE_CHECKS
 from app.preflight.reread import TITLES, StateReading, changes_between
 from app.settings.profiles import ActivatedBy, ManualLine
 from app.text.messages import UserMessage, clean, joined, message
@@ -25,6 +25,8 @@ from protocol.translatable import marked
 
 VALID_FOR_S = 900.0
 """15 minutes, then the check has to be repeated."""
+CHECKS: tuple[Check, ...] = (*LINE_CHECKS, *MODULE_CHECKS)
+"""All pre-flight checks, in the order of the page."""
 
 
 class Verdict(Enum):

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from PySide6.QtTest import QTest
 
+from app.preflight.findings import Person
 from app.preflight.reread import REREAD_EVERY_S
 from app.procedures.act import Performed
 from app.safety.acts import Act
@@ -19,7 +20,7 @@ from tests.adversary.program import Ran
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.line.truth import settings_keys
 from ui.acts.confirm import Confirm
-from ui.pages.preflight.controller import Standing, Statement
+from ui.pages.preflight.controller import Standing
 
 LOOK_EVERY_S: Final = 0.5
 SETTLED_IN_S: Final = 4.0
@@ -173,7 +174,7 @@ def check(session: Session) -> None:
     bench.preflight.show_check()
     session.connect()
     work = bench.preflight.work
-    work.check(Statement(is_enabling=True, are_records_reviewed=True))
+    work.check(Person(are_records_reviewed=True), is_enabling=True)
     ends_at_s = bench.clock() + CHECK_LIMIT_S
     while work.standing is Standing.CHECKING and bench.clock() < ends_at_s:
         if work._job.is_running:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.preflight.checks import CHECKS
+from app.preflight.verdict import CHECKS
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome

@@ -11,12 +11,12 @@ from app.engine.procedure import Ask, Cancelled, PortLost, Report, Slept
 from app.engine.session import Run
 from app.limits.past import Past
 from app.preflight import run
-from app.preflight.checks import CHECKS
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED
 from app.preflight.reread import StateReading
 from app.preflight.run import STEPS, run_preflight
+from app.preflight.verdict import CHECKS
 from app.procedures import write_all
 from app.procedures.read import read_everything
 from app.procedures.settings_reading import SettingsReading

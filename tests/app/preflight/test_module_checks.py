@@ -11,10 +11,10 @@ from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastAnswer, LastTested, Past
 from app.limits.service import DueService
-from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.findings import Case, CheckResult, Finding, Person
 from app.preflight.module_checks import RecordsWord, guided_tests, records_word, service, settings_fingerprint
+from app.preflight.verdict import CHECKS
 from app.procedures.history import History
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import UserMessage

@@ -8,12 +8,11 @@ import pytest
 
 from app.engine.device import StatusSample
 from app.limits.past import Past
-from app.preflight.checks import CHECKS
 from app.preflight.evidence import STILL_S, Disturbance, Evidence
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.line_checks import TRIALS_NEEDED, acceleration_still, status_fresh, tilt_level, tilt_still
 from app.preflight.run import TRIGGERS, run_preflight
-from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
+from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import NO_PROFILE, ActivatedBy, ManualLine, Profile
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, Hazard

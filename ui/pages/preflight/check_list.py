@@ -6,9 +6,8 @@ from itertools import pairwise
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
 
-from app.preflight.checks import CHECKS
 from app.preflight.findings import CheckResult
-from app.preflight.verdict import VALID_FOR_S
+from app.preflight.verdict import CHECKS, VALID_FOR_S
 from app.settings.profiles import ManualLine
 from app.text.i18n import tr
 from ui.pages.preflight.controller import PreflightController, Standing

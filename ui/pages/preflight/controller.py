@@ -44,16 +44,6 @@ class Standing(Enum):
     VOID = "void"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Statement:
-    """What a person states with the click that starts a check."""
-
-    is_enabling: bool = False
-    are_records_reviewed: bool = False
-    is_same_module: bool = False
-    are_settings_approved: bool = False
-
-
 @dataclass(slots=True)
 class Entered:
     """The form. `ticked`: manual items by number, from 1; an item without an entry was skipped."""
@@ -89,7 +79,8 @@ class PreflightController(QObject):
         self._job.changed.connect(self.changed)
         self._evidence = Evidence()
         self._log = FrameLog()
-        self._statement = Statement()
+        self._said = Person()
+        """What was stated with the click that started the check."""
         self._is_port_broken = False
         self._checked_name = ""
         """The module's name when the check started."""
@@ -188,11 +179,11 @@ class PreflightController(QObject):
 
     # What a person does
 
-    def check(self, statement: Statement | None = None) -> None:
+    def check(self, said: Person | None = None, *, is_enabling: bool = False) -> None:
         """Start a check; nothing of the previous one is kept on screen."""
         if not self.can_check:
             return
-        self._statement = statement or Statement()
+        self._said = said or Person()
         self.filed = self.void = self.trouble = None
         self._rereading.drop()
         self._by_verdict.clear()
@@ -201,7 +192,7 @@ class PreflightController(QObject):
         self._log = FrameLog()
         self._is_port_broken = False
         journal = self._connector.current.journal()
-        procedure = run_preflight(self._evidence, is_enabling=self._statement.is_enabling, journal=journal)
+        procedure = run_preflight(self._evidence, is_enabling=is_enabling, journal=journal)
         self._job.run(procedure, self._end)
 
     def cancel(self) -> None:
@@ -306,15 +297,8 @@ class PreflightController(QObject):
 
     def _file(self, evidence: Evidence, past: Past | None = None) -> None:
         """Judge the check, and keep it unless it is void."""
-        statement, entered = self._statement, self.entered
-        person = Person(
-            who=entered.who,
-            module=self._connector.current.module.name or None,
-            aircraft=entered.aircraft,
-            are_records_reviewed=statement.are_records_reviewed,
-            is_same_module=statement.is_same_module,
-            are_settings_approved=statement.are_settings_approved,
-        )
+        entered, module = self.entered, self._connector.current.module.name or None
+        person = replace(self._said, who=entered.who, module=module, aircraft=entered.aircraft)
         is_stored = evidence.is_complete and self.void is None
         file_in_background(
             self._filing, evidence, entered.answered(), person, self._log, past=past, is_stored=is_stored,

@@ -9,6 +9,7 @@ from typing import Final
 
 from PySide6.QtWidgets import QPushButton, QStackedLayout, QWidget
 
+from app.preflight.findings import Person
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.settings.profile_file import ProfileRefused, refusal_text, save_profile
@@ -21,7 +22,7 @@ from ui.acts.act_row import ActRow
 from ui.core.texts import Texts
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
-from ui.pages.preflight.controller import PreflightController, Standing, Statement
+from ui.pages.preflight.controller import PreflightController, Standing
 from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
@@ -176,33 +177,33 @@ class PreflightPage(Page):
 
     # What a person does
 
-    def check(self, statement: Statement | None = None) -> None:
+    def check(self, said: Person | None = None, *, is_enabling: bool = False) -> None:
         self.form.commit_edits()
         self.list.clear_old_ticks()
         self._copy_entries()
         if self.work.can_check:
             self.result.dismiss()
-            self.work.check(statement)
+            self.work.check(said, is_enabling=is_enabling)
 
     def enable_and_check(self) -> None:
         """Enable the triggers and check; an active module is locked first, by LOCK's own path."""
-        connection, statement = self._connector.current, Statement(is_enabling=True)
+        connection = self._connector.current
 
         def check_locked() -> None:
             if self._connector.current is connection and not self.work.may_fire:
-                self.check(statement)
+                self.check(is_enabling=True)
 
         if self.work.needs_lock:
             self._services.lock.press(then=check_locked)
         else:
-            self.check(statement)
+            self.check(is_enabling=True)
 
     def mend(self, remedy: Remedy) -> None:
         """Do what the button of a row says, here or on the page with the control for it."""
         exchange = self._services.exchange
         match remedy.mend:
             case Mend.CHECK:
-                self.check(remedy.statement)
+                self.check(remedy.said)
             case Mend.ENABLE:
                 self.enable_and_check()
             case Mend.NAME:

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
-from app.preflight.checks import CHECKS
+from app.preflight.verdict import CHECKS
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, refusal_text, save_profile
 from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_DAYS, ActivatedBy, ManualLine, Profile
 from app.text.i18n import tr

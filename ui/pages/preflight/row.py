@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout
 
 from app.limits.limits import SETTING_BOUNDS
-from app.preflight.findings import RESULT_WORDS, Case, Check, CheckResult
+from app.preflight.findings import RESULT_WORDS, Case, Check, CheckResult, Person
 from app.preflight.module_checks import records_word
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
@@ -19,7 +19,6 @@ from app.text.messages import clean
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.pages.preflight.controller import Statement
 from ui.style.icons import Icon, Look
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import ChoiceButton, control, named, set_role
@@ -42,7 +41,7 @@ STYLES: Final = {
 
 
 class Mend(Enum):
-    """How a row is mended: by checking again with a statement, or on the page that is named."""
+    """How a row is mended: by checking again with what a person says, or on the page that is named."""
 
     CHECK = "preflight"
     ENABLE = "enable"
@@ -61,15 +60,15 @@ class Remedy:
 
     words: str
     mend: Mend
-    statement: Statement = field(default_factory=Statement)
+    said: Person = field(default_factory=Person)
     values: Mapping[str, Value] = field(default_factory=dict)
 
 
 _ENABLE: Final = Remedy(marked("Enable now"), Mend.ENABLE)
 _LOCK_AND_ENABLE: Final = Remedy(LOCK_AND_ENABLE, Mend.ENABLE)
 _SERVICE: Final = Remedy(marked("Archive of all stations…"), Mend.SERVICE)
-_SAME_MODULE: Final = Remedy(marked("It is this module"), Mend.CHECK, Statement(is_same_module=True))
-_APPROVE_ONCE: Final = Remedy(marked("Approve these settings"), Mend.CHECK, Statement(are_settings_approved=True))
+_SAME_MODULE: Final = Remedy(marked("It is this module"), Mend.CHECK, Person(is_same_module=True))
+_APPROVE_ONCE: Final = Remedy(marked("Approve these settings"), Mend.CHECK, Person(are_settings_approved=True))
 _APPROVE: Final = Remedy(marked("Approve these settings"), Mend.APPROVE)
 _NAME_IT: Final = Remedy(marked("Name it"), Mend.NAME)
 _MEASURE: Final = Remedy(marked("Measure"), Mend.MEASURE)
@@ -89,7 +88,7 @@ def remedy(judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = 
         case "service":
             return _SERVICE
         case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
-            return Remedy(word.value, Mend.CHECK, Statement(are_records_reviewed=True))
+            return Remedy(word.value, Mend.CHECK, Person(are_records_reviewed=True))
         case "trigger_records" | "triggered" if judged.blocks_go:
             return _TRIGGERS
         case "boot_count" | "guided_tests" if case.past.module is None:

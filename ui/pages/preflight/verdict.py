@@ -14,9 +14,8 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy
 
-from app.preflight.checks import CHECKS
 from app.preflight.findings import CheckResult
-from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of
+from app.preflight.verdict import CHECKS, VERDICT_WORDS, Assessment, Verdict, meaning_of
 from app.records.record import caveats
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.durations import duration

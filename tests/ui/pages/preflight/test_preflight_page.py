@@ -13,10 +13,9 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.identity import evidence_of
 from app.limits.past import Past
-from app.preflight.checks import CHECKS
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Finding
-from app.preflight.verdict import Judged
+from app.preflight.verdict import CHECKS, Judged
 from app.records.report_html import body
 from app.records.verification import RecordState, verify_file
 from app.settings.profiles import Profile

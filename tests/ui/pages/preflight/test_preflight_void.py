@@ -11,11 +11,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.preflight.findings import Person
 from app.simulator import bench as benches
 from app.store.store import Store
 from app.trigger_records.history import Judgement
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
-from ui.pages.preflight.controller import Standing, Statement
+from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import Column
 from ui.services.announcer import announcer
 
@@ -198,7 +199,7 @@ def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp
         bench.triggers.table.selectRow(0)
         bench.click(bench.triggers.detail.buttons[Judgement.FALSE])
         assert bench.check() is Standing.NO_GO
-        bench.preflight.work.check(Statement(is_enabling=True, are_records_reviewed=True))
+        bench.preflight.work.check(Person(are_records_reviewed=True), is_enabling=True)
         bench.wait_standing(Standing.READY)
         bench.read_triggers()
         assert [str(bench.triggers.table.filter.index(row, Column.JUDGED).data()) for row in range(2)] == [
