@@ -137,8 +137,8 @@ class SessionWriter:
         statuses = self._statuses(line.received)
         for at_s, event in self._notes:
             self._add(EVENTS, self.opening.wall_ns(at_s), json_bytes(event))
-        times = (*(entry.at_s for entry in self._entries[-1:]), *(at_s for at_s, _ in self._notes))
-        self.end_s = max((self.end_s, now_s, self.opening.mono_s(self._line_ns), *times))
+        noted_s = (at_s for at_s, _ in self._notes)
+        self.end_s = max(self.end_s, now_s, self.opening.mono_s(self._line_ns), *noted_s)
         progress = json_bytes({"reports": self.reports, "triggered": self.was_triggered})
         end_ns = self.opening.wall_ns(self.end_s)
         self._add(PROGRESS, end_ns, progress, self._chunks)

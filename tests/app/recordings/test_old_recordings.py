@@ -1,6 +1,7 @@
 """What versions before session files wrote is converted sample by sample; made by such a version, zipped."""
 
 import zipfile
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +21,10 @@ from tests.support.records.recordings_made import batch, opened, recorder_in, re
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 MADE = Path(__file__).parents[2] / "support" / "records" / "old_recordings.zip"
-COLUMNS = {"status.time_s.f8": "time_s", "status.tilt_deg.f4": "tilt_deg", "status.acceleration_g.f4": "acceleration_g",
-           "cell.time_s.f8": "cell_time_s", "cell.voltage_v.f4": "cell_voltage_v",
-           "light.time_s.f8": "light_time_s", "light.voltage_v.f4": "light_v"}  # fmt: skip
+COLUMNS = {"status.time_s.f8": "tilt.time_s", "status.tilt_deg.f4": "tilt.value",
+           "status.acceleration_g.f4": "acceleration.value", "cell.time_s.f8": "cell.time_s",
+           "cell.voltage_v.f4": "cell.value", "light.time_s.f8": "light.time_s",
+           "light.voltage_v.f4": "light.value"}  # fmt: skip
 
 
 @pytest.fixture
@@ -43,7 +45,7 @@ def test_every_sample_and_every_byte_is_converted(library: Path, name: str) -> N
     with opened(convert_in(library, folder)) as recording:
         excerpt = recording.excerpt(recording.start_s, recording.end_s)
         for file, attribute in COLUMNS.items():
-            found = getattr(excerpt, attribute)
+            found = attrgetter(attribute)(excerpt)
             # `record --seconds` kept what came after its end among the bytes, not among the reports.
             assert found[: len(columns[file])].tolist() == columns[file].tolist(), file
         assert len(columns["status.time_s.f8"]) > 30
@@ -87,9 +89,10 @@ def test_an_mcap_export_is_converted_with_all_that_it_holds(library: Path) -> No
         assert export.opening.started_at == folder.opening.started_at
         since_s = folder.opening.start_s
         assert export.tilt.last is not None
-        for name in ("time_s", "tilt_deg", "acceleration_g", "is_active", "is_triggered", "cell_voltage_v", "light_v"):
-            first, second = (getattr(one.excerpt(one.start_s, one.end_s), name) for one in (export, folder))
-            assert first == pytest.approx(second - since_s if name == "time_s" else second, abs=2e-6), name
+        first, second = (one.excerpt(one.start_s, one.end_s) for one in (export, folder))
+        assert first.tilt.time_s == pytest.approx(second.tilt.time_s - since_s, abs=2e-6)
+        for name in ("tilt.value", "acceleration.value", "flags", "cell.value", "light.value"):
+            assert attrgetter(name)(first) == pytest.approx(attrgetter(name)(second), abs=2e-6), name
         assert [mark.kind for mark in export.markers] == [mark.kind for mark in folder.markers]
         assert [one.raw for one in traffic_of(export.entry)] == [one.raw for one in traffic_of(folder.entry)]
         assert [limits.fires_deg for _, limits in export.limits] == [limits.fires_deg for _, limits in folder.limits]
