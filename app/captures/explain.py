@@ -12,7 +12,7 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import join_names
+from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values, source_word
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
 from protocol.fields import Choice, Done, Field, Flag, Quantity
@@ -179,11 +179,11 @@ def _message_text(message: Message, asked: Asked) -> str:
                 tr("triggered") if message.triggered else tr("not triggered"),
                 tr("active") if message.active else tr("locked"),
             )
-            return tr("{file}: {why}", file=_inside(STATUS.title), why=join_names(words))
+            return labelled(_inside(STATUS.title), join_names(words))
         case TriggerRecord():
-            return tr("{file}: {why}", file=_inside(TRIGGER_RECORDS.title), why=_record_text(message))
+            return labelled(_inside(TRIGGER_RECORDS.title), _record_text(message))
         case EmptySlot():
-            return tr("{file}: {why}", file=_inside(TRIGGER_RECORDS.title), why=tr("none"))
+            return labelled(_inside(TRIGGER_RECORDS.title), tr("none"))
         case Reading():
             if _is_value_open(message, asked):
                 return tr("reply: {what}", what=f"{_inside(message.command.title)} ?")

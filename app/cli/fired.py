@@ -22,7 +22,7 @@ from app.terminal import console
 from app.terminal.setting_words import parse_settings
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
             why = one.why_not.translated()
             if NO_TIME in one.why_not.in_english():
                 why = join_sentences((why, "--column time_s=NAME"))
-            console.notify(tr("{file}: {why}", file=one.path, why=why))
+            console.notify(labelled(one.path, why))
     if args.must or args.must_not:
         (_print_all if args.json else console.write_lines)(
             _proposal_lines([flight for _, flight in read], is_must=args.must)
@@ -166,11 +166,7 @@ def _page(read: Sequence[tuple[SummarisedLog, FlightSummary]], *, is_must: bool)
         for log, flight in read
     ]
     fired = sum(bool(log.judged[0].firings) for log, _ in read)
-    problems = [
-        tr("{file}: {why}", file=log.path.name, why=one.translated())
-        for log, flight in read
-        for one in _problems(log, flight)
-    ]
+    problems = [labelled(log.path.name, one.translated()) for log, flight in read for one in _problems(log, flight)]
     counted = tr("{count} of {total} would have fired.", count=fired, total=len(read))
     return [*console.columns([head, *rows]), "", counted, *(["", *problems] if problems else [])]
 
@@ -195,7 +191,7 @@ def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[
     proposal = propose(sorted_flights)
     nearest = proposal.nearest(group)
     if proposal.limits is None:
-        lines = [tr("{file}: {why}", file=one.name, why=one.why.translated()) for one in proposal.conflicts]
+        lines = [labelled(one.name, one.why.translated()) for one in proposal.conflicts]
         return ["", tr("No thresholds within the vendor's advice do this."), *lines]
     if nearest is None:
         return []

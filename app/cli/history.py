@@ -18,7 +18,7 @@ from app.terminal.stored_history import read_evidence, store_visit
 from app.text.csv_cells import csv_text
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, join_names, not_written
+from app.text.sentences import in_brackets, join_names, labelled, not_written
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_word
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
         console.notify(trouble)
         return console.PARTIAL if has_something else console.NO_LINK
     if not history.is_answered:
-        console.notify(tr("{file}: {why}", file=tr("Trigger records"), why=tr("no reply")))
+        console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
     if not history.is_confirmed:
         console.notify(tr("The readings differ or frames were lost: records may be missing. Read again."))

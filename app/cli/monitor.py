@@ -18,6 +18,7 @@ from app.terminal.connection import Conversation
 from app.terminal.interruption import print_after_signal
 from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
+from app.text.sentences import labelled
 
 LINE_EVERY_S = 0.1
 
@@ -34,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
         console.notify(trouble)
         return console.NO_LINK
     if not printer.count:
-        console.notify(tr("{file}: {why}", file=tr("Status"), why=tr("no reply")))
+        console.notify(labelled(tr("Status"), tr("no reply")))
         return console.PARTIAL
     return console.SUCCESS
 

@@ -17,7 +17,7 @@ from app.terminal.connection import Conversation
 from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable
 from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from app.text.user_error import UserError
 from protocol.events import Event, Received
 from protocol.messages import Status
@@ -67,7 +67,7 @@ class RecordedSession:
         self._note_path()
         if self._recorder.trouble is not None:
             self._span.is_over = True  # nothing more is recorded: said now, not after the flight
-        console.show_progress(tr("{file}: {why}", file=tr("Reports"), why=f"{self._samples} (Ctrl-C)"))
+        console.show_progress(labelled(tr("Reports"), f"{self._samples} (Ctrl-C)"))
 
     def close(self) -> None:
         """Wait until everything is on disk; print what is missing. Idempotent."""

@@ -17,7 +17,7 @@ from app.terminal import console
 from app.terminal.export_file import export
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_names
+from app.text.sentences import error_text, join_names, labelled
 from app.text.user_error import UserError
 
 LATEST = "latest"
@@ -124,12 +124,12 @@ def run_convert(args: argparse.Namespace) -> int:
             console.write_lines([str(target)])
         except (UserError, OSError) as error:
             is_whole = False
-            console.notify(tr("{file}: {why}", file=path, why=error_text(error)))
+            console.notify(labelled(path, error_text(error)))
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
 def _failed(entry: RecordingEntry, why: str) -> console.Refused:
-    return console.Refused(tr("{file}: {why}", file=entry.name, why=why), console.ANSWER_NO)
+    return console.Refused(labelled(entry.name, why), console.ANSWER_NO)
 
 
 def _found(library: RecordingLibrary, name: str) -> RecordingEntry:

@@ -17,7 +17,7 @@ from app.simulator.setup import Group, Setup
 from app.terminal import console
 from app.terminal.arguments import expected
 from app.text.i18n import tr
-from app.text.sentences import error_text
+from app.text.sentences import error_text, labelled
 from app.text.user_error import UserError
 
 _EXAMPLES = """\
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
         _serve(Loop(bench, endpoint, announce=_Announcement(args.link)))
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
-        raise console.Refused(tr("{file}: {why}", file=where, why=error_text(error)), console.NO_LINK) from error
+        raise console.Refused(labelled(where, error_text(error)), console.NO_LINK) from error
     return console.SUCCESS
 
 

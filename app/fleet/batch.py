@@ -183,5 +183,5 @@ def _write_fault(report: WriteReport | None) -> UserMessage | None:
     for written in report.results:
         why = why_not_verified(written, report.refusals)
         if why is not None:
-            return message(marked("{setting}: {what}"), setting=message(written.command.title), what=why)
+            return message(marked("{value}: {why}"), value=message(written.command.title), why=why)
     return message(marked("A setting changed without being written, or could not be read again."))

@@ -16,7 +16,7 @@ from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import capitalised, join_names, join_sentences
+from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.translatable import marked
 
 _BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
@@ -114,7 +114,7 @@ class Card:
                 return tr(Need.VOID.value, why=self.verdict.void.message.translated())
             case Need.OUTSIDE if self.cell_outside is not None:
                 fault, limit = tr(self.cell_outside.fault.value), tr("limit {value}", value=self.cell_outside.limit)
-                return tr("{reason}: {what}", reason=tr("Cell voltage"), what=join_names((fault, limit)))
+                return labelled(tr("Cell voltage"), join_names((fault, limit)))
             case Need.ACTIVATE:
                 return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).translated()
             case Need.WAIT if self.is_checking:

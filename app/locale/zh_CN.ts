@@ -334,10 +334,6 @@
         <translation>飞行器</translation>
     </message>
     <message>
-        <source>Aircraft: {name}</source>
-        <translation>飞行器：{name}</translation>
-    </message>
-    <message>
         <source>Airframe</source>
         <translation>机型</translation>
     </message>
@@ -436,10 +432,6 @@
     <message>
         <source>Archive of all stations…</source>
         <translation>所有站点的归档…</translation>
-    </message>
-    <message>
-        <source>Archive: {text}</source>
-        <translation>归档：{text}</translation>
     </message>
     <message>
         <source>Arm</source>
@@ -2170,10 +2162,6 @@
         <translation>消息</translation>
     </message>
     <message>
-        <source>Message: {text}</source>
-        <translation>消息：{text}</translation>
-    </message>
-    <message>
         <source>Minimum gap</source>
         <translation>最小间隔</translation>
     </message>
@@ -2206,20 +2194,12 @@
         <translation>尚未确认模块身份：仅发送查询命令。</translation>
     </message>
     <message>
-        <source>Module: {name}</source>
-        <translation>模块：{name}</translation>
-    </message>
-    <message>
         <source>Modules</source>
         <translation>模块</translation>
     </message>
     <message>
         <source>Modules of the batch</source>
         <translation>本批模块</translation>
-    </message>
-    <message>
-        <source>Modules: {count}</source>
-        <translation>模块：{count}</translation>
     </message>
     <message>
         <source>Moment</source>
@@ -3138,10 +3118,6 @@
         <translation>统一配置文件…</translation>
     </message>
     <message>
-        <source>Profile: {name}</source>
-        <translation>配置文件：{name}</translation>
-    </message>
-    <message>
         <source>Program</source>
         <translation>程序</translation>
     </message>
@@ -3312,10 +3288,6 @@
     <message>
         <source>Recordings deleted: {count}.</source>
         <translation>已删除数据记录：{count} 条。</translation>
-    </message>
-    <message>
-        <source>Recordings: {count}</source>
-        <translation>数据记录：{count}</translation>
     </message>
     <message>
         <source>Records</source>
@@ -4480,10 +4452,6 @@
     <message>
         <source>Trigger records reviewed; without an answer: a new module</source>
         <translation>触发记录已查看；不应答的是新模块</translation>
-    </message>
-    <message>
-        <source>Trigger records: {count}</source>
-        <translation>触发记录：{count}</translation>
     </message>
     <message>
         <source>Trigger state is unknown after power-up. Enable the triggers to set it.</source>
@@ -6714,10 +6682,6 @@
         <translation>{file}：报告文件名必须以 .pdf 结尾。</translation>
     </message>
     <message>
-        <source>{file}: {why}</source>
-        <translation>{file}：{why}</translation>
-    </message>
-    <message>
         <source>{group}: {what} to spare ({name})</source>
         <translation>{group}：余量 {what}（{name}）</translation>
     </message>
@@ -6918,10 +6882,6 @@
         <translation>{reading}：不会触发。</translation>
     </message>
     <message>
-        <source>{reason}: {what}</source>
-        <translation>{reason}：{what}</translation>
-    </message>
-    <message>
         <source>{seconds:.1f} s old</source>
         <translation>{seconds:.1f} 秒前的确认</translation>
     </message>
@@ -6956,10 +6916,6 @@
     <message>
         <source>{setting}: not judged.</source>
         <translation>{setting}：未判断。</translation>
-    </message>
-    <message>
-        <source>{setting}: {what}</source>
-        <translation>{setting}：{what}</translation>
     </message>
     <message>
         <source>{slowest:.1f} ms, median {median:.1f} ms</source>

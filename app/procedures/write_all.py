@@ -56,8 +56,8 @@ def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
     """What these changes take away, by setting; None if nothing."""
     told = [
         message(
-            marked("{setting}: {what}"), setting=message(change.command.title),
-            what=joined([risk.message for risk in change.risks], between=" "),
+            marked("{value}: {why}"), value=message(change.command.title),
+            why=joined([risk.message for risk in change.risks], between=" "),
         )
         for change in changes
         if change.risks

@@ -17,7 +17,7 @@ from app.records.record import NOT_STORED, Record, activated_by, caveats, list_i
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, message_from_json
-from app.text.sentences import in_brackets, join_sentences
+from app.text.sentences import in_brackets, join_sentences, labelled
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
 _LONGEST_CELL, _LONGEST_ITEM = 160, 100
@@ -50,7 +50,7 @@ def body(record: Record) -> str:
 
 def guided_body(record: Record) -> str:
     """What is printed of guided tests: those in `record`, with its module."""
-    title = tr("{setting}: {what}", setting=tr("Guided tests"), what=clean(str(record.get("module"))))
+    title = labelled(tr("Guided tests"), clean(str(record.get("module"))))
     return "\n".join((_heading(title), _tests(record), _signature()))
 
 

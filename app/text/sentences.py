@@ -25,6 +25,11 @@ def join_names(names: Iterable[str]) -> str:
     return ("、" if language() == CHINESE else ", ").join(names)
 
 
+def labelled(label: object, text: object) -> str:
+    """`text` after its label, with the colon of the language in use."""
+    return f"{label}：{text}" if language() == CHINESE else f"{label}: {text}"
+
+
 def in_brackets(text: str) -> str:
     """`text` in the parentheses of the language in use, to be appended to a word."""
     return f"（{text}）" if language() == CHINESE else f" ({text})"

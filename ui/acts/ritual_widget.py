@@ -22,7 +22,7 @@ from app.safety.permit import Permit
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
 from app.system.sleep_detector import SleepDetector, sleepless_clock
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
@@ -314,7 +314,7 @@ class RitualWidget(QFrame):
         port = target.device.removeprefix("/dev/").partition("?")[0]
         name = self._services.connector.current.module.name
         if not name:
-            return tr("{setting}: {what}", setting=act, what=port)
+            return labelled(act, port)
         return tr("{act}: {module} on {port}", act=act, module=module_label(name), port=port)
 
     # Qt

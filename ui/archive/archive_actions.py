@@ -6,6 +6,7 @@ from PySide6.QtCore import QObject, Qt
 from PySide6.QtWidgets import QToolButton
 
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.core.texts import Texts
 from ui.services.context import Services
@@ -51,7 +52,7 @@ class ArchiveLine(QToolButton):
         self.setText(text)
         trouble = self._exchange.trouble
         self.setToolTip("\n".join((text, *(() if trouble is None else (trouble.translated(),)))))
-        self.setAccessibleName(tr("Archive: {text}", text=text))
+        self.setAccessibleName(labelled(tr("Archive"), text))
 
 
 class ArchiveActions(QObject):

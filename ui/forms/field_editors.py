@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QT
 
 from app.settings.setting_texts import DEFAULTS, what_is
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
@@ -189,7 +190,7 @@ class ChoiceEditor(FieldEditor):
 
 def _name_after(button: QToolButton, command: Command, what: str) -> None:
     """Adds the setting to the name, since screen readers do not tell the row."""
-    button.setAccessibleName(tr("{setting}: {what}", setting=tr(command.title), what=what))
+    button.setAccessibleName(labelled(tr(command.title), what))
 
 
 def explain_setting(texts: Texts, widget: QWidget, command: Command) -> None:

@@ -20,6 +20,7 @@ from app.samples.ring_buffers import RecordedSeries, bucket_firsts
 from app.samples.step_function import StepFunction
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -98,7 +99,7 @@ class FlightPlot(QWidget):
         if self._path is not None:
             self.waiting.setText(
                 tr("Reading logs…") if self._trouble is None
-                else tr("{file}: {why}", file=self._path.name, why=self._trouble.sentence)
+                else labelled(self._path.name, self._trouble.sentence)
             )  # fmt: skip
 
     def _show(self, limits: TriggerLimits, read: tuple[FlightLog, object]) -> None:

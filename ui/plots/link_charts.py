@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor
 from app.diagnosis.link_statistics import Slice, TripClass
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from protocol.frame import Reason
 from protocol.translatable import marked
 from ui.plots.axis import apart_from_each_other
@@ -102,7 +103,7 @@ class ReasonBars(StaticPlot):
         if shown != self._counts or not self.accessibleName():
             self._counts = shown
             said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown) or tr("none")
-            self.announce(tr("{setting}: {what}", setting=tr("Invalid bytes"), what=said), name=tr("Invalid bytes"))
+            self.announce(labelled(tr("Invalid bytes"), said), name=tr("Invalid bytes"))
             self.redraw()
 
     def draw(self, theme: Theme) -> None:

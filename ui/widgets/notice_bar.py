@@ -9,6 +9,7 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from ui.core.texts import Texts
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import paint_banner
@@ -147,7 +148,7 @@ class NoticeBar(Banner):
             self._make_buttons(notice)
         self._show_text(notice.text)
         self._dismiss.setVisible(notice.dismiss is not None)
-        self.setAccessibleName(tr("Message: {text}", text=notice.text))
+        self.setAccessibleName(labelled(tr("Message"), notice.text))
         self.show_meaning(notice.meaning, MEANING_ICONS[notice.meaning])
 
     def _show_text(self, text: str) -> None:

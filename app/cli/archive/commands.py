@@ -23,6 +23,7 @@ from app.stations.station import fingerprint_of, shown_station
 from app.system.folders import data_folder
 from app.terminal import console
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from app.text.user_error import UserError
 
 SHOWN_REFUSALS = 20
@@ -72,7 +73,7 @@ def run_service(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
         archive.collect()
         if not archive.names().named(args.module):
-            console.notify(tr("{file}: {why}", file=args.module, why=tr("none")))
+            console.notify(labelled(args.module, tr("none")))
             return console.ANSWER_NO
         archive.keep_service(args.module, service)
     console.write_lines([service.told().translated()])

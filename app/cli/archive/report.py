@@ -12,6 +12,7 @@ from app.stations.station import shown_station
 from app.terminal import console
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
+from app.text.sentences import labelled
 
 FLEET_HEAD = (
     "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
@@ -28,7 +29,7 @@ def run(args: argparse.Namespace) -> int:
         if args.module is not None:
             lives = [module_history(archive.facts, one) for one in names.named(args.module)]
             if not lives:
-                console.notify(tr("{file}: {why}", file=args.module, why=tr("none")))
+                console.notify(labelled(args.module, tr("none")))
                 return console.ANSWER_NO
             return _print_histories(args, lives)
         now = datetime.now(UTC)

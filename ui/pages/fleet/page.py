@@ -20,7 +20,7 @@ from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import capitalised, error_text, join_names, join_sentences
+from app.text.sentences import capitalised, error_text, join_names, join_sentences, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -192,7 +192,7 @@ class FleetPage(Page):
         if self._has_batch:
             self.summary.setText(self.batch.summary())
             return
-        parts = [tr("Modules: {count}", count=len(cards))] if cards else []
+        parts = [labelled(tr("Modules"), len(cards))] if cards else []
         counts = Counter(card.need for card in cards)
         if counts[Need.NOTHING]:
             parts.append(f"{counts[Need.NOTHING]} {tr('GO')}")
@@ -280,7 +280,7 @@ class FleetPage(Page):
         """A person can say once that named modules, silent to the query for their records, are new."""
         if not silent or not isinstance(self._services.storage.store, Store):
             return ()
-        words = tr("{setting}: {what}", setting=tr(RecordsWord.NEW_MODULE.value), what=join_names(silent))
+        words = labelled(tr(RecordsWord.NEW_MODULE.value), join_names(silent))
         return (Choice("say_new", words, partial(self._say_new, silent)),)
 
     def _say_new(self, silent: list[str]) -> None:

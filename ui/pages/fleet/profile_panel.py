@@ -12,7 +12,7 @@ from app.fleet.profile_table import Applied, AppliedProfile, Column, settings_in
 from app.settings.profiles import Match, ProfileRow
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
-from app.text.sentences import join_names
+from app.text.sentences import join_names, labelled
 from protocol.catalogue import Command
 from protocol.translatable import marked
 from ui.forms.rows_table import RowsTable
@@ -77,7 +77,7 @@ class ProfilePanel(QWidget):
         profile = self._group.profile
         if profile is None:
             return
-        self.title.setText(tr("Profile: {name}", name=profile.name))
+        self.title.setText(labelled(tr("Profile"), profile.name))
         settings = settings_in(profile)
         if settings != self._settings:
             self._settings = settings

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 
 from app.flight_logs.csv_columns import ATTITUDES, FORCES, CsvColumns, CsvRole
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
@@ -92,7 +93,7 @@ class ColumnForm(QWidget):
 
     def retranslate(self) -> None:
         """Fills the boxes; the choices stay."""
-        self.title.setText(tr("{reason}: {what}", reason=tr("Columns"), what=short_name(self._name)))
+        self.title.setText(labelled(tr("Columns"), short_name(self._name)))
         self._fill(self.unit, [(unit, role) for role, unit in _TIME_UNITS.items()])
         for box, kinds in ((self.attitude, _ATTITUDE_WORDS), (self.force, _FORCE_WORDS)):
             entries = [(" ".join((tr(word), unit)).strip(), roles) for roles, (word, unit) in kinds.items()]

@@ -18,7 +18,7 @@ from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.read_log import SUFFIXES
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.forms.table_kit import select_row
@@ -162,8 +162,7 @@ class FlightsPage(Page):
         outcomes = work.outcomes()
         self.lists.show_rows(work.rows(outcomes))
         counts = tuple(one.caption.text() for one in self.lists.of.values())
-        self.map.show_limits(work.limits, tr("{reason}: {what}", reason=limits_text(work.limits),
-                                             what=" · ".join(counts)))  # fmt: skip
+        self.map.show_limits(work.limits, labelled(limits_text(work.limits), " · ".join(counts)))  # fmt: skip
         if self.fired_only.isChecked():
             self._filter(is_wanted=True)
 

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 from app.settings.profile_file import ProfileRefused, read_profile, refusal_text, save_profile
 from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import FlightsWork
@@ -121,7 +121,7 @@ class ProposalBar(QFrame):
         except ProfileRefused as refusal:
             faults = refusal  # the name of an except clause ends with it
             self._result.notify(Meaning.ATTENTION,
-                   lambda: tr("{file}: {why}", file=path.name, why=faults.sentences[0]))  # fmt: skip
+                   lambda: labelled(path.name, faults.sentences[0]))  # fmt: skip
             return
         settings = {**profile.settings, **thresholds}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)

@@ -13,7 +13,7 @@ from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import capitalised, in_brackets, join_names
+from app.text.sentences import capitalised, in_brackets, join_names, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.pages.flights.controller import FlightRow
@@ -122,7 +122,7 @@ def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
     return (
         tr("The readings of the rule differ:"),
         *(
-            tr("{reason}: {what}", reason=tr(READING_WORDS[reading]), what=fire_text(fire))
+            labelled(tr(READING_WORDS[reading]), fire_text(fire))
             for reading, fire in ((RuleReading.DIRECT, outcome.direct), (RuleReading.DAMPED, outcome.damped))
         ),
     )
@@ -132,10 +132,10 @@ def row_text(row: FlightRow) -> str:
     """The row as text, for the tooltip and screen readers."""
     name = clean(row.name, longest=200)
     if row.unread is not None:
-        return tr("{file}: {why}", file=name, why=row.unread.why.translated())
+        return labelled(name, row.unread.why.translated())
     lines = [f"{name}{in_brackets(tr(row.group.value))}"]
     if row.outcome is not None:
-        lines.append(tr("{reason}: {what}", reason=tr("Duration"), what=stopwatch(row.outcome.flight.duration_s)))
+        lines.append(labelled(tr("Duration"), stopwatch(row.outcome.flight.duration_s)))
         lines += [*outcome_lines(row.outcome), *(one.translated() for one in row.outcome.flight.problems)]
     return "\n".join(lines)
 
@@ -158,7 +158,7 @@ def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str
     else:
         count = sum(one.direct.is_in_time and one.damped.is_in_time for one in outcomes)
         text, is_bad = tr("{count} of {total} fire in time", count=count, total=total), count < total
-    return tr("{reason}: {what}", reason=name, what=text), Meaning.DANGER if is_bad else None
+    return labelled(name, text), Meaning.DANGER if is_bad else None
 
 
 def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
@@ -168,7 +168,7 @@ def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
     parts = []
     different = sum(one.is_different for one in outcomes)
     if different:
-        parts.append(tr("{reason}: {what}", reason=tr("unclear"), what=different))
+        parts.append(labelled(tr("unclear"), different))
     if group is FlightGroup.MUST:
         fires = [fire for one in outcomes for fire in (one.direct, one.damped) if fire.is_in_time]
         delays = [one.delay_s for one in fires if math.isfinite(one.delay_s)]
@@ -201,7 +201,7 @@ def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: 
     if proposal is None or not any(counts):
         return ProposalText(Icon.INFORMATION, None, tr("No proposal yet"))
     if proposal.limits is None:
-        lines = [tr("{file}: {why}", file=short_name(one.name), why=one.why.translated()) for one in proposal.conflicts]
+        lines = [labelled(short_name(one.name), one.why.translated()) for one in proposal.conflicts]
         return ProposalText(Icon.WARNING, Meaning.ATTENTION, tr("No thresholds separate the lists"), tuple(lines))
     lines = [
         _margin_text(margin)

@@ -23,7 +23,7 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
-from app.text.sentences import error_text
+from app.text.sentences import error_text, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -73,7 +73,7 @@ class Trend(StaticPlot):
                 last=self._last.text(),
             )
         else:
-            text = tr("{setting}: {what}", setting=title, what=tr("not measured yet"))
+            text = labelled(title, tr("not measured yet"))
         self.setToolTip(text)
         self.announce(text)
         self.redraw()
@@ -191,9 +191,9 @@ class CheckHistory(QWidget):
     def _fill_filter(self, chosen: object, aircraft: Sequence[str]) -> None:
         self.filter.clear()
         for one in self._services.connector.current.module.known:
-            self.filter.addItem(tr("Module: {name}", name=one.name), ("module", one.name))
+            self.filter.addItem(labelled(tr("Module"), one.name), ("module", one.name))
         for name in aircraft:
-            self.filter.addItem(tr("Aircraft: {name}", name=name), ("aircraft", name))
+            self.filter.addItem(labelled(tr("Aircraft"), name), ("aircraft", name))
         self.filter.addItem(tr("Unnamed"), ("module", None))
         place = next((n for n in range(self.filter.count()) if self.filter.itemData(n) == chosen), 0)
         self.filter.setCurrentIndex(place)

@@ -14,6 +14,7 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.sentences import labelled
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
@@ -119,7 +120,7 @@ class PreflightForm(QWidget):
         self._services.exchange.limits_used.emit()
         name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
         self.choose.setText(name.replace("&", "&&"))
-        self.choose.setAccessibleName(tr("Profile: {name}", name=name))
+        self.choose.setAccessibleName(labelled(tr("Profile"), name))
 
     def choose_file(self) -> None:
         self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLineEdit, QStackedWidget, QStyledItemDelegate, QS
 from app.recordings.entry_texts import entry_text, size_text, when_text
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_names, join_sentences
+from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.rows_table import RowsTable
@@ -161,9 +161,9 @@ class RecordingsPage(Page):
         what = entry_text(entries[0])
         if len(entries) > 1:
             size = size_text(sum(one.size_bytes for one in entries))
-            what = join_names((tr("Recordings: {count}", count=len(entries)), size))
+            what = join_names((labelled(tr("Recordings"), len(entries)), size))
         kept = sum(one.is_pinned for one in entries) if len(entries) > 1 else 0
-        pinned = [tr("{reason}: {what}", reason=capitalised(tr("pinned")), what=kept)] if kept else []
+        pinned = [labelled(capitalised(tr("pinned")), kept)] if kept else []
         text = join_sentences((tr("Delete for good? {what}", what=what), *pinned))
         choices = (
             Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),

@@ -27,6 +27,7 @@ from app.settings.fingerprint import Fingerprint, fingerprint_of
 from app.settings.form import FORM_COMMANDS, RowState
 from app.settings.setting_texts import DEFAULTS
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from protocol.catalogue import BY_NAME
 from protocol.fields import Flag, Value
 from protocol.link_states import Presence
@@ -137,7 +138,7 @@ class SettingsPage(Page):
     def _show_code(self, fingerprint: Fingerprint) -> None:
         """To be read out over the radio; a dash while any covered setting is unknown."""
         code = (fingerprint.code if fingerprint.is_complete else None) or "—"
-        self.code.setText(tr("{setting}: {what}", setting=tr("Settings code"), what=code))
+        self.code.setText(labelled(tr("Settings code"), code))
         missing = ", ".join(tr(command.title) for command in fingerprint.missing)
         self.code.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))
 

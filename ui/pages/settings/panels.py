@@ -15,7 +15,7 @@ from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
@@ -278,4 +278,4 @@ class _Side(QFrame):
         )
 
     def _name_button(self, title: str) -> None:
-        self.button.setAccessibleName(tr("{setting}: {what}", setting=title, what=tr("Measure")))
+        self.button.setAccessibleName(labelled(title, tr("Measure")))

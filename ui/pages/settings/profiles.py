@@ -14,6 +14,7 @@ from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
 from app.settings.profiles import Match, Profile, ProfileRow, compare, profile_of
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -256,7 +257,7 @@ class ProfileFiles(QObject):
 
 
 def _name_button(button: QPushButton, text: str) -> None:
-    button.setAccessibleName(tr("{setting}: {what}", setting=tr("Profile"), what=text))
+    button.setAccessibleName(labelled(tr("Profile"), text))
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:

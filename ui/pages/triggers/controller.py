@@ -18,7 +18,7 @@ from app.records.trigger_filing import PossiblyOther, TriggersReading, file_trig
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from app.trigger_records.history import Judgement, in_order, record_of
 from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
@@ -222,7 +222,7 @@ class TriggersController(QObject):
             return Notice(Meaning.INFORMATION, said, dismiss=self.job.dismiss)
         if self._connector.current.device.reported[0] is not False:
             return plain
-        words = tr("{setting}: {what}", setting=tr(RecordsWord.NEW_MODULE.value), what=name)
+        words = labelled(tr(RecordsWord.NEW_MODULE.value), name)
         return replace(plain, choices=(Choice("say_new", words, partial(self._say_new, name)),))
 
     def _say_new(self, name: str) -> None:

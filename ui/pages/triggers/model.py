@@ -9,7 +9,7 @@ from PySide6.QtGui import QIcon
 from app.limits.out_of_limits import record_outside
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import capitalised, in_brackets
+from app.text.sentences import capitalised, in_brackets, labelled
 from app.trigger_records.fields import source_message
 from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_message
 from protocol.translatable import marked
@@ -45,7 +45,7 @@ def record_text(row: TriggerRow) -> str:
     text = sentence(row.record).translated()
     words = [tr("seen once")] * row.is_seen_once + [tr("new")] * row.is_new
     for word in words:
-        text = tr("{reason}: {what}", reason=capitalised(word), what=text)
+        text = labelled(capitalised(word), text)
     return f"{text} — {row.seen.note}" if row.seen.note else text
 
 
@@ -169,7 +169,7 @@ def is_known_empty(work: TriggersController) -> bool:
 def count_text(work: TriggersController) -> str:
     """Without a number while the list is empty: its place says why."""
     count = len(work.rows)
-    return tr("Trigger records: {count}", count=count) if count else tr("Trigger records")
+    return labelled(tr("Trigger records"), count) if count else tr("Trigger records")
 
 
 def news_text(work: TriggersController) -> str:
@@ -184,7 +184,7 @@ def empty_title(work: TriggersController) -> str:
     if work.is_busy:
         return tr("Reading the trigger records")
     if is_known_empty(work):
-        return tr("Trigger records: {count}", count=0)
+        return labelled(tr("Trigger records"), 0)
     return capitalised(tr("not read yet") if work.reading is None else tr("unknown"))
 
 
