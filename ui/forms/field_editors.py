@@ -92,7 +92,7 @@ class _NumberBox(QDoubleSpinBox):
         self.setRange(-1 / field.per_unit, field.maximum)
         self.setValue(self.minimum())
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.setFixedWidth(NUMBER_PX)
+        self.setMinimumWidth(NUMBER_PX)
         self.setAcceptDrops(False)
         self.lineEdit().setAcceptDrops(False)
 

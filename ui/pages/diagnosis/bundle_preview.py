@@ -25,7 +25,7 @@ from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, fixed_font
+from ui.style.theme import Meaning, Size, Space, fixed_font, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import in_column, in_row
@@ -62,7 +62,6 @@ class BundlePreview(QWidget):
                                 "Names are replaced. Nothing is sent.")  # fmt: skip
         self._privacy_note.setWordWrap(True)
         self.parts = control(QListWidget(), texts, "bundle_parts", says="Files")
-        self.parts.setFixedWidth(_PARTS_PX)
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
         self.parts.currentRowChanged.connect(self._show_part)
@@ -164,6 +163,7 @@ class BundlePreview(QWidget):
 
     def _apply_theme(self) -> None:
         self.text.setFont(fixed_font(Size.SMALL))
+        self.parts.setFixedWidth(scaled(_PARTS_PX))
 
     def _retranslate(self) -> None:
         if self.bundle is not None:

@@ -37,6 +37,7 @@ from ui.style.theme import Meaning, Space, Theme, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 Result = TypeVar("Result")
 _DOT_PX: Final = 7
@@ -97,6 +98,7 @@ class Trend(StaticPlot):
 
 
 _ROW_PX: Final = 26
+_TABLE_PX: Final = 110
 
 
 class _TrendedValue(NamedTuple):
@@ -174,6 +176,12 @@ class CheckHistory(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._enable)
         self.stations = StationsRow(lambda: services.storage.folder, texts, guard)
         self._lay_out()
+        VisibilityTimer(self, restyle=self._fit_table)
+        self._fit_table()
+
+    def _fit_table(self) -> None:
+        """Some rows are in sight however large the text: the page scrolls below them."""
+        self.table.setMinimumHeight(scaled(_TABLE_PX))
 
     def open(self) -> None:
         """Reload everything and select the named module."""

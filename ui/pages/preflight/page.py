@@ -27,7 +27,7 @@ from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.row import LOCK_AND_ENABLE, Mend, Remedy
-from ui.pages.preflight.verdict import HEIGHT_PX, LOW_PX, SPOKEN, VerdictBanner, announcement
+from ui.pages.preflight.verdict import HEIGHT_PX, SPOKEN, VerdictBanner, announcement, low_px
 from ui.services.announcer import announcer
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -379,7 +379,7 @@ class PreflightPage(Page):
     # Qt
 
     def fit(self) -> None:
-        self.banner.use_height(LOW_PX if self.height() < scaled(_LOW_PAGE_PX) else HEIGHT_PX)
+        self.banner.use_height(low_px() if self.height() < scaled(_LOW_PAGE_PX) else HEIGHT_PX)
 
     def on_escape(self) -> bool:
         """Leave the past checks or the profile editor, cancel the check, or close a message."""

@@ -68,7 +68,7 @@ class OptionalNumber(QWidget):
         self.box.setRange(low, high)
         self.box.setSingleStep(0.1 if high <= 5 and default % 1 else 1)
         self.box.setSuffix(unit)
-        self.box.setFixedWidth(_NUMBER_PX)
+        self.box.setMinimumWidth(_NUMBER_PX)
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
         guard.guard(self.box)
         self.tick.toggled.connect(self._on_tick)

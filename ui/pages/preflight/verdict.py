@@ -133,6 +133,12 @@ def _footer(work: PreflightController) -> tuple[str, str]:
     return join_sentences(one.translated() for one in caveats(record)), " · ".join(parts)
 
 
+def low_px() -> int:
+    """The height on a low page: of the head and two rows in the size of text in use."""
+    rows = QFontMetricsF(font(Size.TITLE, is_bold=True)).height() + 2 * QFontMetricsF(font(Size.SMALL)).height()
+    return max(LOW_PX, round(rows) + 2 * Space.S)
+
+
 class VerdictBanner(PaintedWidget):
     """Shows one announcement, at a height that does not depend on it."""
 
@@ -254,12 +260,14 @@ def text_px(one: QFont, width: float, text: str) -> float:
 
 
 def fitted(lines: Sequence[str], width: float, room_px: float) -> tuple[QFont, str]:
-    """The lines wrapped in the largest font that fits; else one row for each line, elided, so that none is lost."""
+    """The lines wrapped in the largest font that fits; else one row for each line, or for the rest of them, elided."""
     for size in (Size.BODY, Size.SMALL):
         one, text = font(size), "\n".join(lines)
         if text_px(one, width, text) <= room_px:
             return one, text
     metrics = QFontMetricsF(one)
+    last = max(0, int(room_px // metrics.height()) - 1)
+    lines = (*lines[:last], join_sentences(lines[last:]))
     return one, "\n".join(metrics.elidedText(line, Qt.TextElideMode.ElideRight, width - 2) for line in lines)
 
 

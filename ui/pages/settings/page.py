@@ -347,11 +347,12 @@ class SettingsPage(Page):
     def _fit_columns(self, table_px: int) -> None:
         """Gives the columns the widths that fit a table of `table_px` in the size of text in use."""
         is_wide = table_px >= _WIDE_FROM_PX
+        value_px = max(WIDE_VALUE_PX, min(scaled(WIDE_VALUE_PX), table_px // 5)) if is_wide else VALUE_PX
         rows = self.rows.values()
         for name in (self._heads[0], self.baud.title, *(row.name for row in rows)):
             name.setFixedWidth(WIDE_NAME_PX if is_wide else NAME_PX)
         for value in (self._heads[1], self.baud.stands, *(row.stands for row in rows)):
-            value.setFixedWidth(WIDE_VALUE_PX if is_wide else VALUE_PX)
+            value.setFixedWidth(value_px)
         for editor in (self._heads[2], self.baud.editor, *(row.editor for row in rows)):
             editor.setFixedWidth(scaled(EDITOR_PX) if is_wide else EDITOR_PX)
 

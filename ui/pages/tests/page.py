@@ -63,7 +63,7 @@ from ui.services.job_notice import JobNotice
 from ui.services.module_field import ModuleField
 from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control, named, rename, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -293,6 +293,10 @@ class TestsPage(Page):
         self.work.cancel()
         return True
 
+    def fit(self) -> None:
+        for one in (self.list, self.known_by):
+            one.setFixedWidth(max(_LIST_PX, min(scaled(_LIST_PX), self.width() // 3)))
+
     # Leaving the page
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -329,8 +333,6 @@ class TestsPage(Page):
         Shortcut("tests_run_key", self, self.primary)
 
     def _lay_out(self) -> None:
-        self.list.setFixedWidth(_LIST_PX)
-        self.known_by.setFixedWidth(_LIST_PX)
         set_icon_size(self.list, 18)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setSpacing(2)

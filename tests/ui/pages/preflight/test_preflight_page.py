@@ -361,6 +361,10 @@ def test_no_line_of_the_banner_is_lost_where_there_is_little_room(qapp: QApplica
     assert text_px(one, 200.0, text) <= room_px
     assert [shown[:8] for shown in text.splitlines()] == [line[:8] for line in lines]
     assert fitted(lines, 200.0, 1000.0)[1] == "\n".join(lines)
+    one, text = fitted(lines, 200.0, room_px * 2 / 3)  # no line is painted where it would be cut off
+    assert text_px(one, 200.0, text) <= room_px * 2 / 3
+    assert text.splitlines()[1].startswith("SIMULATED")
+    assert text.endswith("…")
 
 
 def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(

@@ -22,6 +22,7 @@ from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import ENTRIES, Desk, choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import find, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
+from ui.forms.field_editors import NumberEditor
 from ui.main import WindowOptions
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import NAME_PX, WIDE_NAME_PX
@@ -77,6 +78,20 @@ def test_the_advice_begins_with_a_capital_and_the_chinese_help_has_the_vendors_t
         assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
     assert said[LIGHT].startswith("Advised: ")
     assert said[TILT].startswith("Default 60° · advised: ")
+
+
+def test_each_value_is_whole_at_twice_the_size_of_text(qtbot: QtBot, one: Desk) -> None:
+    window, appearance = one.assembly.window, one.assembly.appearance
+    for width in (1024, 1366):
+        window.resize(width, 768)
+        appearance.zoom(200)
+        one.wait(0.3)
+        for row in one.settings.rows.values():
+            if isinstance(row.editor, NumberEditor):
+                line, box = row.editor.line, row.editor.box
+                assert line.fontMetrics().horizontalAdvance(line.text()) + 8 <= line.width(), line.text()
+                assert row.editor.rect().contains(box.geometry()), row.command.name
+    appearance.zoom(100)
 
 
 def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> None:
