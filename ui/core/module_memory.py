@@ -29,6 +29,8 @@ class ModuleMemory:
     """The settings before the first write."""
     check: "tuple[Filed, Void | None] | None" = None
     """The last one of the Pre-flight page, and what voids it."""
+    is_fired_by_test: bool = False
+    """A guided test makes it fire now, and says what comes next."""
 
 
 VIEWED: Final = ("triggered", "active", "cell_voltage_v", "charging", "boot_count")

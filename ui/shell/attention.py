@@ -312,7 +312,7 @@ class Attention(QObject):
         if known is not None and known.value is False:
             self._has_read_trigger = False
         is_triggered = port.is_open and known is not None and known.value is True
-        if not is_triggered or self._has_read_trigger:
+        if not is_triggered or self._has_read_trigger or port.kept.is_fired_by_test:
             return None
         text = tr("The module has triggered: LOCK, read the record, pack, check again.")
         look = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)

@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, tr
+from app.text.sentences import labelled
 from tests.support.window.painted_text import watching
 from ui.core.texts import LanguageSwitch, Texts
 from ui.plots.gauge import TiltGauge
@@ -286,7 +287,7 @@ def test_a_notice_that_nobody_shows_again_follows_the_language(qtbot: QtBot, qap
     assert button is not None
     assert bar.notice is not None
     assert bar.notice.text == tr("Unsaved edits.") != "Unsaved edits."
-    assert (bar.accessibleName(), button.text()) == (tr("Message: {text}", text=bar.notice.text), tr("Cancel"))
+    assert (bar.accessibleName(), button.text()) == (labelled(tr("Message"), bar.notice.text), tr("Cancel"))
     assert (bar.accessibleName(), button.text()) != before
     bar.show_notice(None)
     switch.use(ENGLISH)

@@ -63,6 +63,8 @@ SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
 _WIDE_FROM_PX: Final = 816
 """In a table of this width the names and the values have more room."""
+_REST_PX: Final = 120
+"""Of a row: a reason, the gaps and the margins."""
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 800
@@ -347,7 +349,8 @@ class SettingsPage(Page):
     def _fit_columns(self, table_px: int) -> None:
         """Gives the columns the widths that fit a table of `table_px` in the size of text in use."""
         is_wide = table_px >= _WIDE_FROM_PX
-        value_px = max(WIDE_VALUE_PX, min(scaled(WIDE_VALUE_PX), table_px // 5)) if is_wide else VALUE_PX
+        room_px = table_px - WIDE_NAME_PX - scaled(EDITOR_PX) - scaled(STATE_PX) - _REST_PX
+        value_px = max(WIDE_VALUE_PX, min(scaled(WIDE_VALUE_PX), room_px)) if is_wide else VALUE_PX
         rows = self.rows.values()
         for name in (self._heads[0], self.baud.title, *(row.name for row in rows)):
             name.setFixedWidth(WIDE_NAME_PX if is_wide else NAME_PX)

@@ -194,6 +194,7 @@ class GuidedController(QObject):
         if self.setup is not None:
             self.steps = PersonSteps()
             self.stage = Stage.MEASURING
+            self._connector.current.kept.is_fired_by_test = self.test.is_active
             self._job.run(measure(self.test, self.setup, self.steps), self._end_measuring)
             self.changed.emit()
 
@@ -217,6 +218,7 @@ class GuidedController(QObject):
     def _finish(self, outcome: GuidedResult | BrokenOff) -> None:
         self._job.cancel()
         self._job.drop()
+        self._connector.current.kept.is_fired_by_test = False
         if self.stage is not Stage.PREPARING and self._connector.current.device.fresh(
             "active", self._connector.clock()
         ):

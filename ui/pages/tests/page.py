@@ -75,6 +75,8 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_EVERY_MS: Final = 100
 MAX_NAME_LENGTH: Final = 80
 _LIST_PX: Final = 196
+_STEPS_PX: Final = 660
+"""Beside the list, whose names may be elided for it."""
 _FIELD_PX: Final = 148
 
 
@@ -295,7 +297,7 @@ class TestsPage(Page):
 
     def fit(self) -> None:
         for one in (self.list, self.known_by):
-            one.setFixedWidth(max(_LIST_PX, min(scaled(_LIST_PX), self.width() // 3)))
+            one.setFixedWidth(max(_LIST_PX, min(scaled(_LIST_PX), self.width() - _STEPS_PX)))
 
     # Leaving the page
 

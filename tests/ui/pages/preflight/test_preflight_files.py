@@ -18,6 +18,7 @@ from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from app.stations.station import fingerprint_of
 from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH, tr
+from app.text.sentences import labelled
 from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import OnBench, find_in, name_module, on_bench, said
@@ -111,7 +112,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         trend = history.trends["cell_voltage_v"]
         bench.until(lambda: trend.isHidden() and len(history.checks) == 2)
         bench.assembly.language_switch.use(CHINESE)
-        bench.until(lambda: box.currentText() == tr("Aircraft: {name}", name="H6-12") != "Aircraft: H6-12")
+        bench.until(lambda: box.currentText() == labelled(tr("Aircraft"), "H6-12") != "Aircraft: H6-12")
         assert not history.stations.own.text().startswith("This station")
         bench.assembly.language_switch.use(ENGLISH)
         bench.until(lambda: (box.currentText(), len(history.checks)) == ("Aircraft: H6-12", 2))

@@ -14,6 +14,7 @@ from app.records.report_html import guided_body
 from app.text.messages import UserMessage
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.window.steps import choosing, find
+from tests.ui.pages.tests.test_guided_page import activated
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.widgets import GuidedPicture
 from ui.style.theme import Choice, Meaning
@@ -111,3 +112,19 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
     assert all(
         words in printed for words in ("&lt;M-07&gt;", "Attitude trigger", "passed", "Li, simulated", "61° (≤ 62°)")
     )
+
+
+def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: GestureBench) -> None:
+    bar, state = bench.window.notice_bar, bench.bench.state
+
+    def is_said() -> bool:
+        return bar.notice is not None and "has triggered" in bar.notice.text
+
+    activated(bench)
+    bench.bench.set_tilt(70)
+    bench.until(lambda: bench.guided._connector.current.device.fresh("triggered", bench.clock.now_s))
+    bench.wait(1.0)
+    assert state().is_triggered
+    assert not is_said()
+    bench.guided.work.cancel()
+    bench.until(is_said)  # nobody else says now what comes next
