@@ -75,13 +75,14 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
     def boundingRect(self) -> QRectF:
         return self.bounds
 
-    def paint(self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None) -> None:
-        ratio = painter.device().devicePixelRatioF()
-        super().paint(painter, option, widget)
+    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
+        ratio, path = painter.device().devicePixelRatioF(), self.getPath()
+        painter.setPen(self.opts["pen"])
+        painter.drawPath(path)
         # To the right, then down: diagonally, lines that rise would have gaps and lines that fall would stay thin.
         for x, y in ((1, 0), (0, 1)) * (min(_MAX_PX, round(self.line_px * ratio)) - 1):
             painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(x / ratio, y / ratio))
-            super().paint(painter, option, widget)
+            painter.drawPath(path)
 
 
 class ValueAxis(LabelAxis):
