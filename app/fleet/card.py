@@ -13,6 +13,7 @@ from app.limits.out_of_limits import LimitsInUse, Outside, value_outside
 from app.preflight.verdict import Verdict, verdict_sentence
 from app.procedures.lock import Locked, waiting_sentence
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
+from app.settings.identity_words import identity_question
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.messages import UserMessage
@@ -30,7 +31,7 @@ class Need(Enum):
     TRIGGERED = marked("TRIGGERED: lock it, read its records.")
     NOT_LOCKED = "not locked"
     WAS_ACTIVE = LAST_HEARD_ACTIVE
-    IDENTITY = marked("Another module? Choose it and name it.")
+    IDENTITY = "identity"
     LINK = "link"
     NO_GO = marked("Not met: {names}")
     OUTSIDE = "outside"
@@ -78,6 +79,9 @@ class Card:
     can_lock: bool = False
     due: tuple[UserMessage, ...] = ()
     """Service that is due, of a module with a name."""
+    identity: Identity = field(default_factory=Identity)
+    expected: str = ""
+    """The name of the module that it may be."""
 
     @property
     def has_age(self) -> bool:
@@ -105,6 +109,8 @@ class Card:
                 return waiting_sentence(self.lock.sent)
             case Need.NOT_LOCKED if self.lock.failed is not None:
                 return self.lock.failed.sentence
+            case Need.IDENTITY:
+                return identity_question(self.identity, self.expected)
             case Need.LINK:
                 said = link_text(self.link, now)
                 return said.next_step or said.what
@@ -134,6 +140,7 @@ class Member:
     device: DeviceView
     activation: SeenActivation
     name: str = ""
+    expected: str = ""
     identity: Identity = field(default_factory=Identity)
     verdict: HeldVerdict | None = None
     is_checking: bool = False
@@ -166,6 +173,8 @@ def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
         is_shown=member.is_shown,
         can_lock=member.can_lock,
         due=member.due,
+        identity=member.identity if member.identity.is_for_a_person else Identity(),
+        expected=member.expected,
     )
 
 

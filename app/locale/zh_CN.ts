@@ -402,10 +402,6 @@
         <translation>当前显示的是另一个模块：未打开任何文件。</translation>
     </message>
     <message>
-        <source>Another module? Choose it and name it.</source>
-        <translation>可能是另一个模块：选择并命名。</translation>
-    </message>
-    <message>
         <source>Answers arrive {time} late.</source>
         <translation>应答延迟 {time}。</translation>
     </message>

@@ -4,6 +4,7 @@ from app.engine.identity import Identity
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
+from app.text.sentences import join_names
 from protocol.translatable import marked
 
 
@@ -26,3 +27,20 @@ def differences(identity: Identity) -> list[str]:
         values = {"now": value_text(one.command, one.after), "before": value_text(one.command, one.before)}
         found.append(tr("{name} {now}, was {before}", name=name[:1].lower() + name[1:], **values))
     return found
+
+
+def identity_question(identity: Identity, expected: str) -> str:
+    """What a person is asked who has to say which module it is, translated; `expected`: its name, where it has one."""
+    found = differences(identity)
+    if found:
+        return tr("This may be another module: {differences}.", differences=join_names(found))
+    if not identity.is_adapter_same:
+        return tr("This may be another module: the port leads to another device.")
+    if expected:
+        return tr("{module}? Read its label.", module=expected)
+    return tr("This may be another module: communication was interrupted.")
+
+
+def same_module_words(expected: str) -> str:
+    """Of the button that answers it."""
+    return tr("It is {module}", module=expected) if expected else tr("Same module")

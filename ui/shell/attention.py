@@ -8,9 +8,9 @@ from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
-from app.settings.identity_words import differences
+from app.settings.identity_words import identity_question, same_module_words
 from app.text.i18n import tr
-from app.text.sentences import join_names, join_sentences
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
@@ -23,17 +23,7 @@ def identity_notice(port: Port) -> Notice | None:
     identity, module = port.identity, port.module
     if not identity.is_for_a_person:
         return None
-    name = module.expected_name
-    found = differences(identity)
-    if found:
-        what = tr("This may be another module: {differences}.", differences=join_names(found))
-    elif not identity.is_adapter_same:
-        what = tr("This may be another module: the port leads to another device.")
-    elif name:
-        what = tr("{module}? Read its label.", module=name)
-    else:
-        what = tr("This may be another module: communication was interrupted.")
-    same = tr("It is {module}", module=name) if name else tr("Same module")
+    what, same = identity_question(identity, module.expected_name), same_module_words(module.expected_name)
     choices = (
         Choice("identity_new", tr("New module"), module.treat_as_new, is_step=True),
         Choice("identity_same", same, module.confirm_identity, is_step=True),

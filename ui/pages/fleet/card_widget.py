@@ -11,10 +11,12 @@ from app.diagnosis.link_state import link_text
 from app.fleet.card import Card, Need
 from app.fleet.check_set import word_of
 from app.preflight.verdict import Verdict
+from app.settings.identity_words import same_module_words
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised
 from ui.core.texts import Texts
+from ui.services.port import Port
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import pen
 from ui.style.theme import Meaning, Size, Space, current, scaled
@@ -22,10 +24,11 @@ from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import Readout, StateChip, show_activation, show_known_trigger
+from ui.widgets.step_button import StepButton
 
 CARD_PX: Final = 324
 """Minimum width of a card at 100 %."""
-CARD_HEIGHT_PX: Final = 240
+CARD_HEIGHT_PX: Final = 256
 _STRIPE_PX: Final = 5
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
@@ -56,7 +59,7 @@ class CardWidget(QFrame):
     """A person wants this module on the other pages."""
     accessible_role: ClassVar = QAccessible.Role.Button
 
-    def __init__(self, texts: Texts, lock: Callable[[], object], disconnect: Callable[[], object]) -> None:
+    def __init__(self, texts: Texts, port: Port, disconnect: Callable[[], object]) -> None:
         super().__init__()
         named(self, "fleet_card", "card")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -66,7 +69,7 @@ class CardWidget(QFrame):
         self._is_pressed = False
         self.title = named(ElidedLabel(), "fleet_name", "heading")
         self.port = named(ElidedLabel(), "fleet_port", "small")
-        self.lock = control(QPushButton(), texts, "fleet_lock", "LOCK", picture=Icon.LOCK, slot=lock)
+        self.lock = control(QPushButton(), texts, "fleet_lock", "LOCK", picture=Icon.LOCK, slot=port.lock.press)
         self.more = control(QToolButton(), texts, "fleet_card_more", says="More", picture=Icon.MORE, role="quiet")
         menu = named(QMenu(self.more), "fleet_card_more_menu")
         self.show_action, self.disconnect_action = menu.addAction(""), menu.addAction("")
@@ -88,6 +91,11 @@ class CardWidget(QFrame):
         self.need_icon = IconLabel("fleet_need_icon", 18)
         self.need = text_label("fleet_need", "strong")
         self.need.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self.new = control(StepButton(), texts, "fleet_identity_new", "New module", slot=port.module.treat_as_new)
+        self.same = control(StepButton(), texts, "fleet_identity_same", slot=port.module.confirm_identity)
+        self.question = named(QWidget(), "fleet_identity")
+        in_row(self.new, self.same, 1, of=self.question, spacing=Space.S, margins=0)
+        self.question.hide()
         self._lay_out()
 
     @property
@@ -124,6 +132,9 @@ class CardWidget(QFrame):
         self.need_icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
         self.need.setText(need)
         self.need.setToolTip(need)
+        self.question.setVisible(card.identity.is_for_a_person)
+        self.same.setText(same_module_words(card.expected))
+        self.same.setAccessibleName(self.same.text())
         self.show_action.setEnabled(not card.is_shown)
         self.setAccessibleName(f"{card.title}, {card.port}: {need}")
         self.update()
@@ -164,7 +175,7 @@ class CardWidget(QFrame):
         values = in_row(states, 1, numbers, spacing=Space.M)
         need = in_row(self.need_icon, (self.need, 1), spacing=Space.S)
         need.setAlignment(self.need_icon, Qt.AlignmentFlag.AlignTop)
-        in_column(head, values, (need, 1), of=self, spacing=Space.S,
+        in_column(head, values, (need, 1), self.question, of=self, spacing=Space.S,
                   margins=(Space.M + _STRIPE_PX, Space.S, Space.S, Space.S))  # fmt: skip
 
     # Qt

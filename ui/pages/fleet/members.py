@@ -128,6 +128,7 @@ class FleetMembers(QObject):
             device=device,
             activation=connection.activation,
             name=connection.module.name,
+            expected=connection.module.expected_name,
             identity=connection.identity,
             verdict=held,
             is_checking=connection in self.is_checking,

@@ -170,8 +170,7 @@ class FleetPage(Page):
     def _widget(self, connection: Port) -> CardWidget:
         widget = self._widgets.get(connection)
         if widget is None:
-            lock = connection.lock
-            widget = CardWidget(self._services.texts, lock.press, partial(self.members.disconnect_port, connection))
+            widget = CardWidget(self._services.texts, connection, partial(self.members.disconnect_port, connection))
             widget.chosen.connect(partial(self._choose, connection))
             self._widgets[connection] = widget
         return widget

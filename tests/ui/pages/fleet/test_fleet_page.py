@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication
 
+from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.fleet.card import Need
 from app.limits.service import Service, ServiceKind
@@ -313,6 +314,34 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     button.click()
     assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
     assert not closed
+
+
+def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also of a module that the other pages do not show."""
+    desk.plug_in(3)
+    (first, _), (port, worker), _ = desk.modules
+    card, other = desk.page._widgets[port], desk.page._widgets[first]
+    port.module.choose("M-07")
+    desk.settle()
+    assert not card.question.isVisible()
+    doubt = Identity(Trust.UNPROVEN, is_named=True)
+    worker.hand_over(identity=doubt)
+    desk.settle()
+    assert (card.need.text(), card.same.text(), card.new.text()) == (
+        "M-07? Read its label.", "It is M-07", "New module"
+    )  # fmt: skip
+    assert card.same.isVisible()
+    assert not other.question.isVisible()
+    confirmed: list[Identity | None] = []
+    monkeypatch.setattr(worker, "confirm_identity", lambda seen=None, **_: confirmed.append(seen))
+    card.same.chosen.emit()
+    assert confirmed == [doubt]
+    assert desk.ports.connector.current is first  # a press on the button chooses no module
+    opening = port.view.opening
+    card.new.chosen.emit()
+    assert port.view.opening == opening + 1
+    desk.settle()
+    assert not card.question.isVisible()
 
 
 def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Desk) -> None:
