@@ -106,7 +106,7 @@ class Restarted:
 
 @dataclass(frozen=True, slots=True)
 class FellSilent:
-    """Questions went unanswered for `Timing.silent_gap_s` or longer: the module may have been exchanged meanwhile."""
+    """Questions go, or went, unanswered for `Timing.silent_gap_s` or longer: the module may have been exchanged."""
 
     at: float
 

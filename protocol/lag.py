@@ -17,6 +17,7 @@ MAX_S = 10.0
 """Older questions are no longer answered."""
 STREAM_SHOWS_S = 3.0
 """Without an unasked frame for this long nothing streams: the slowest streams send one a second."""
+QUICK_S = 0.3
 _MAX_ASKED = 256
 
 
@@ -90,6 +91,11 @@ class Lag:
             if self._asked[place].request == request and self._asked[place].is_due:
                 self._asked[place] = self._asked[place]._replace(is_due=False)
                 return
+
+    @property
+    def is_quick(self) -> bool:
+        """The last answer took less time than an exchange of the module would."""
+        return self._last_s is None or self._last_s < QUICK_S
 
     def seconds(self, now: float) -> float | None:
         """How long answers take now; None before the first. An overdue answer counts with the time waited so far, if

@@ -77,6 +77,7 @@ class Link:
         self._stale = StaleReplies(self.timing)
         self._unasked_heartbeat_at: float | None = None
         self.unanswered_since: float | None = None if before is None else before.unanswered_since
+        self.has_timed_out: bool = before is not None and before.has_timed_out  # since the last frame
         self._last_byte_at = self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
 
@@ -116,7 +117,8 @@ class Link:
             waits = (waits_s or self.round_trips.waits_s(self.timing))[:attempts]
         flight = Flight(request, waits)
         self._stale.drop_expired(now)
-        if is_fenced or self._needs_fence(request, now):
+        # LOCK must not wait, and the state is read afterwards.
+        if is_fenced or (request != LOCK and self._stale.could_answer(request, now)):
             self._behind_fence = flight
             self._move(Step.ASK_BEHIND_FENCE)
             fence = self._stale.fence(now, is_proof=is_fenced)
@@ -130,12 +132,10 @@ class Link:
         A set or an act that was sent is `OutcomeUnknown`: it may have been carried out.
         """
         events: list[Event] = []
-        if self._flight is not None:
-            flight = self._flight
-            if flight.attempt:
-                self._stale.expect_late(flight.request, now, count=flight.attempt)
-                if not flight.request.is_repeatable:
-                    events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
+        if (flight := self._flight) is not None and flight.attempt:
+            self._stale.expect_late(flight.request, now, count=flight.attempt)
+            if not flight.request.is_repeatable:
+                events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
         self._behind_fence = None
         self._finish(Step.ABANDON)
         return events
@@ -228,11 +228,6 @@ class Link:
         self._outgoing += raw
         return [Sent(raw, flight.request, flight.attempt + 1, now)]
 
-    def _needs_fence(self, request: Request, now: float) -> bool:
-        if request == LOCK:
-            return False  # LOCK must not wait, and the state is read afterwards
-        return self._stale.could_answer(request, now)
-
     # Receiving
 
     def _digest(self, piece: Piece, now: float, events: list[Event]) -> None:
@@ -267,7 +262,8 @@ class Link:
         events.append(Received(frame, message, role, now, said_after))
 
     def _prove(self, now: float, events: list[Event]) -> None:
-        self._proven_at, self.unanswered_since = now, None
+        self._note_silence(now, events)
+        self._proven_at, self.unanswered_since, self.has_timed_out = now, None, False
         self._probe_at = now + self.timing.heartbeat_every_s
         if self.presence is not Presence.ONLINE:
             self.presence = PRESENCE[self.presence, Sign.FRAME]
@@ -366,15 +362,18 @@ class Link:
             events.append(Answered(flight.request, flight.messages, flight.attempt, None, now))
             return
         self.counters.time_outs += 1
-        is_silent = now - (self.unanswered_since or now) >= self.timing.silent_gap_s
-        if is_silent and flight.request.command.layout is not Layout.RECORD:
-            events.append(FellSilent(now))
+        self.has_timed_out |= flight.request.command.layout is not Layout.RECORD
+        self._note_silence(now, events)
         if flight.attempt < len(flight.waits_s):
             self._move(Step.TIME_OUT)
             is_draining = self.exchange is Exchange.DRAINING
             events += self._hold(flight, now + is_draining * self.timing.drain_s, now)
             return
         self._give_up(flight, now, events)
+
+    def _note_silence(self, now: float, events: list[Event]) -> None:
+        if self.has_timed_out and now - (self.unanswered_since or now) >= self.timing.silent_gap_s:
+            events.append(FellSilent(now))
 
     def _give_up(self, flight: Flight, now: float, events: list[Event]) -> None:
         fenced, self._behind_fence = self._behind_fence, None

@@ -11,7 +11,7 @@ defaults of the vendor's table are never used instead.
 """
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from app.engine.changed_values import ACKNOWLEDGED_KEYS, UNREADABLE, key_changed_by
 from app.engine.motion import MotionExtremes, MotionWatch
+from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
 from protocol.catalogue import ACTIVATION, MAX_RECORDS, SERIAL_OUTPUT, Request
 from protocol.events import (
     Answered,
@@ -58,6 +59,8 @@ STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
 SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
 FRESH_FOR_S: Mapping[str, float] = MappingProxyType(dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0))
 """Seconds after which a live value is stale. Settings and the boot count change only with an act or a restart."""
+READ_BACK = (BOOT_COUNT.key, *(command.key for command in READABLE_SETTINGS))
+"""They do not age. In a silence the module may be exchanged."""
 
 MAX_LAG_S = 1.0
 """Where frames are delayed for longer no status is current."""
@@ -67,8 +70,6 @@ STREAM_LATE_PERIODS = 1.5
 """A streamed status is stale when the next one is late by half a period."""
 STREAM_WINDOW_S = 3.0
 """The window in which the rate of the stream is measured; the slowest streams send one report a second."""
-BOOTS = 256
-"""The boot count wraps to 0 after 255."""
 MAX_STRAY_RECORDS = 100 * MAX_RECORDS
 
 
@@ -224,27 +225,30 @@ class Device:
                 self._on_restart()
             case FellSilent():
                 self._break_off()
+                if self._lag is None or self._lag.is_quick:  # else it is the line that is slow
+                    self._doubt(READ_BACK, StaleReason.LINK_LOST)
             case WentOnline():
-                self._set_presence(Presence.ONLINE, event.at)
+                self._presence, self._presence_since = Presence.ONLINE, event.at
                 if self._baud_rate is not None:
                     self._values["baud_rate"] = Known(self._baud_rate, How.READ, event.at)
             case WentOffline():
-                self._set_presence(Presence.OFFLINE, event.at)
+                self._presence, self._presence_since = Presence.OFFLINE, event.at
                 self._break_off()
                 self.mark_all_stale(StaleReason.LINK_LOST)
-            case _:
-                pass
 
     def mark_all_stale(self, stale_reason: StaleReason) -> None:
         """Mark all values as stale (port lost, module offline)."""
         self._settle()
-        self._values = {
-            key: known if known.is_stale else replace(known, stale_reason=stale_reason)
-            for key, known in self._values.items()
-        }
+        self._doubt(tuple(self._values), stale_reason)
         self._streamed_at.clear()
         self._motion.clear()
         self._clear_suspicion()
+
+    def _doubt(self, keys: Iterable[str], stale_reason: StaleReason) -> None:
+        for key in keys:
+            known = self._values.get(key)
+            if known is not None and not known.is_stale:
+                self._values[key] = replace(known, stale_reason=stale_reason)
 
     def forget(self, before: float) -> None:
         """Forget what was known of another module, which nothing is of since `before`, in monotonic seconds."""
@@ -290,15 +294,12 @@ class Device:
         """Whether status reports came unasked, the last one within 1.5 s."""
         return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
 
-    def _set_presence(self, presence: Presence, at: float) -> None:
-        self._presence, self._presence_since = presence, at
-
     def _on_frame(self, event: Received) -> None:
         message = event.message
         if isinstance(message, Heartbeat) and event.role in (Role.UNSOLICITED, Role.LATE, Role.DUPLICATE):
             self._suspect_restart()
             self._is_restart_suspected |= event.role is not Role.UNSOLICITED  # the link decides about that one
-        if isinstance(message, Reading) and event.role is Role.ANSWER and message.command.key == "boot_count":
+        if isinstance(message, Reading) and event.role is Role.ANSWER and message.command is BOOT_COUNT:
             self._on_reading(message, event.at)  # also the answer to a fence, of which there is no `Answered`
         if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNSOLICITED):
             self._stray_records.append(message)
@@ -331,7 +332,7 @@ class Device:
     def _on_reading(self, reading: Reading, at: float) -> None:
         key = reading.command.key
         before = self._values.get(key)
-        if key == "boot_count":
+        if key == BOOT_COUNT.key:
             boots = 0 if before is None else (reading.raw - int(before.value)) % BOOTS
             if boots > self._restarts_not_read:
                 self._on_restart()  # it was switched off and on while nobody listened
@@ -376,12 +377,11 @@ class Device:
 
     def _suspect_restart(self) -> None:
         """An unexpected heartbeat may be one of a restart's two, or a late or doubled answer; only the boot count can
-        tell. Until then the values that a restart would lose are unknown."""
+        tell. Until it is read it is stale, and the values that a restart would lose are unknown."""
         self._settle()
-        for key in UNREADABLE:
-            known = self._values.get(key)
-            if known is not None and not known.is_stale:
-                self._suspected[key] = self._values.pop(key)
+        self._doubt((BOOT_COUNT.key,), StaleReason.RESTARTED)
+        for key in UNREADABLE & self._values.keys():
+            self._suspected[key] = self._values.pop(key)
 
     def _clear_suspicion(self) -> None:
         self._is_restart_suspected = False

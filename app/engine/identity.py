@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
 
-from app.engine.device import BOOTS, Device, Known, StaleReason
-from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
+from app.engine.device import Device, Known, StaleReason
+from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS, ChangedSetting, changed_settings
 from protocol.events import Event, FellSilent, Received, Restarted, Role, WentOffline
 from protocol.fields import Value
 from protocol.link_states import Presence

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.device import BOOTS
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
+from app.engine.setting_changes import BOOTS
 from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Value

@@ -85,6 +85,7 @@ class _StreamProgress:
     has_given_up: bool = False
     """It was switched on and nothing came: polled until the next restart."""
     restarts: int = 0
+    breaks: int = 0
     last_sleep: Sleep | None = None
     has_read: bool = False
     is_suspicious: bool = False
@@ -120,6 +121,10 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
     if view.device.presence is Presence.OFFLINE:
         progress.has_read = False  # everything is read again once the link's own heartbeats are answered
         return
+    if view.device.breaks != progress.breaks:
+        progress.breaks = view.device.breaks
+        for question, _every_s in (*_SETTINGS, (_BOOT_COUNT, BOOT_EVERY_S)):
+            progress.due.pop(question, None)  # another module may answer now
     if view.device.restarts != progress.restarts:
         progress.restarts = view.device.restarts
         on_at = progress.switched_on_at
@@ -133,8 +138,9 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
     progress.is_suspicious = view.device.is_restart_suspected
     if read_all and not progress.has_read:
         yield from _read_all(progress)
-        for command in READABLE_SETTINGS:
-            progress.due[command.query()] = view.now + SETTINGS_EVERY_S
+        progress.due |= {question: view.now + every_s for question, every_s in _SETTINGS}
+        # One after the other: while the module streams, its silence shows only in a question.
+        progress.due |= {question: view.now + at * SLOW_EVERY_S / len(_SLOW) for at, question in enumerate(_SLOW)}
         return
     yield from _steer_stream(progress, switch, view)
     polled = [*_polled(switch, view), *(_SETTINGS if read_all else ())]
@@ -194,8 +200,7 @@ def _steer_stream(progress: _StreamProgress, switch: StreamSwitch, view: EngineV
     if progress.switched_on_at is not None:
         waited_s = view.now - progress.switched_on_at
         progress.hz = view.device.stream_hz if view.device.is_streaming else progress.hz
-        if not view.device.is_streaming and waited_s > STREAM_STARTS_S:
-            progress.has_given_up = True
+        progress.has_given_up = not view.device.is_streaming and waited_s > STREAM_STARTS_S
         return
     if view.device.is_streaming or progress.has_given_up or not view.is_settled or _is_listening(progress, view):
         return

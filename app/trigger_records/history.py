@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.device import BOOTS
+from app.engine.setting_changes import BOOTS
 from app.limits.out_of_limits import record_outside
 from app.text.messages import UserMessage, joined, message
 from app.trigger_records.fields import source_message

@@ -83,8 +83,7 @@ class Session:
                 self.findings += self._unproven(row.command, value)
         for key in ("active", "triggered", "boot_count"):
             known = view.fresh(key, now)
-            is_asked_again = key == "boot_count" and view.is_restart_suspected
-            if known is not None and not is_asked_again:
+            if known is not None:
                 self.findings += shown(case, key, known)
 
     def _unproven(self, command: Command, value: Value) -> Iterator[Finding]:

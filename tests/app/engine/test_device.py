@@ -20,7 +20,7 @@ from app.engine.device import (
 from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Command, Request
 from protocol.events import Answered, OutcomeUnknown, Received, Restarted, Role, WentOffline, WentOnline
-from protocol.frame import Direction, Frame, encode_long
+from protocol.frame import Direction, Frame, encode_long, encode_reply
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement, Reading, decode
 from tests.support.line.link_bench import PULSE, RECORD
@@ -280,11 +280,15 @@ def test_a_heartbeat_that_may_be_a_restarts_is_decided_by_the_boot_count(
     assert shown.undecided == {TRIGGER.key}
     assert shown.known(TRIGGER.key, NOW + 0.1) is None
     assert shown.fresh("attitude_threshold_deg", NOW + 0.1) == 60
+    assert shown.fresh("boot_count", NOW + 0.1) is None
+    device.apply(heard(encode_reply(BOOT_COUNT.code, 38), Role.LATE, NOW + 0.15, BOOT_COUNT.query()))
+    assert view(device, NOW + 0.15).fresh("boot_count", NOW + 0.15) is None, "it may be from before"
     device.apply(read(BOOT_COUNT, boots, NOW + 0.2))
     shown = view(device, NOW + 0.2)
     assert not shown.is_restart_suspected
     assert shown.undecided == frozenset()
     assert (shown.fresh(TRIGGER.key, NOW + 0.2) is True) is is_known_again
+    assert shown.fresh("boot_count", NOW + 0.2) == boots
 
 
 def test_the_first_boot_count_does_not_tell_whether_there_was_a_restart() -> None:

@@ -219,6 +219,61 @@ def test_a_silent_module_goes_offline_and_what_was_known_is_stale() -> None:
     assert rig.session.device.view(rig.clock.now_s).fresh("freefall_time_s", rig.clock.now_s) == 1.6
 
 
+def test_a_module_exchanged_behind_an_open_port_is_never_shown_with_the_values_of_the_former() -> None:
+    """It announces no start, and takes its place in less time than it takes to be offline."""
+    rig = settled_rig(boots=5)
+    watched(rig)
+    rig.step_for(13)
+    rig.bench.change(mute=True)
+    rig.step_for(0.7)
+    rig.bench.end_faults()
+    rig.bench.module.memory.attitude_threshold = 75
+    rig.bench.module.memory.boot_count = 9
+    seen = set()
+    for _ in range(100):
+        rig.step_for(0.01)
+        view = rig.session.device.view(rig.clock.now_s)
+        assert (view.restarts, view.presence.value) in ((0, "online"), (1, "online"))
+        seen.add(tuple(view.fresh(key, rig.clock.now_s) for key in ("attitude_threshold_deg", "boot_count")))
+    assert {threshold for threshold, _ in seen} == {None, 75}
+    assert {boots for _, boots in seen} == {None, 9}
+    assert (75, 9) in seen, "read again at once"
+    rig.step_for(5)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert view.is_streaming
+    assert all(view.fresh(key, rig.clock.now_s) is not None for key in view.values.keys() - {"baud_rate"})
+
+
+@pytest.mark.parametrize("lasts_s", [0.7, 0.9, 1.1, 1.3])
+@pytest.mark.parametrize("begins_s", [0.0, 0.1, 0.2, 0.3])
+def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: float, begins_s: float) -> None:
+    """Whenever it begins, also while the module streams and nothing but what does not stream is asked."""
+    rig = settled_rig()
+    watched(rig)
+    rig.step_for(5)
+    rig.run(_set_trigger())
+    rig.step_for(begins_s)
+    rig.bench.change(mute=True)
+    rig.step_for(lasts_s)
+    rig.bench.end_faults()
+    rig.step_for(0.3)
+    assert rig.session.device.view(rig.clock()).known("attitude_trigger", rig.clock()) is None
+
+
+def test_a_stream_goes_on_after_a_silence_and_is_still_steered() -> None:
+    rig, switch = settled_rig(), StreamSwitch()
+    rig.session.run_in_background(watch(switch))
+    rig.step_for(5)
+    rig.bench.change(mute=True)
+    rig.step_for(3)
+    rig.bench.end_faults()
+    rig.step_for(5)
+    for is_wanted in (False, True):
+        switch.is_wanted = is_wanted
+        rig.step_for(3)
+        assert rig.bench.state().is_streaming is is_wanted
+
+
 def test_a_live_value_grows_stale_with_age() -> None:
     rig = settled_rig()
     rig.run(read_everything())
