@@ -239,7 +239,9 @@ class Device:
     def mark_all_stale(self, stale_reason: StaleReason) -> None:
         """Mark all values as stale (port lost, module offline)."""
         self._settle()
-        self._doubt(tuple(self._values), stale_reason)
+        # The heartbeats of a restart, or the boot count that tells of it, came at the port's rate.
+        proven = {"baud_rate"} if stale_reason is StaleReason.RESTARTED else set()
+        self._doubt(self._values.keys() - proven, stale_reason)
         self._streamed_at.clear()
         self._motion.clear()
         self._clear_suspicion()
@@ -344,12 +346,10 @@ class Device:
 
     def _on_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:
         command = acknowledgement.request.command
-        if not acknowledgement.is_accepted:
-            self._invalidate_write(acknowledgement.request)
-            return
         key = key_changed_by(acknowledgement.request)
-        if key in STATUS_KEYS and acknowledgement.request != ACTIVATION.set(True):
-            # The old value is over; only a report has the new one. An acknowledged activation already may fire.
+        # After an act only a report has the new value; but an acknowledged activation already may fire.
+        is_over = key in STATUS_KEYS and acknowledgement.request != ACTIVATION.set(True)
+        if is_over or not acknowledgement.is_accepted:
             self._invalidate_write(acknowledgement.request)
             return
         if key is None or command.write is None:

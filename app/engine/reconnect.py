@@ -216,7 +216,7 @@ class Reconnection:
         return self._stage is PortStage.UNKNOWN
 
     def poll(self, ports: Iterable[PortInfo], now: float) -> Address | None:
-        """Return the address to open now, or None; `absence` says why."""
+        """Return the address to open now, which is kept open from then on, or None; `absence` says why."""
         address, listed = self.address, tuple(ports)
         if self._stage is PortStage.UNKNOWN and address is not None:
             self._recognise(address, listed, now)
@@ -231,14 +231,11 @@ class Reconnection:
         if self._is_ambiguous:
             same = [port for port in same if port.location == address.location]
         if len(same) == 1:
-            return Address(same[0].device, address.identity, same[0].location)
+            self.address = Address(same[0].device, address.identity, same[0].location)
+            return self.address
         several = any(port.identity == address.identity for port in listed)
         self._absence = Absence.SEVERAL if several else self._absence_of(address, listed)
         return None
-
-    def opening(self, address: Address) -> None:
-        """`address`, from `poll`, is being opened."""
-        self.address = address
 
     def _enter(self, stage: PortStage) -> None:
         self._stage = stage

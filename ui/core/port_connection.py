@@ -84,8 +84,6 @@ class PortConnection(QObject):
         self._opening = 0  # batches of earlier openings of the port are ignored
         self.adapter_key = ""
         """Key of the connected adapter or port; unchanged when it returns under another name."""
-        self._proven_rate: int | None = None
-        """The baud rate at which the module last answered."""
         self._return = Reconnection()
         self._is_listing = False
         """A scan of the ports is running for `_return`, and its result is still wanted."""
@@ -169,7 +167,6 @@ class PortConnection(QObject):
         """Open `target`; an open port is closed first."""
         self._is_left_on_emitted = self._is_listing = False
         is_adapter_same, self.adapter_key = target.key == self.adapter_key, target.key
-        self._proven_rate = None
         self._return.request(Address(target.device, target.identity))
         self.target = target
         self._forget(Connection(PortState.OPENING, target.device, target.baud_rate), is_adapter_same=is_adapter_same)
@@ -298,8 +295,6 @@ class PortConnection(QObject):
         self._end_jobs(batch)
         if is_news:
             self._on_connection(batch.connection)
-        rate = batch.device.fresh("baud_rate", batch.at)
-        self._proven_rate = rate if isinstance(rate, int) else self._proven_rate
         if self._is_online() and not was_online and self.target is not None:
             self.came_online.emit(self.target)
         sleep = batch.device.last_sleep
@@ -354,9 +349,9 @@ class PortConnection(QObject):
         target = self.target
         found = self._return.poll(ports, self.clock())
         if found is not None and target is not None:
-            expected = self._return.expected(self._lost)
-            self._return.opening(found)
-            self._open(replace(target, device=found.device, baud_rate=self._proven_rate or target.baud_rate), expected)
+            expected, answered_at = self._return.expected(self._lost), self.device.values.get("baud_rate")
+            rate = target.baud_rate if answered_at is None else int(answered_at.value)
+            self._open(replace(target, device=found.device, baud_rate=rate), expected)
         elif self._return.is_mistaken:
             self._close_mistaken()
         else:
@@ -366,7 +361,6 @@ class PortConnection(QObject):
         _log.warning("Another adapter is at %s: closed", self.connection.port)
         self._worker.close()
         self._follow_up.start()
-        self._proven_rate = None
         closed = replace(self.connection, state=PortState.CLOSED)
         self._return.feed(closed, self.clock())
         self._forget(closed)

@@ -28,18 +28,6 @@ STORE_SHARE_S: Final = 0.06
 _log = logging.getLogger(__name__)
 
 
-class Countdown:
-    """The time left of a limit."""
-
-    def __init__(self, limit_s: float, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._ends_at = clock() + limit_s
-
-    @property
-    def left_s(self) -> float:
-        return max(0.0, self._ends_at - self._clock())
-
-
 class BoundedThread:
     """Runs `act` in a daemon thread; logs its errors."""
 
@@ -66,13 +54,17 @@ class BoundedThread:
 
 def close_down(connector: Ports, storage: Storage, preferences: Preferences) -> None:
     """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
-    countdown = Countdown(CLOSE_LIMIT_S)
+    ends_at = time.monotonic() + CLOSE_LIMIT_S
+
+    def left_s() -> float:
+        return max(0.0, ends_at - time.monotonic())
+
     saving = BoundedThread("preferences", preferences.save)
     connector.ports.stop(0.0)
-    if not connector.stop(countdown.left_s - STORE_SHARE_S):
+    if not connector.stop(left_s() - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
-    BoundedThread("store", storage.close).wait(countdown.left_s)
-    saving.wait(countdown.left_s)
+    BoundedThread("store", storage.close).wait(left_s())
+    saving.wait(left_s())
 
 
 def end_process(code: int) -> None:

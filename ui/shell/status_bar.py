@@ -177,10 +177,9 @@ class RecordingSign(QWidget):
         self.label = named(QLabel(), "session_sign_text", "small")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
-        self._shown: RecordingState | None = None
         self._is_reported = False
         self._last_trouble = UserMessage("")
-        VisibilityTimer(self, self._retranslate)
+        VisibilityTimer(self, self.refresh)
         self.refresh()
 
     @property
@@ -190,26 +189,18 @@ class RecordingSign(QWidget):
 
     def refresh(self) -> None:
         sign = self._find_sign()
-        before, self._shown = self._shown, sign
-        if sign != before:
-            self._write(sign)
+        self._write(sign)
         if sign.trouble is not None and not self._is_reported:
             self._last_trouble = sign.trouble
             self.troubled.emit()
         self._is_reported = sign.trouble is not None
 
-    def _retranslate(self) -> None:
-        self._shown = None
-        self.refresh()
-
     def _write(self, sign: RecordingState) -> None:
+        text = whole = ""
         if sign.trouble is not None:
             text, whole = tr("Not recorded"), sign.trouble.translated()
-        elif sign.since is None:
-            text = whole = ""
-        else:
+        elif sign.since is not None:
             text = tr("Recorded since {time}", time=f"{sign.since.astimezone():%H:%M}")
-            whole = ""
             if sign.dropped:
                 text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
                 whole = tr("The disk was too slow. Reports missing: {count}.", count=sign.dropped)

@@ -244,7 +244,7 @@ def test_a_restart_leaves_stale_what_can_be_read_and_unknown_what_cannot(device:
     shown = view(device)
     assert shown.restarts == 1
     assert shown.known(TRIGGER.key, NOW) is None
-    assert set(reasons(device).values()) == {StaleReason.RESTARTED}
+    assert {key for key, reason in reasons(device).items() if reason is not StaleReason.RESTARTED} == {"baud_rate"}
 
 
 @pytest.mark.parametrize(("boots", "restarts"), [(37, 0), (38, 1), (36, 1)])

@@ -171,7 +171,6 @@ def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_
     made = lost()
     found = made.poll([MINE], 101.0)
     assert found is not None
-    made.opening(found)
     made.feed(opened(), 101.1)
     assert made.poll([], 101.2) is None
     assert (made.is_mistaken, made.absence, made.returns) == (True, Absence.AWAY, 0)
@@ -230,7 +229,6 @@ def test_a_url_and_a_link_are_addresses_of_their_own(device: str) -> None:
     made.feed(closed(device=device), 2.0)
     assert made.poll([], 2.0) == Address(device)
     assert made.absence is Absence.AWAY
-    made.opening(Address(device))
     made.feed(opened(device), 3.0)
     if "://" in device:
         assert made.returns == 1, "nothing is listed that could tell more"
@@ -256,7 +254,6 @@ def test_open_again_is_counted_and_the_next_loss_is_a_new_one() -> None:
     made = lost()
     found = made.poll([replace(MINE, device="/dev/ttyUSB9")], 100.0)
     assert found is not None
-    made.opening(found)
     made.feed(opened("/dev/ttyUSB9"), 100.5)
     assert (made.returns, made.is_waiting) == (0, False)  # it is not known yet what was opened
     made.poll([replace(MINE, device="/dev/ttyUSB9")], 100.6)

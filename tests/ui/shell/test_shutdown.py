@@ -33,7 +33,7 @@ from tests.support.window.fakes_ui import ListedPorts, connect, simulated, windo
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
-from ui.shell.shutdown import CLOSE_LIMIT_S, BoundedThread, Countdown
+from ui.shell.shutdown import CLOSE_LIMIT_S, BoundedThread
 
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
 POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -208,13 +208,6 @@ def test_no_process_stays_behind(tmp_path: Path, sticks_in: str) -> None:
 
 
 # The parts
-
-
-def test_a_countdown_ends_at_zero() -> None:
-    clock = iter([10.0, 10.1, 11.0])
-    countdown = Countdown(0.4, lambda: next(clock))
-    assert countdown.left_s == pytest.approx(0.3)
-    assert countdown.left_s == 0
 
 
 def test_a_failing_chore_is_logged(caplog: pytest.LogCaptureFixture) -> None:
