@@ -42,7 +42,8 @@ class ModuleName(QObject):
         self.expected_name = ""
         """Name of the expected module, while it is not proven that it is the one that answers."""
         self._port, self._storage, self._before_new = port, storage, before_new
-        self._adapter = ""
+        self.adapter = ""
+        """Key of the adapter or port of the module."""
         self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
         self._stored: dict[str, IdentityEvidence] = {}
@@ -98,31 +99,15 @@ class ModuleName(QObject):
         self.expected_name = name  # it is the name as soon as the engine knows, too
         self._port.treat_as_new(is_named=bool(name))
 
-    @property
-    def adapter(self) -> str:
-        """Key of the adapter or port of the module."""
-        return self._adapter
-
     def remember_adapter(self) -> None:
         """Store the adapter and what was read of the module, so that it is recognised when plugged in again."""
         store, evidence = self._store, self._read.get(self.name)
         if store is not None and self.name:
             self._identifying.run_in(
                 store.queue,
-                partial(_register, store, self.name, self._adapter, evidence),
-                lambda _none: None if evidence is not None else self.store_evidence(),
+                partial(_register, store, self.name, self.adapter, evidence),
+                lambda _none: None,
                 lambda trouble: _log.warning("The adapter of a module cannot be kept: %s", trouble),
-            )
-
-    def store_evidence(self) -> None:
-        """Store what was last read of the module of this name, if the module is in the store by then."""
-        store, evidence = self._store, self._read.get(self.name)
-        if store is not None and evidence is not None and not self._saving.is_running:
-            self._saving.run_in(
-                store.queue,
-                partial(_store_evidence, store, self.name, evidence),
-                partial(self._end_saving, self.name, evidence),
-                lambda trouble: _log.warning("What was read of a module cannot be kept: %s", trouble),
             )
 
     @property
@@ -139,9 +124,9 @@ class ModuleName(QObject):
 
     def expected_at(self, target: Target) -> Expected | None:
         """What was last read of the module that is known at this port; None where none is."""
-        if target.key != self._adapter:
-            self._adapter = target.key
-            self.expected_name = next((one.name for one in self.known if one.adapter == self._adapter), "")
+        if target.key != self.adapter:
+            self.adapter = target.key
+            self.expected_name = next((one.name for one in self.known if one.adapter == self.adapter), "")
         else:
             self.expected_name = self.name or self.expected_name
         self._use("")
@@ -180,13 +165,18 @@ class ModuleName(QObject):
         # The store may be opened, and the module be in it, only after the module was read.
         if is_new or (self._stored.get(self.name) != evidence and batch.at - self._tried_at > STORE_AGAIN_S):
             self._tried_at = batch.at
-            self.store_evidence()
+            self._store_evidence(self.name, evidence)
 
-    def _end_saving(self, name: str, evidence: IdentityEvidence, is_stored: bool) -> None:
-        if is_stored:
-            self._stored[name] = evidence
-        if self._read.get(self.name) != evidence:
-            self.store_evidence()
+    def _store_evidence(self, name: str, evidence: IdentityEvidence) -> None:
+        """If the module is in the store by then."""
+        store = self._store
+        if store is not None and not self._saving.is_running:
+            self._saving.run_in(
+                store.queue,
+                partial(_store_evidence, store, name, evidence),
+                lambda is_stored: self._stored.update({name: evidence} if is_stored else {}),
+                lambda trouble: _log.warning("What was read of a module cannot be kept: %s", trouble),
+            )
 
 
 def _register(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:

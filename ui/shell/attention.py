@@ -130,8 +130,8 @@ class Attention(QObject):
         self._question: _Question | None = None
         self._restarts: int | None = None
         """The restart count that the user knows of; None before anything was known."""
-        self._queued: list[Callable[[], Notice]] = []
-        self._queued_of_module: set[Callable[[], Notice]] = set()
+        self._queued: dict[Callable[[], Notice], bool] = {}
+        """Each with whether it ends with another module; the first one is shown first."""
         connector.invalidated.connect(self._on_another_module)
         for changed in (connector.any_changed, connector.changed, connector.renamed, connector.lock_changed,
                         connector.ticked, pending_edits.changed):  # fmt: skip
@@ -172,21 +172,19 @@ class Attention(QObject):
     def queue_notice(self, make: Callable[[], Notice], *, is_of_module: bool = False) -> None:
         """Queues a notice, which is shown until it is closed, when nothing is more urgent. One that waits is not
         queued twice. One `is_of_module` ends with another module."""
-        if make not in self._queued:
-            self._queued.append(make)
-        if is_of_module:
-            self._queued_of_module.add(make)
+        self._queued.setdefault(make, is_of_module)
         self.refresh()
 
     def _on_another_module(self) -> None:
         """What a person has seen or was asked was about the former one."""
-        self._queued = [make for make in self._queued if make not in self._queued_of_module]
+        self._queued = {make: False for make, is_of_module in self._queued.items() if not is_of_module}
         self._question = self._restarts = None
         self._has_read_trigger = False
 
     def dismiss_queued(self) -> None:
         """Removes the first queued notice."""
-        del self._queued[:1]
+        for make in tuple(self._queued)[:1]:
+            del self._queued[make]
         self.refresh()
 
     def leave(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
@@ -271,7 +269,7 @@ class Attention(QObject):
         if left is not None:
             return self._trigger_notice() or left
         if self._queued and (said is None or state.phase is Phase.CLOSED):
-            return self._queued[0]()
+            return next(iter(self._queued))()
         return said or self._trigger_notice() or self._module_notice()
 
     def _module_notice(self) -> Notice | None:

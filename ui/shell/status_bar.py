@@ -59,8 +59,7 @@ class AgeLabel(TickingLabel):
 class StatusBar(QFrame):
     """Shows passing messages, a fault of the line, and the time since the last frame.
 
-    A notice or the bar of a played capture takes their place, so that nothing else in the window moves when it appears;
-    its height is the same.
+    A notice takes their place, so that nothing else in the window moves when it appears; its height is the same.
     """
 
     def __init__(self, connector: Ports, texts: Texts, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:

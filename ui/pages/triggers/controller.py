@@ -187,7 +187,6 @@ class TriggersController(QObject):
             self.job.set_notice(partial(self._ask_which_module, reading.boot_count, filed.boot_count))
         else:
             self._is_stored, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
-            self._connector.current.module.store_evidence()
         self._show_archive()
         self.changed.emit()
 
