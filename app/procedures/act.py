@@ -203,12 +203,21 @@ def _performed(act: Act, after: _Observed) -> Performed:
 def _refresh(act: Act) -> Procedure[None]:
     """Read what the conditions need. The status waits behind another question, so that every late answer has passed
     and the act itself needs no fence."""
-    view: EngineView = yield Inspect()
-    if act is Act.ACTIVATE and view.device.fresh("attitude_threshold_deg", view.now) is None:
-        yield Ask(BY_NAME["attitude_threshold"].query())
+    yield from _ask_threshold(act)
     if act is Act.ZERO:
         yield from _watch_motion()
     yield from ask_status()
+    if (yield from _ask_threshold(act)):  # a silence meanwhile cast doubt on it
+        yield from ask_status()
+
+
+def _ask_threshold(act: Act) -> Procedure[bool]:
+    """For activating, where it is not known; whether it was asked for."""
+    view: EngineView = yield Inspect()
+    is_asked = act is Act.ACTIVATE and view.device.fresh("attitude_threshold_deg", view.now) is None
+    if is_asked:
+        yield Ask(BY_NAME["attitude_threshold"].query())
+    return is_asked
 
 
 def _watch_motion() -> Procedure[None]:
