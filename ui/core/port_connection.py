@@ -202,6 +202,8 @@ class PortConnection(QObject):
         """A person says that this is another module: what was known of the first one is dropped, and what is still
         under way of it ignored."""
         number = self._worker.treat_as_new(is_named=is_named)
+        if self.target is not None:
+            self.target = replace(self.target, baud_rate=self.connection.baud_rate)  # it answers at this one
         self.adapter_key = f"{'' if self.target is None else self.target.key}#{number}"
         self._forget(replace(self.connection, opening=number))
         self._opening = number
