@@ -263,7 +263,7 @@ class Recorder:
             self._writer.put(batch, markers, self._tracker.limits)
 
     def _open(self, session: _Session, start_s: float) -> None:
-        wall_offset_s = self._wall_clock() - self._clock()
+        wall_offset_s = self._find_wall_offset_s()
         self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.library.prune()
         self._check_disk()
@@ -303,10 +303,14 @@ class Recorder:
             self._disk_checked_at = now
             self._check_disk()
         opening = writer.opening
-        if abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S:
+        if abs(self._find_wall_offset_s() - opening.wall_offset_s) > CLOCK_JUMP_S:
             self._end_session(now)
         elif now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.max_bytes / 4:
             self._next_part(writer, now)
+
+    def _find_wall_offset_s(self) -> float:
+        """Wall clock minus monotonic clock, both read now: a slow disk is no jump of the clock."""
+        return self._wall_clock() - self._clock()
 
     def _end_session(self, at: float) -> None:
         """The next one begins with the next byte, not before `at`."""

@@ -234,7 +234,7 @@ FAULTS: tuple[FaultKind, ...] = (
     FaultKind("login prompt", "rejects it", _inject(LOGIN, 3)),
     FaultKind("modem prober", "rejects it", _inject(PROBER, 3)),
     FaultKind("half a frame", "rejects it", _inject(HALF_A_FRAME)),
-    FaultKind("module restarts", "marks every value as stale", _restart),
+    FaultKind("module restarts", "marks every value as stale, but for the baud rate at which it answers", _restart),
     FaultKind("module switched off", "goes offline", lambda _cell, port: port.bench.power_off()),
     FaultKind("a stream that does not stop", "works alongside it", _endless_stream),
     FaultKind("garbage that does not stop", "rejects it; accepts replies in between", _endless_garbage),

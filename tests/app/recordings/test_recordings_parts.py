@@ -12,7 +12,7 @@ from app.engine.device import Sleep
 from app.recordings import library as library_module
 from app.recordings import writer as writer_module
 from app.recordings.library import RecordingLibrary
-from app.recordings.recorder import DISK_CHECK_EVERY_S, MAX_PART_S, SYNC_EVERY_S, Recorder
+from app.recordings.recorder import CLOCK_JUMP_S, DISK_CHECK_EVERY_S, MAX_PART_S, SYNC_EVERY_S, Recorder
 from app.recordings.recording import traffic_of
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import (
@@ -91,6 +91,22 @@ def test_a_clock_that_is_set_begins_a_recording_with_the_right_time(tmp_path: Pa
         newest, oldest = bench.library.entries()
         assert (newest.sequence, oldest.sequence, oldest.started_at) == (2, 1, NOON)
         assert (newest.started_at - NOON).total_seconds() == 3600.0 + DISK_CHECK_EVERY_S
+
+
+def test_a_slow_disk_is_no_jump_of_the_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with recorder_in(tmp_path) as bench:
+        flush = SessionWriter.flush
+
+        def flush_slowly(writer: SessionWriter, now_s: float, *, is_last: bool = False) -> None:
+            flush(writer, now_s, is_last=is_last)
+            bench.clock.now_s += CLOCK_JUMP_S + 1.0
+
+        monkeypatch.setattr(SessionWriter, "flush", flush_slowly)
+        bench.record(batch(1000.0, report(1000.0)))
+        bench.feed(batch(1010.0, report(1010.0)))
+        bench.finish()
+        (entry,) = bench.library.entries()
+        assert entry.sample_count == 2
 
 
 def test_a_sleep_begins_a_new_recording(tmp_path: Path) -> None:

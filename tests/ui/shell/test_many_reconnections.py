@@ -22,8 +22,9 @@ from ui.services.port import Ports
 from ui.services.storage import Storage
 
 TIMES = 8
-BOUNDED = ("Marker", "Mark", "StepPoint", "Slice", "ReferenceType")
-"""Kept in bounded queues for the time line; `sqlite3.Connection` keeps up to 200 weak references to its cursors."""
+BOUNDED = ("Marker", "Mark", "StepPoint", "Slice", "Counters", "Counter", "ReferenceType")
+"""Kept in bounded queues, for the time line and for the statistics, with the counts of each second;
+`sqlite3.Connection` keeps up to 200 weak references to its cursors."""
 PACKAGES = ("app", "protocol", "ui")
 
 

@@ -267,7 +267,9 @@ def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, active: Desk) -> 
     with qtbot.capture_exceptions() as faults:
         ritual = arm(active)
         press(active)
-        QTimer.singleShot(0, fail)
+        timer = QTimer(active.assembly.window, singleShot=True)
+        timer.timeout.connect(fail)
+        timer.start(0)
         wait_disarmed(active, ritual)
     assert [str(one_fault[1]) for one_fault in faults] == ["a fault of ours"]
     assert "program error" in outcome(active)
