@@ -58,7 +58,7 @@ class _Seen(NamedTuple):
 
 
 def _is_later(totals: Counters, before: Counters) -> bool:
-    """Whether they go on counting; after the port was reopened they begin anew."""
+    """Whether they go on counting; after the port was reopened they start at zero."""
     return totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
 
 
