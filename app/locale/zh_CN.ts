@@ -4447,7 +4447,7 @@
     </message>
     <message>
         <source>Trigger records reviewed; without an answer: a new module</source>
-        <translation>触发记录已查看；不应答的是新模块</translation>
+        <translation>触发记录已复核；不应答的是新模块</translation>
     </message>
     <message>
         <source>Trigger state is unknown after power-up. Enable the triggers to set it.</source>
