@@ -38,7 +38,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         archive.extractall(site)  # noqa: S202  built by us
     write_program_icons(icons)
     _run_pyinstaller(release, work, {"DPS_S_SITE": site, "DPS_S_ICONS": icons, "DPS_S_CONTENTS": contents})
-    collected = [Entry(*one) for one in json.loads(contents.read_text(encoding="utf-8"))]
+    collected = [Entry(*load) for load in json.loads(contents.read_text(encoding="utf-8"))]
     found = parts(collected, site)
     built = work / "frozen" / (f"{TITLE}.app" if sys.platform == "darwin" else NAME)
     folder = dist / (built.name if sys.platform == "darwin" else release.bundle_name)
@@ -50,7 +50,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         _strip(internal)
         # app/system/screen.py looks for the known ones of them before Qt is loaded.
         (internal / ASKED).write_text(
-            "".join(f"{one}\n" for one in sorted(outside_libraries(folder))), encoding="utf-8"
+            "".join(f"{library}\n" for library in sorted(outside_libraries(folder))), encoding="utf-8"
         )
         _write_linux_readme(folder, release)
     _add_papers(papers, internal, release, found)

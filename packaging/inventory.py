@@ -111,7 +111,7 @@ def _is_python(path: Path, libraries: list[Path]) -> bool:
     # A system's own Python has /usr as its prefix, where everything else lies too.
     roots = libraries[1:] if libraries[0] == Path("/usr") else libraries
     own = ("libpython3", "base_library.zip")  # the latter is a part of the standard library
-    return not path.is_absolute() or any(path.is_relative_to(one) for one in roots) or path.name.startswith(own)
+    return not path.is_absolute() or any(path.is_relative_to(root) for root in roots) or path.name.startswith(own)
 
 
 def _from_distribution(distribution: metadata.Distribution, files: Iterable[Entry]) -> Part:

@@ -35,8 +35,8 @@ def bill_of_materials(release: Release, parts: Sequence[Part], internal: Path) -
     bom.metadata.component, bom.metadata.timestamp = own, release.time
     bom.metadata.lifecycles.add(PredefinedLifecycle(LifecyclePhase.BUILD))
     bom.register_dependency(own, [one for one, part in components.items() if part.inside is None])
-    for one in components:
-        bom.register_dependency(one)
+    for component in components:
+        bom.register_dependency(component)
     bom.serial_number = uuid.uuid5(uuid.NAMESPACE_URL, JsonV1Dot6(bom).output_as_string())
     return JsonV1Dot6(bom).output_as_string(indent=2)
 

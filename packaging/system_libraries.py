@@ -97,11 +97,11 @@ def _needed(manager: str | None, *, is_screen_wanted: bool, is_packaging: bool, 
 
 
 def _tool_names(tools: tuple[Tool, ...], manager: str | None) -> list[str]:
-    return [one.program if manager is None else getattr(one, manager) for one in tools]
+    return [tool.program if manager is None else getattr(tool, manager) for tool in tools]
 
 
 def _names(libraries: tuple[Library, ...], manager: str | None) -> list[str]:
-    return [one.soname for one in libraries] if manager is None else package_names(libraries, manager)
+    return [library.soname for library in libraries] if manager is None else package_names(libraries, manager)
 
 
 def _install(manager: str | None, names: list[str], *, reason: str) -> None:

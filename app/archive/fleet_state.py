@@ -181,5 +181,5 @@ def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int,
             text = marked("Guided test not within the last {days} days: {test}.")
             due.append(Due(DueKind.OLD_TEST, message(text, days=test_days, test=title)))
     members = set(state.module.members)
-    open_questions = [one.question() for one in names.conflicts if members & set(one.pair)]
+    open_questions = [conflict.question() for conflict in names.conflicts if members & set(conflict.pair)]
     return [*due, *(Due(DueKind.CONFLICT, question) for question in open_questions)]

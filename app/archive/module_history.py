@@ -70,7 +70,7 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
     found = [
         fact
         for kind in _EVENTS
-        for name in sorted({one.name for one in members})
+        for name in sorted({member.name for member in members})
         for fact in facts.of_kind(kind, name)
         if module_of_fact(fact) in members
     ]

@@ -112,14 +112,14 @@ class ModuleNames:
     conflicts: tuple[Conflict, ...]
 
     def module_of(self, member: NamedModule) -> KnownModule | None:
-        return next((one for one in self.modules if member in one.members), None)
+        return next((module for module in self.modules if member in module.members), None)
 
     def named(self, name: str) -> tuple[KnownModule, ...]:
         """Find by its common name or its name at a station."""
         wanted = _folded(name)
-        exact = tuple(one for one in self.modules if _folded(one.name) == wanted)
+        exact = tuple(module for module in self.modules if _folded(module.name) == wanted)
         return exact or tuple(
-            one for one in self.modules if any(_folded(member.name) == wanted for member in one.members)
+            module for module in self.modules if any(_folded(member.name) == wanted for member in module.members)
         )
 
 
@@ -194,13 +194,13 @@ def names_of(facts: LocalFacts, known: Collection[str]) -> ModuleNames:
 def _names(
     members: Sequence[NamedModule], settled: Mapping[Pair, Settlement], records: Mapping[NamedModule, frozenset[str]]
 ) -> ModuleNames:
-    groups = _Groups({one: one for one in members})
+    groups = _Groups({member: member for member in members})
     for pair, settlement in sorted(settled.items()):
         if settlement.is_same:
             groups.join(*pair)
     parts: dict[NamedModule, list[NamedModule]] = {}
-    for one in members:
-        parts.setdefault(groups.leader(one), []).append(one)
+    for member in members:
+        parts.setdefault(groups.leader(member), []).append(member)
     modules = [KnownModule(_name_of(part, settled.values()), tuple(part)) for part in parts.values()]
     conflicts = [*_contradictions(settled, groups), *_open(members, settled, records, groups)]
     return ModuleNames(tuple(sorted(modules, key=lambda one: (_folded(one.name), one.members))), tuple(conflicts))
@@ -220,7 +220,11 @@ class _Groups(dict[NamedModule, NamedModule]):
 
 
 def _name_of(members: Sequence[NamedModule], settlements: Iterable[Settlement]) -> str:
-    said_names = [one for one in settlements if one.is_same and one.name and one.pair[0] in members]
+    said_names = [
+        settlement
+        for settlement in settlements
+        if settlement.is_same and settlement.name and settlement.pair[0] in members
+    ]
     return max(said_names, key=lambda one: one.rank).name if said_names else members[0].name
 
 

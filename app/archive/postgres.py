@@ -224,6 +224,6 @@ def _trouble(url: ServerUrl, error: Exception) -> UserError:
     reasons = dict.fromkeys(filter(None, _BETWEEN.split(url.scrubbed(str(error)))))
     why = UserMessage("; ".join(reasons) or type(error).__name__)
     for sign, text in _PLAIN.items():
-        if any(sign in one for one in reasons):
+        if any(sign in reason for reason in reasons):
             why = message(text)
     return UserError(message(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why))

@@ -45,17 +45,17 @@ def run(args: argparse.Namespace) -> int:
     paths = _found([*args.logs, *others])
     columns = parse_choice(args.column) if args.column else None
     logs = _judged(paths, LogOrder(columns, limits))
-    read = [(one, one.flight) for one in logs if one.flight is not None]
+    read = [(log, log.flight) for log in logs if log.flight is not None]
     if args.json:
         console.write_lines([console.as_json(json_of(one, flight)) for one, flight in read])
     elif read:
         console.write_lines(_page(read, is_must=args.must))
-    for one in logs:
-        if one.why_not is not None:
-            why = one.why_not.translated()
-            if NO_TIME in one.why_not.in_english():
+    for log in logs:
+        if log.why_not is not None:
+            why = log.why_not.translated()
+            if NO_TIME in log.why_not.in_english():
                 why = join_sentences((why, "--column time_s=NAME"))
-            console.notify(labelled(one.path, why))
+            console.notify(labelled(log.path, why))
     if args.must or args.must_not:
         (_print_all if args.json else console.write_lines)(
             _proposal_lines([flight for _, flight in read], is_must=args.must)
@@ -101,8 +101,8 @@ def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
     """In the order of `paths`."""
     place = {path: number for number, path in reversed(list(enumerate(paths)))}
     logs = []
-    for one in summarise_logs(paths, order):
-        logs.append(one)
+    for log in summarise_logs(paths, order):
+        logs.append(log)
         console.show_progress(f"{len(logs)}/{len(paths)}")
     console.clear_progress()
     return sorted(logs, key=lambda one: place[one.path])
@@ -119,7 +119,7 @@ def json_of(log: SummarisedLog, flight: FlightSummary) -> dict[str, object]:
         "tilt_max_deg": _number(flight.tilt_max_deg, 1),
         "longest_fall_s": _number(_longest_fall_s(flight, log.judged[0].limits), 2),
         "not_judged_s": _number(flight.not_judged_s, 2),
-        "problems": [one.in_english() for one in _problems(log, flight)],
+        "problems": [problem.in_english() for problem in _problems(log, flight)],
     }
 
 
@@ -166,7 +166,9 @@ def _page(read: Sequence[tuple[SummarisedLog, FlightSummary]], *, is_must: bool)
         for log, flight in read
     ]
     fired = sum(bool(log.judged[0].firings) for log, _ in read)
-    problems = [labelled(log.path.name, one.translated()) for log, flight in read for one in _problems(log, flight)]
+    problems = [
+        labelled(log.path.name, problem.translated()) for log, flight in read for problem in _problems(log, flight)
+    ]
     counted = tr("{count} of {total} would have fired.", count=fired, total=len(read))
     return [*console.columns([head, *rows]), "", counted, *(["", *problems] if problems else [])]
 
@@ -191,7 +193,7 @@ def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[
     proposal = propose(sorted_flights)
     nearest = proposal.nearest(group)
     if proposal.limits is None:
-        lines = [labelled(one.name, one.why.translated()) for one in proposal.conflicts]
+        lines = [labelled(conflict.name, conflict.why.translated()) for conflict in proposal.conflicts]
         return ["", tr("No thresholds within the vendor's advice do this."), *lines]
     if nearest is None:
         return []

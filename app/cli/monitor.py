@@ -83,9 +83,9 @@ class JsonLines:
     def _print(self, samples: list[StatusSample]) -> None:
         """Print these, in order of time; at least one."""
         lines = (
-            {"t_s": round(self._age_s(one), 3), "tilt_deg": one.tilt_deg, "acceleration_g": one.acceleration_g,
-             "triggered": one.triggered, "active": one.active}
-            for one in samples
+            {"t_s": round(self._age_s(sample), 3), "tilt_deg": sample.tilt_deg, "acceleration_g": sample.acceleration_g,
+             "triggered": sample.triggered, "active": sample.active}
+            for sample in samples
         )  # fmt: skip
         console.write("".join(console.as_json(line) + "\n" for line in lines))
 

@@ -257,19 +257,19 @@ def page_of(filed: Filed) -> list[str]:
     assessment = filed.assessment
     verdict = verdict_sentence(assessment.verdict, assessment.case.profile.activated_by).translated()
     lines = [coloured(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
-    lines += [one.translated() for one in caveats(filed.record)]
+    lines += [caveat.translated() for caveat in caveats(filed.record)]
     if assessment.verdict is not Verdict.NO_GO:
         lines.append(tr("Valid now only; not monitored afterwards."))
     lines.append("")
     rows: list[tuple[str, ...]] = []
     colours: list[Colour | None] = []
-    for one in assessment.checks:
-        word = tr(RESULT_WORDS[one.finding.result])
-        shown = one.finding.shown.translated() + in_brackets(one.finding.limit.translated())
-        rows.append((word, UserMessage(one.check.title).translated(), shown))
-        colours.append({CheckResult.PASS: None, CheckResult.WARN: Colour.CAUTION}.get(one.finding.result, Colour.BAD))
-        if one.finding.result is not CheckResult.PASS:
-            rows.append(("", "", f"{UserMessage(one.check.why).translated()} → {one.do.translated()}"))
+    for check in assessment.checks:
+        word = tr(RESULT_WORDS[check.finding.result])
+        shown = check.finding.shown.translated() + in_brackets(check.finding.limit.translated())
+        rows.append((word, UserMessage(check.check.title).translated(), shown))
+        colours.append({CheckResult.PASS: None, CheckResult.WARN: Colour.CAUTION}.get(check.finding.result, Colour.BAD))
+        if check.finding.result is not CheckResult.PASS:
+            rows.append(("", "", f"{UserMessage(check.check.why).translated()} → {check.do.translated()}"))
             colours.append(None)
     rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.manual]
     return [*lines, *map(coloured, console.columns(rows), chain(colours, repeat(None)))]

@@ -37,7 +37,7 @@ def run_list(args: argparse.Namespace) -> int:
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
     console.emit(
         args, entries,
-        lambda entries: {"folder": str(library.folder), "recordings": [json_of(one) for one in entries]},
+        lambda entries: {"folder": str(library.folder), "recordings": [json_of(entry) for entry in entries]},
         lambda entries: console.columns([head, *map(_row, entries)]),
     )  # fmt: skip
     return console.SUCCESS
@@ -137,7 +137,7 @@ def _found(library: RecordingLibrary, name: str) -> RecordingEntry:
     entries = (*library.entries(), *library.trashed())
     if name == LATEST and entries:
         return entries[0]
-    found = [one for one in entries if name and one.name.startswith(name)]
+    found = [entry for entry in entries if name and entry.name.startswith(name)]
     exact = [one for one in found if one.name == name]
     if len(exact or found) == 1:
         return (exact or found)[0]

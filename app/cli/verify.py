@@ -54,7 +54,7 @@ def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -
     finally:
         if others is not None:
             others.close()
-    sentences = [one.translated() for one in verification.sentences()]
+    sentences = [sentence.translated() for sentence in verification.sentences()]
     if verification.state is RecordState.UNREADABLE:
         raise console.Refused("\n".join(sentences))  # an error, not an answer
     console.write_lines(sentences)

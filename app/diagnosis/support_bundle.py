@@ -169,9 +169,9 @@ def _link(contents: Contents) -> dict[str, object]:
         "restarts": totals.restarts,
         "losses": figures.losses,
         "round_trips_ms": {
-            f"<= {one.up_to_ms:g}" if one.up_to_ms is not None else "more": one.count
-            for one in figures.round_trips()
-            if one.count
+            f"<= {trip.up_to_ms:g}" if trip.up_to_ms is not None else "more": trip.count
+            for trip in figures.round_trips()
+            if trip.count
         },
     }
 

@@ -63,7 +63,7 @@ def word_of(verdict: Verdict | None) -> str:
 
 def summary(members: Sequence[SetMember]) -> str:
     """ "2 GO, 1 READY, 1 NO-GO"."""
-    counts = Counter(one.verdict for one in members)
+    counts = Counter(member.verdict for member in members)
     order = (Verdict.GO, Verdict.READY, Verdict.NO_GO, None)
     return join_names(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
 

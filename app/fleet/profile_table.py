@@ -80,8 +80,8 @@ class AppliedProfile:
     @property
     def why(self) -> str:
         """In the language in use now."""
-        said = (tr(text, names=join_names(tr(one.title) for one in commands)) for text, commands in self.parts)
-        return join_sentences((*(one.sentence for one in self.refusals), *said))
+        said = (tr(text, names=join_names(tr(command.title) for command in commands)) for text, commands in self.parts)
+        return join_sentences((*(refusal.sentence for refusal in self.refusals), *said))
 
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
@@ -89,14 +89,14 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
     if report.refusals:
         return AppliedProfile(Applied.REFUSED, refusals=report.refusals)
     parts = (
-        (marked("Not as written: {names}."), tuple(one.command for one in report.results if not one.is_fine)),
+        (marked("Not as written: {names}."), tuple(result.command for result in report.results if not result.is_fine)),
         (marked("Changed without being written: {names}."), tuple(one.command for one in report.changed)),
         (NOT_READ_BACK, report.unread),
     )
     failed = tuple((text, commands) for text, commands in parts if commands)
     if failed:
         return AppliedProfile(Applied.FAILED, failed)
-    unproven = tuple(one.command for one in report.results if one.verified is None)
+    unproven = tuple(result.command for result in report.results if result.verified is None)
     if unproven:
         return AppliedProfile(Applied.ACKNOWLEDGED, ((NOT_READ_BACK, unproven),))
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)

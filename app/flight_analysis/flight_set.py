@@ -127,7 +127,7 @@ class FlightSet:
             self._stack(group, reading).cut(tilts, step, times, limits)
             for group in (FlightGroup.MUST_NOT, FlightGroup.MUST)
         )
-        ends_s = np.array([one.end_s for one in self.flights(FlightGroup.MUST)])
+        ends_s = np.array([flight.end_s for flight in self.flights(FlightGroup.MUST)])
         in_time = _Cut(
             np.where(must.attitude_s <= ends_s[:, None], must.attitude_s, np.inf),
             np.where(must.freefall_s <= ends_s[:, None], must.freefall_s, np.inf),
@@ -146,10 +146,10 @@ class FlightSet:
     def _stack(self, group: FlightGroup, reading: RuleReading) -> "_Stacked":
         key = (group, reading)
         if key not in self._stacked:
-            curves = [one.curves(reading) for one in self.flights(group)]
+            curves = [flight.curves(reading) for flight in self.flights(group)]
             self._stacked[key] = _Stacked(
-                np.array([one.attitude_s for one in curves]).reshape(-1, MAX_TILT_STEPS + 1),
-                np.array([one.freefall_s for one in curves]).reshape(
+                np.array([curve.attitude_s for curve in curves]).reshape(-1, MAX_TILT_STEPS + 1),
+                np.array([curve.freefall_s for curve in curves]).reshape(
                     -1, MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1
                 ),
             )

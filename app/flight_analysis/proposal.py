@@ -65,7 +65,7 @@ class ThresholdProposal:
 
     def nearest(self, group: FlightGroup) -> FlightMargin | None:
         """The flight of a group with the smallest margin; None for an empty group."""
-        return next((one for one in self.margins if one.group is group), None)
+        return next((margin for margin in self.margins if margin.group is group), None)
 
 
 def settings_of(limits: TriggerLimits) -> dict[str, Value]:
@@ -119,8 +119,8 @@ class _Reached(NamedTuple):
             # Finite: what never fires has the time infinity, which is not before an impact that is unknown.
             end_s = min(flight.end_s if group is FlightGroup.MUST else NEVER, np.finfo(np.float64).max)
             curves = [flight.curves(reading) for reading in RuleReading]
-            tilts.append(worse(int((one.attitude_s <= end_s).sum()) - 1 for one in curves))
-            both = np.stack([(one.freefall_s <= end_s).sum(axis=1) - 1 for one in curves])
+            tilts.append(worse(int((curve.attitude_s <= end_s).sum()) - 1 for curve in curves))
+            both = np.stack([(curve.freefall_s <= end_s).sum(axis=1) - 1 for curve in curves])
             falls.append(both.max(axis=0) if group is FlightGroup.MUST_NOT else both.min(axis=0))
         return cls(
             group,

@@ -63,7 +63,7 @@ def assembled(raw: RawLog) -> FlightLog:
         is_armed=is_armed,
         is_on_ground=is_on_ground,
         altitude_m=None if raw.altitude_m is None else _altitude_at(raw.altitude_m, time_s + start_s),
-        modes=tuple(ModeChange(one.time_s - start_s, one.name) for one in raw.modes),
+        modes=tuple(ModeChange(mode.time_s - start_s, mode.name) for mode in raw.modes),
         problems=tuple(dict.fromkeys(problems)),
     )
 

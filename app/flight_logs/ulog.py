@@ -260,14 +260,15 @@ def _forces(file: UlogFile) -> list[Channel]:
 def _over_time(topic: UlogTopic, axes: list[Floats]) -> list[Floats]:
     """Acceleration from changes of velocity; NaN where their duration is unknown."""
     if not topic.has("delta_velocity_dt"):
-        return [np.full_like(one, np.nan) for one in axes]
+        return [np.full_like(axis, np.nan) for axis in axes]
     took_s = topic.column("delta_velocity_dt") * _MICROSECOND
     took_s[took_s <= 0] = np.nan
-    return [one / took_s for one in axes]
+    return [axis / took_s for axis in axes]
 
 
 def _modes(time_s: Floats, states: Floats) -> list[ModeChange]:
     changes = np.flatnonzero(np.diff(states, prepend=-1.0) != 0)[:MAX_MODES]
     return [
-        ModeChange(float(time_s[one]), NAV_STATES.get(int(states[one]), f"mode {int(states[one])}")) for one in changes
+        ModeChange(float(time_s[change]), NAV_STATES.get(int(states[change]), f"mode {int(states[change])}"))
+        for change in changes
     ]

@@ -76,7 +76,7 @@ def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[Guid
     has_fired, ends_at = False, now + AFTERWARDS_S
     while now < ends_at:
         reports = yield from watch.next_reports()
-        has_fired = has_fired or any(one.triggered for one in reports)
+        has_fired = has_fired or any(report.triggered for report in reports)
         view: EngineView = yield Inspect()
         now = view.now
     has_fired = has_fired or any(one.triggered for one in fall.below)

@@ -128,9 +128,9 @@ class StatusWatch:
             self._heard_at = now
         if now - self._heard_at > SILENT_S:
             raise UserError(marked("The module does not answer."))
-        for one in reports:
-            is_other = one.active is not self.is_active
-            is_against = is_other or (one.triggered and not self.may_trigger)
+        for report in reports:
+            is_other = report.active is not self.is_active
+            is_against = is_other or (report.triggered and not self.may_trigger)
             self._against = self._against + 1 if is_against else 0
             if self._against < AGREEING:
                 continue

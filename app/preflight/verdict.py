@@ -119,23 +119,23 @@ class Assessment:
     @property
     def verdict(self) -> Verdict:
         is_manual_fine = not any(blocks_go(item) for item in self.manual)
-        is_fine = is_manual_fine and not any(one.blocks_go for one in self.checks)
+        is_fine = is_manual_fine and not any(check.blocks_go for check in self.checks)
         return verdict_of(is_fine=is_fine, is_active=self.case.evidence.is_active)
 
     @property
     def open_checks(self) -> tuple[str, ...]:
         """Ids of the checks that stand against GO and READY."""
-        return tuple(one.check.id for one in self.checks if one.blocks_go)
+        return tuple(check.check.id for check in self.checks if check.blocks_go)
 
     @property
     def titles_against(self) -> tuple[UserMessage, ...]:
         """Titles of the checks and texts of the manual items that stand against GO and READY."""
-        checks = (one.check.title for one in self.checks if one.blocks_go)
+        checks = (check.check.title for check in self.checks if check.blocks_go)
         items = (clean(item.text, longest=40) for item in self.manual if blocks_go(item))
         return tuple(map(UserMessage, (*checks, *items)))
 
     def result(self, id_: str) -> CheckResult:
-        return next(one.finding.result for one in self.checks if one.check.id == id_)
+        return next(check.finding.result for check in self.checks if check.check.id == id_)
 
 
 def blocks_go(item: ManualLine) -> bool:

@@ -50,7 +50,7 @@ class Excerpt:
     def first_s(self) -> float:
         """Time of the first row; the start of the span where it is empty."""
         firsts = [float(times[0]) for times, _ in (self.tilt, self.cell, self.light) if len(times)]
-        return min((*firsts, *(one.time_s for one in self.markers)), default=self.start_s)
+        return min((*firsts, *(marker.time_s for marker in self.markers)), default=self.start_s)
 
     @property
     def row_count(self) -> int:

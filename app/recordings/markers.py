@@ -60,11 +60,11 @@ STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED})
 def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:
     """Whether there was external power at `time_s`; None: unknown. `markers` must be in order of time."""
     is_charging: bool | None = None
-    for one in markers:
-        is_past = one.time_s <= time_s
-        match one.kind:
+    for marker in markers:
+        is_past = marker.time_s <= time_s
+        match marker.kind:
             case MarkerKind.CHARGER_CONNECTED | MarkerKind.CHARGER_REMOVED:
-                is_connected = one.kind is MarkerKind.CHARGER_CONNECTED
+                is_connected = marker.kind is MarkerKind.CHARGER_CONNECTED
                 if not is_past:  # a marker means that the state before was the opposite
                     return not is_connected if is_charging is None else is_charging
                 is_charging = is_connected

@@ -258,7 +258,7 @@ class Recorder:
             if not firsts:
                 self._pending = markers
                 return
-            self._open(session, min(session.at, *firsts, *(one.time_s for one in markers)))
+            self._open(session, min(session.at, *firsts, *(marker.time_s for marker in markers)))
         if self._writer is not None:
             self._writer.put(batch, markers, self._tracker.limits)
 

@@ -128,7 +128,7 @@ class CheckStore:
             }  # fmt: skip
             number = self._facts.add(FactKind.VISIT, content, module=module)
             records = self.records(module)
-            new = None if last is None else frozenset(one.id for one in records[len(known) :])
+            new = None if last is None else frozenset(record.id for record in records[len(known) :])
             return Visit(number, records, new, merged.is_continuation)
 
     def records(self, module: str | None) -> tuple[SeenRecord, ...]:
@@ -175,7 +175,7 @@ class CheckStore:
         for visit in self._facts.select(FactKind.VISIT, which, (module,)):
             return LastAnswer(visit.at, len(visit.content["slots"]))
         records = self.records(module)
-        return LastAnswer(max(one.first_seen_at for one in records), len(records)) if records else None
+        return LastAnswer(max(record.first_seen_at for record in records), len(records)) if records else None
 
     def is_said_new(self, module: str) -> bool:
         said = self._about(FactKind.SAID_NEW, module)
@@ -196,7 +196,7 @@ class CheckStore:
         if module is None:
             return Past(module=module)
         booted = self._facts.last_visit(module, "boot_count")
-        go = next((one for one in self.checks(module) if one.holds), None)
+        go = next((check for check in self.checks(module) if check.holds), None)
         last, last_slots, known = self._last(module)
         merged = None
         if slots is not None and last is not None:
@@ -204,7 +204,7 @@ class CheckStore:
         return Past(
             module=module,
             boot_count=booted.content["boot_count"] if booted is not None else None,
-            reviewed=Counter(one.raw for one in self.records(module) if one.judgement is not None),
+            reviewed=Counter(record.raw for record in self.records(module) if record.judgement is not None),
             has_check=go is not None,
             do_records_follow=merged is None or merged.is_continuation,
             last_answer=self.last_answer(module),

@@ -115,7 +115,7 @@ def _station(store: Store | None) -> tuple[Station | None, UserError | None]:
 def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
     """Guided tests of a simulated module never count for a real one."""
     history = evidence.history
-    slots = None if history is None else [one.raw for one in history.records]
+    slots = None if history is None else [record.raw for record in history.records]
     is_confirmed = history is not None and history.is_confirmed
     tests = last_tests(store.facts, name, counts_simulated=is_simulated(evidence.port))
     return replace(

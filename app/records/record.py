@@ -82,7 +82,7 @@ def make_record(
         "profile": clean(case.profile.name) or None,
         "fingerprint": case.settings_code,
         "are_triggers_set_by_this_check": evidence.is_enabling,
-        "checks": [_check(one) for one in assessment.checks],
+        "checks": [_check(check) for check in assessment.checks],
         "manual": [
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in assessment.manual
@@ -136,14 +136,14 @@ def contract_of(assessment: Assessment) -> dict[str, object]:
     """The object of `dps-s preflight --json`, in English, with the manual items last, as "manual_1" …"""
     checks: list[dict[str, object]] = [
         {
-            "id": one.check.id,
-            "result": one.finding.result.value,
-            "measured": one.finding.measured if one.finding.result is not CheckResult.UNKNOWN else None,
-            "limit": one.finding.limit.in_english(),
-            "why": _why(one.check.why, one.finding.result, one.finding.shown.in_english()),
-            "do": one.do.in_english(),
+            "id": check.check.id,
+            "result": check.finding.result.value,
+            "measured": check.finding.measured if check.finding.result is not CheckResult.UNKNOWN else None,
+            "limit": check.finding.limit.in_english(),
+            "why": _why(check.check.why, check.finding.result, check.finding.shown.in_english()),
+            "do": check.do.in_english(),
         }
-        for one in assessment.checks
+        for check in assessment.checks
     ]
     for number, item in enumerate(assessment.manual, 1):
         if item.is_done is None:
@@ -179,7 +179,9 @@ def caveats(record: Mapping[str, object]) -> list[UserMessage]:
     softer, checks = record.get("softer_limits"), record.get("checks")
     if isinstance(softer, list) and isinstance(checks, list):
         titles = [
-            UserMessage(str(one.get("title"))) for one in checks if isinstance(one, Mapping) and one.get("id") in softer
+            UserMessage(str(check.get("title")))
+            for check in checks
+            if isinstance(check, Mapping) and check.get("id") in softer
         ]
         if titles:
             found.append(message(marked("Looser than advised: {checks}."), checks=joined(titles)))

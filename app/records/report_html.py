@@ -41,9 +41,11 @@ _VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturban
 
 def body(record: Record) -> str:
     """What is printed."""
-    checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)][:_MAX_ROWS]
+    checks = [check for check in list_in(record, "checks") if isinstance(check, Mapping)][:_MAX_ROWS]
     manual = [one for one in list_in(record, "manual") if isinstance(one, Mapping)][:_MAX_ROWS]
-    is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not CheckResult.PASS for one in checks) > _ONE_COLUMN
+    is_crowded = (
+        len(manual) > _ONE_COLUMN and sum(_result(check) is not CheckResult.PASS for check in checks) > _ONE_COLUMN
+    )
     middle = _checks(checks, is_crowded=is_crowded), _manual(manual), _tests(record)
     return "\n".join((_head(record), _context_rows(record), *middle, _footer(record)))
 
@@ -69,12 +71,12 @@ def _signature() -> str:
 
 def _head(record: Record) -> str:
     void, verdict, checks = record.get("void"), recorded_verdict(record), list_in(record, "checks")
-    failed = sum(_result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN) for one in checks)
+    failed = sum(_result(check) in (CheckResult.FAIL, CheckResult.UNKNOWN) for check in checks)
     mark, colour = VERDICT_STYLES[verdict if void is None else Verdict.NO_GO]
     word = verdict_sentence(verdict, activated_by(record)).translated()
     skipped = sum(1 for one in list_in(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
-        looks = sum(_result(one) is CheckResult.WARN for one in checks)
+        looks = sum(_result(check) is CheckResult.WARN for check in checks)
         under = tr("All {count} checks passed; warnings: {looks}.", count=len(checks), looks=looks)
     else:
         under = tr("{count} of {all} checks not OK.", count=failed, all=len(checks))
@@ -84,7 +86,7 @@ def _head(record: Record) -> str:
         under = join_sentences((under, tr("Void: {why}.", why=tr(why))))
     if skipped:
         under = join_sentences((under, tr("Skipped: {count}.", count=skipped)))
-    under = join_sentences([*(one.translated() for one in caveats(record)), under])
+    under = join_sentences([*(caveat.translated() for caveat in caveats(record)), under])
     return (
         f"{_heading(tr('Pre-flight check of a parachute module'))}"
         '<table width="100%" cellpadding="6" cellspacing="0" border="0" style="margin-top:4px"><tr>'
@@ -132,7 +134,7 @@ def _checks(checks: list[Mapping[str, object]], *, is_crowded: bool) -> str:
         f'<td width="{width}" style="color:{PALE}">{_escaped(title)}</td>'
         for title, width in ((tr("Result"), "13%"), (tr("Check"), "29%"), (tr("Measured"), "29%"), (tr("Limit"), "29%"))
     )
-    return _table([f'<tr bgcolor="#eeeeee">{head}</tr>', *(_row(one, is_crowded=is_crowded) for one in checks)])
+    return _table([f'<tr bgcolor="#eeeeee">{head}</tr>', *(_row(check, is_crowded=is_crowded) for check in checks)])
 
 
 def _table(rows: Iterable[str]) -> str:

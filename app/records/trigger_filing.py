@@ -44,7 +44,7 @@ def file_triggers(
 ) -> Visit | PossiblyOther:
     """`is_same_module`: confirmed by a person. To be called in the store's thread. Raises `StoreTrouble`."""
     history, checks = reading.history, CheckStore(store.database)
-    slots = [one.raw for one in history.records]
+    slots = [record.raw for record in history.records]
     now = IdentityEvidence(reading.boot_count, reading.settings)
     with store.database.transaction():
         if store.module_named(name) is not None and not is_same_module:

@@ -271,8 +271,8 @@ def contradictions(record: Mapping[str, object]) -> tuple[UserMessage, ...]:
 
 
 def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
-    checks = [one for one in list_in(record, "checks") if isinstance(one, Mapping)]
-    found = Counter(str(one.get("id")) for one in checks)
+    checks = [check for check in list_in(record, "checks") if isinstance(check, Mapping)]
+    found = Counter(str(check.get("id")) for check in checks)
     missing = sorted(REQUIRED - found.keys())
     if missing:
         yield message(marked("missing checks: {checks}"), checks=", ".join(missing))
@@ -283,17 +283,17 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
     if stated != follows.value:
         yield message(marked("stated {stated}, but the checks give {follows}"), stated=clean(str(stated), longest=20),
                    follows=follows.value)  # fmt: skip
-    for one in checks:
-        where = _READ_AS.get(str(one.get("id")))
+    for check in checks:
+        where = _READ_AS.get(str(check.get("id")))
         read = _at(record.get("read"), where) if where is not None else None
-        measured = one.get("measured")
+        measured = check.get("measured")
         if (
             read is not None
             and measured is not None
             and read != measured
-            and one.get("result") == CheckResult.PASS.value
+            and check.get("result") == CheckResult.PASS.value
         ):
-            title = UserMessage(clean(str(one.get("title"))))
+            title = UserMessage(clean(str(check.get("title"))))
             yield message(marked("{check}: judged {measured}, read {read}"), check=title,
                        measured=clean(str(measured), longest=20), read=clean(str(read), longest=20))  # fmt: skip
 
@@ -301,7 +301,7 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
 def verdict_from(record: Mapping[str, object]) -> Verdict:
     """The verdict that follows from the checks, the manual items and the state that the module reported."""
     checks = list_in(record, "checks")
-    is_fine = record.get("void") is None and bool(checks) and all(_is_fine(one) for one in checks)
+    is_fine = record.get("void") is None and bool(checks) and all(_is_fine(check) for check in checks)
     is_fine = is_fine and all(_is_manual_fine(one) for one in list_in(record, "manual"))
     if record.get("version") == 1:  # a locked module could be GO
         return Verdict.GO if is_fine else Verdict.NO_GO

@@ -81,7 +81,7 @@ def risks(command: Command, value: Value) -> tuple[Consequence, ...]:
     """
     if command is BAUD_RATE:
         return ()
-    return tuple(one for one in consequences(command, value) if one.weight is not Weight.PLAIN)
+    return tuple(consequence for consequence in consequences(command, value) if consequence.weight is not Weight.PLAIN)
 
 
 def is_advised(command: Command, value: Value) -> bool:

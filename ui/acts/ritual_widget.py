@@ -334,8 +334,8 @@ class RitualWidget(QFrame):
             (self._reasons, (self._effect, self.conditions)),
             (self._head, (self._words, self.said)),
         ):
-            for one in widgets:
-                stack.addWidget(one)
+            for widget in widgets:
+                stack.addWidget(widget)
         in_row(self._title, (self._reasons, 1), self.step, self.countdown, of=self._words, spacing=Space.M, margins=0)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         row = FlowRow(spacing_px=Space.XL)

@@ -72,7 +72,7 @@ def _with_parents(widget: QWidget) -> Iterator[QWidget]:
 
 def text_of(widget: QWidget) -> str:
     """Its own text, or that of what it is part of, as Qt shows it."""
-    return next((text for one in _with_parents(widget) if (text := one.whatsThis())), "")
+    return next((text for parent in _with_parents(widget) if (text := parent.whatsThis())), "")
 
 
 def explain(widget: QWidget) -> None:

@@ -43,7 +43,7 @@ def keys_of(window: QMainWindow) -> tuple[Key, ...]:
 
 
 def _key_of(action: QAction) -> Key | None:
-    keys = ", ".join(one.toString(_NATIVE) for one in action.shortcuts() if not one.isEmpty())
+    keys = ", ".join(shortcut.toString(_NATIVE) for shortcut in action.shortcuts() if not shortcut.isEmpty())
     does = _words(action)
     return Key(_page_of(action), keys, does) if keys and does else None
 
@@ -87,8 +87,8 @@ def _table(title: str, keys: list[Key]) -> Iterator[str]:
     yield f"## {title}\n"
     yield f"| {tr('Key')} | {tr('Action')} |"
     yield "| --- | --- |"
-    for one in keys:
-        yield f"| **{one.keys}** | {one.does.replace('|', '/')} |"
+    for key in keys:
+        yield f"| **{key.keys}** | {key.does.replace('|', '/')} |"
     yield ""
 
 
@@ -130,5 +130,5 @@ def _licence(data: PackageMetadata) -> str:
     if written:
         return written.splitlines()[0]
     classifiers = fields.get("classifier") or ()
-    named = [one.rpartition(" :: ")[2] for one in classifiers if one.startswith(_CLASSIFIER)]
+    named = [classifier.rpartition(" :: ")[2] for classifier in classifiers if classifier.startswith(_CLASSIFIER)]
     return named[0].removesuffix(" License") if named else ""

@@ -27,7 +27,7 @@ class Announcer(QObject):
 def _speaker() -> QWidget | None:
     """The active window, else the first visible one."""
     front = QApplication.activeWindow()
-    return front or next((one for one in QApplication.topLevelWidgets() if one.isVisible()), None)
+    return front or next((window for window in QApplication.topLevelWidgets() if window.isVisible()), None)
 
 
 _one: Announcer | None = None

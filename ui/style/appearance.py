@@ -38,7 +38,7 @@ def style_sheet(theme: Theme) -> str:
     """The style sheet of a theme, in the size in use."""
     grown_px = 2 - theme.border_px
     sheet = _template().substitute(
-        {one.name: getattr(theme, one.name) for one in fields(theme)},
+        {field.name: getattr(theme, field.name) for field in fields(theme)},
         disabled_edge=theme.divider if theme.border_px == 1 else theme.disabled,
         primary_hover=theme.muted if not theme.is_dark else theme.text,
         focus=theme.information.ink,

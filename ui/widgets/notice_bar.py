@@ -202,4 +202,4 @@ def _appearance_key(notice: Notice) -> object:
 
 
 def _buttons_of(notice: Notice) -> list[tuple[str, str, bool, bool]]:
-    return [(one.key, one.text, one.is_main, one.is_shown) for one in notice.choices]
+    return [(choice.key, choice.text, choice.is_main, choice.is_shown) for choice in notice.choices]

@@ -111,7 +111,7 @@ class Readout(PaintedWidget):
     def _note_px(self) -> float:
         """Width of the widest note."""
         small = QFontMetricsF(font(Size.SMALL))
-        return max((small.horizontalAdvance(one) for one in self._notes), default=0.0)
+        return max((small.horizontalAdvance(note) for note in self._notes), default=0.0)
 
     def _number_room(self) -> QRectF:
         """The line of the number; the caption is above, if there is one, the note below."""

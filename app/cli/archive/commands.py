@@ -44,24 +44,24 @@ def run_status(args: argparse.Namespace) -> int:
         fingerprint = fingerprint_of(archive.station.public)
         stations = {shown_station(key): count for key, count in status.stations.items()}
         chains = chains_in(archive.facts, archive.station)
-    is_sound = not any(one.faults for one in chains)
+    is_sound = not any(chain.faults for chain in chains)
     page = [
         *console.columns((
             (tr("Records"), f"{status.facts} ({status.own})"),
             (tr("Stations"), f"{len(stations)}"),
             (tr("Server"), status.place or "–"),
             (tr("Needs decision"), f"{status.conflicts}"),
-            (tr("Missing in chains"), f"{sum(one.missing for one in chains)}"),
+            (tr("Missing in chains"), f"{sum(chain.missing for chain in chains)}"),
         ), indent=2),
         tr("This station: {fingerprint}", fingerprint=fingerprint),
         tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=status.last_at or "–"),
-        *(f"{shown_station(one.station)} {one.module or ''}: {fault.translated()}"
-          for one in chains for fault in one.faults),
+        *(f"{shown_station(chain.station)} {chain.module or ''}: {fault.translated()}"
+          for chain in chains for fault in chain.faults),
     ]  # fmt: skip
     console.emit(args, status, lambda status: {
         "station": fingerprint, "facts": status.facts, "own": status.own, "stations": stations,
         "server": status.place, "not_shared": status.not_shared, "last_sync_at": status.last_at,
-        "conflicts": status.conflicts, "chains": [_chain_json(one) for one in chains],
+        "conflicts": status.conflicts, "chains": [_chain_json(chain) for chain in chains],
     }, lambda _: page)  # fmt: skip
     return console.SUCCESS if is_sound else console.ANSWER_NO
 
@@ -136,10 +136,10 @@ def run_conflicts(args: argparse.Namespace) -> int:
         archive.collect()
         conflicts = archive.names().conflicts
     console.emit(args, conflicts, lambda conflicts: {"conflicts": [
-        {"kind": one.kind.value, "modules": [member_json(module) for module in one.pair],
-         "proposal": None if one.proposal is None else _proposal_json(one.proposal)}
-        for one in conflicts
-    ]}, lambda conflicts: [line for one in conflicts for line in _question(one)])  # fmt: skip
+        {"kind": conflict.kind.value, "modules": [member_json(module) for module in conflict.pair],
+         "proposal": None if conflict.proposal is None else _proposal_json(conflict.proposal)}
+        for conflict in conflicts
+    ]}, lambda conflicts: [line for conflict in conflicts for line in _question(conflict)])  # fmt: skip
     return console.SUCCESS
 
 
@@ -152,7 +152,7 @@ def _question(conflict: Conflict) -> tuple[str, str]:
 def run_settle(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
         archive.collect()
-        members = {shown_member(one): one for module in archive.names().modules for one in module.members}
+        members = {shown_member(member): member for module in archive.names().modules for member in module.members}
         one, other = members.get(args.one), members.get(args.other)
         if one is None or other is None:
             raise console.Refused(tr("No such pair of modules in the archive."))

@@ -43,7 +43,7 @@ def _print_fleet(args: argparse.Namespace, states: list[ModuleToday], now: datet
         return console.SUCCESS
     at = now.isoformat(timespec="seconds")
     head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
-    console.emit(args, states, lambda states: {"at": at, "modules": [state_json(one) for one in states]},
+    console.emit(args, states, lambda states: {"at": at, "modules": [state_json(state) for state in states]},
                  lambda states: console.columns([head, *map(_fleet_row, states)]))  # fmt: skip
     return console.SUCCESS
 
@@ -58,7 +58,7 @@ def _print_histories(args: argparse.Namespace, lives: list[ModuleHistory]) -> in
     if args.csv:
         console.write(csv_text(LIFE_HEAD, (row for life in lives for row in _life_rows(life))))
     else:
-        console.emit(args, lives, lambda lives: {"lives": [life_json(one) for one in lives]},
+        console.emit(args, lives, lambda lives: {"lives": [life_json(live) for live in lives]},
                      lambda lives: [line for life in lives for line in _life_page(life)])  # fmt: skip
     return console.SUCCESS
 
@@ -75,14 +75,14 @@ def state_json(state: ModuleToday) -> dict[str, object]:
     check = state.last_check
     return {
         "module": state.module.name,
-        "members": [member_json(one) for one in state.module.members],
+        "members": [member_json(member) for member in state.module.members],
         "last_at": state.last_at or None,
         "last_check": None if check is None else _check_json(check),
         "checks": state.checks,
         "trigger_records": state.trigger_records,
         "not_judged": state.unjudged,
         "since_repack": state.since_repack,
-        "tests": [{"test": one.kind.value, "verdict": one.verdict.value, "at": one.at} for one in state.tests],
+        "tests": [{"test": test.kind.value, "verdict": test.verdict.value, "at": test.at} for test in state.tests],
         "due": [{"kind": one.kind.value, "text": one.text.in_english()} for one in state.due],
     }
 
@@ -99,11 +99,11 @@ def _check_json(check: CheckLine) -> dict[str, object]:
 def life_json(life: ModuleHistory) -> dict[str, object]:
     return {
         "module": life.module.name,
-        "members": [member_json(one) for one in life.module.members],
+        "members": [member_json(member) for member in life.module.members],
         "events": [
-            {"at": one.fact.made_at, "station": shown_station(one.fact.station), "kind": one.fact.kind,
-             "id": one.fact.id, "told": one.text.in_english(), "content": dict(one.fact.content)}
-            for one in life.events
+            {"at": event.fact.made_at, "station": shown_station(event.fact.station), "kind": event.fact.kind,
+             "id": event.fact.id, "told": event.text.in_english(), "content": dict(event.fact.content)}
+            for event in life.events
         ],
         "values": {
             name: [{"at": point.at, "station": shown_station(point.station), "value": point.value} for point in points]
@@ -120,7 +120,7 @@ def _fleet_cells(state: ModuleToday) -> tuple[object, ...]:
         else (check.verdict, check.is_void, check.is_simulated, utc_cell(check.at), check.number, check.who,
               check.aircraft, check.fingerprint)
     )  # fmt: skip
-    stations = len({one.station for one in state.module.members})
+    stations = len({member.station for member in state.module.members})
     counts = (state.checks, state.trigger_records, state.unjudged)
     return (
         state.module.name,
@@ -134,9 +134,9 @@ def _fleet_cells(state: ModuleToday) -> tuple[object, ...]:
 
 
 def _life_rows(life: ModuleHistory) -> Iterable[tuple[object, ...]]:
-    for one in life.events:
-        station = shown_station(one.fact.station)
-        yield utc_cell(one.fact.made_at), station, one.fact.kind, one.text.translated(), None, None
+    for event in life.events:
+        station = shown_station(event.fact.station)
+        yield utc_cell(event.fact.made_at), station, event.fact.kind, event.text.translated(), None, None
     for name, points in life.values.items():
         for point in points:
             yield utc_cell(point.at), shown_station(point.station), "value", "", name, point.value

@@ -122,7 +122,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
             _tell_interrupted(WriteReport(results=tuple(unconfirmed(heard))), sent, begun)
             raise
     report = report or WriteReport(results=tuple(unconfirmed(heard)))
-    found |= {one.command: one for one in report.results}
+    found |= {result.command: result for result in report.results}
     for wish in sent:
         if wish.command not in found:
             verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
@@ -149,7 +149,7 @@ def _tell_interrupted(heard: WriteReport, sent: Sequence[SettingChange], begun: 
 
 def _is_link_lost(written: Written, refusals: Sequence[Refusal]) -> bool:
     is_refused = written.fault is WriteFault.NOT_ALLOWED and all(
-        one.condition is not Interlock.ONLINE for one in refusals
+        refusal.condition is not Interlock.ONLINE for refusal in refusals
     )
     return written.heard is SetReply.NOT_SENT and not is_refused
 
@@ -157,15 +157,15 @@ def _is_link_lost(written: Written, refusals: Sequence[Refusal]) -> bool:
 def json_of(report: WriteReport) -> dict[str, object]:
     """The object of `dps-s set --json`."""
     results: dict[str, object] = {}
-    for one in report.results:
-        is_needed, why = one.heard is not SetReply.UNNEEDED, why_not_verified(one, report.refusals)
-        has_age = report.read_at is not None and bool(one.verified) and is_needed
-        results[one.command.key] = _result(
-            one.wanted,
-            report.before.get(one.command.key),
-            acknowledged=one.is_acknowledged if is_needed else None,
-            read_back=one.stands,
-            verified=one.verified,
+    for result in report.results:
+        is_needed, why = result.heard is not SetReply.UNNEEDED, why_not_verified(result, report.refusals)
+        has_age = report.read_at is not None and bool(result.verified) and is_needed
+        results[result.command.key] = _result(
+            result.wanted,
+            report.before.get(result.command.key),
+            acknowledged=result.is_acknowledged if is_needed else None,
+            read_back=result.stands,
+            verified=result.verified,
             verified_age_s=round(max(0.0, time.monotonic() - (report.read_at or 0.0)), 3) if has_age else None,
             error=None if why is None else why.in_english(),
         )
@@ -204,10 +204,16 @@ def _remarks(report: WriteReport) -> list[str]:
 
 def page_of(report: WriteReport) -> list[str]:
     rows = [
-        (one.command.key, _sentence(one, report.before.get(one.command.key), why_not_verified(one, report.refusals)))
-        for one in report.results
+        (
+            result.command.key,
+            _sentence(result, report.before.get(result.command.key), why_not_verified(result, report.refusals)),
+        )
+        for result in report.results
     ]
-    tones = [Colour.GOOD if one.verified else Colour.CAUTION if one.is_fine else Colour.BAD for one in report.results]
+    tones = [
+        Colour.GOOD if result.verified else Colour.CAUTION if result.is_fine else Colour.BAD
+        for result in report.results
+    ]
     return [coloured(line, tone) for line, tone in zip(console.columns(rows), tones, strict=True)]
 
 

@@ -128,7 +128,7 @@ class LinkStatisticsView(QScrollArea):
 
     def _lay_out(self, services: Services) -> None:
         numbers = named(QFrame(), "figures_totals", "card")
-        in_row(*((one, 1) for one in self.totals.values()), of=numbers, spacing=Space.M, margins=(Space.M, Space.S))
+        in_row(*((total, 1) for total in self.totals.values()), of=numbers, spacing=Space.M, margins=(Space.M, Space.S))
         trips = self._caption(services, "figures_trips_title", marked("Round-trip time, ms"))
         reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes"))
         pair = in_row(

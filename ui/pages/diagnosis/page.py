@@ -85,7 +85,7 @@ class DiagnosisPage(StreamPage):
 
     def go_to(self, key: str) -> None:
         """Shows a view: "why", "traffic", "figures" or "bundle"."""
-        keys = [one[0] for one in _VIEWS]
+        keys = [view[0] for view in _VIEWS]
         self.tabs.setCurrentIndex(keys.index(key))
 
     def open_file(self, path: Path) -> None:

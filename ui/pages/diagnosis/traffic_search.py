@@ -32,7 +32,7 @@ def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
 def hex_part(text: str) -> str:
     """The digits of a text of pairs of hex digits, else ""."""
     digits = "".join(text.lower().split())
-    is_hex = len(digits) % 2 == 0 and all(one in "0123456789abcdef" for one in digits)
+    is_hex = len(digits) % 2 == 0 and all(digit in "0123456789abcdef" for digit in digits)
     return digits if is_hex else ""
 
 

@@ -40,7 +40,7 @@ class AddPort(QToolButton):
         if not menu.isEmpty():
             menu.addAction(tr("Connect all ports")).triggered.connect(self._members.connect_all)
             menu.addSeparator()
-        taken = {one.target.device for one in self._members.connections if one.target is not None}
+        taken = {connection.target.device for connection in self._members.connections if connection.target is not None}
         number = next(n for n in range(1, 100) if SIMULATED.format(number=n) not in taken)
         menu.addAction(tr("Simulated module")).triggered.connect(
             partial(self._connect, SIMULATED.format(number=number))

@@ -181,7 +181,11 @@ class GroupProfile(QObject):
 
     def changes(self) -> tuple[SettingChange, ...]:
         """What would be written to any of the modules."""
-        changes = (self.column(one).changes for one in self._members.connections if one in self._members.reachable)
+        changes = (
+            self.column(connection).changes
+            for connection in self._members.connections
+            if connection in self._members.reachable
+        )
         return tuple(dict.fromkeys(chain.from_iterable(changes)))
 
     def apply(self, connections: Sequence[Port], accepted: frozenset[SettingChange] = frozenset()) -> None:

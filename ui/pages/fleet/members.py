@@ -55,16 +55,18 @@ class FleetMembers(QObject):
     @property
     def connections(self) -> tuple[Port, ...]:
         """All that a person connected."""
-        return tuple(one for one in self._connector.connections if one.is_requested)
+        return tuple(connection for connection in self._connector.connections if connection.is_requested)
 
     @property
     def reachable(self) -> tuple[Port, ...]:
         """Those whose module answers."""
-        return tuple(one for one in self.connections if one.is_open and one.device.values)
+        return tuple(connection for connection in self.connections if connection.is_open and connection.device.values)
 
     def is_connected(self, port: PortInfo) -> bool:
-        targets = [one.target for one in self.connections if one.target is not None]
-        return any(port.device == one.device or (port.identity and port.identity == one.identity) for one in targets)
+        targets = [connection.target for connection in self.connections if connection.target is not None]
+        return any(
+            port.device == target.device or (port.identity and port.identity == target.identity) for target in targets
+        )
 
     def connect_port(self, target: Target) -> Port:
         """Connect one more port; the first one becomes the current one."""
@@ -100,7 +102,7 @@ class FleetMembers(QObject):
 
     def read_due(self) -> None:
         """Reads what is due in the store's thread: for other names at once, else every ten seconds."""
-        names = {one.module.name for one in self.connections} - {""}
+        names = {connection.module.name for connection in self.connections} - {""}
         wanted = (names, self._connector.clock() // DUE_EVERY_S)
         if not names or wanted == self._due_of:
             return

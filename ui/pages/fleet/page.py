@@ -136,7 +136,7 @@ class FleetPage(Page):
     def refresh(self) -> None:
         connections = self.members.connections
         self.members.read_due()
-        for gone in [one for one in self._widgets if one not in connections]:
+        for gone in [widget for widget in self._widgets if widget not in connections]:
             self._widgets.pop(gone).deleteLater()
         cards = {one: self.members.card(one) for one in connections}
         now = self._connector.clock()
@@ -213,7 +213,7 @@ class FleetPage(Page):
         self.enable.setEnabled(has_reachable and is_free)
         self.open_profile.setEnabled(has_members and is_free)
         self.report.setEnabled(bool(self.checks.results) and is_free and not self._report.is_running)
-        self.lock_all.setEnabled(any(one.is_open for one in self.members.connections))
+        self.lock_all.setEnabled(any(connection.is_open for connection in self.members.connections))
         for button in (self.check, self.open_profile, self.lock_all):
             button.setVisible(has_members)
         self.summary.setVisible(has_members or self._has_batch)
@@ -268,9 +268,9 @@ class FleetPage(Page):
         if not self.members.connections:
             return  # a person disconnected them all, which cancelled it
         members = tuple(self.checks.results.values())
-        is_fine = not any(one.why for one in members)
+        is_fine = not any(member.why for member in members)
         meaning = Meaning.INFORMATION if is_fine else Meaning.ATTENTION
-        silent = [one.name for one in members if one.name and one.word is RecordsWord.NEW_MODULE]
+        silent = [member.name for member in members if member.name and member.word is RecordsWord.NEW_MODULE]
         self.result.set_notice(
             lambda: Notice(meaning, summary(members), self._new_choices(silent), self.result.dismiss)
         )

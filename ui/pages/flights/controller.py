@@ -224,9 +224,9 @@ class FlightsWork(QObject):
         for unread in self._unread.values():
             found[unread.group].append(FlightRow(unread.name, unread.group, None, -1.0, unread))
         step = steps_of(self.limits.freefall_acceleration_g, TENTH_G.per_unit)
-        for one in outcomes:
-            fall_s = float(one.flight.direct.longest_fall_s[step])
-            found[one.group].append(FlightRow(one.flight.name, one.group, one, fall_s))
+        for outcome in outcomes:
+            fall_s = float(outcome.flight.direct.longest_fall_s[step])
+            found[outcome.group].append(FlightRow(outcome.flight.name, outcome.group, outcome, fall_s))
         return found
 
     def maps(self) -> tuple[FireMap, FireMap]:
@@ -244,7 +244,7 @@ class FlightsWork(QObject):
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
         """Reads files and folders, without flights that are already there."""
-        known = frozenset(one.name for one in self.flights.flights())
+        known = frozenset(flight.name for flight in self.flights.flights())
         self.loading.open(LoadOrder(tuple(paths), columns, known))
 
     @property
@@ -264,8 +264,8 @@ class FlightsWork(QObject):
         """Takes over the logs that were read since."""
         logs = self.loading.poll()
         if logs:
-            for one in logs:
-                self._on_loaded(one)
+            for log in logs:
+                self._on_loaded(log)
             self._maps = None
             self.flights_changed.emit()
 

@@ -69,7 +69,7 @@ class FlightView(QWidget):
         self.picture.show_icon(look.icon, look.meaning)
         self.name.setText(f"{short_name(outcome.flight.name)} · {tr(outcome.group.value)}")
         self.verdict.setText("\n".join(outcome_lines(outcome)))
-        problems = [one.translated() for one in outcome.flight.problems]
+        problems = [problem.translated() for problem in outcome.flight.problems]
         shown = problems[:_PROBLEMS_SHOWN]
         if len(problems) > len(shown):
             shown.append(tr("and {count} more", count=len(problems) - len(shown)))

@@ -322,4 +322,4 @@ class FlightsPage(Page):
 def _dropped(data: QMimeData) -> list[Path]:
     """Dropped files and folders; empty where one of the files is no log."""
     paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
-    return paths if all(not one.suffix or one.suffix.lower() in SUFFIXES or one.is_dir() for one in paths) else []
+    return paths if all(not path.suffix or path.suffix.lower() in SUFFIXES or path.is_dir() for path in paths) else []

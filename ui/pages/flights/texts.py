@@ -136,7 +136,7 @@ def row_text(row: FlightRow) -> str:
     lines = [f"{name}{in_brackets(tr(row.group.value))}"]
     if row.outcome is not None:
         lines.append(labelled(tr("Duration"), stopwatch(row.outcome.flight.duration_s)))
-        lines += [*outcome_lines(row.outcome), *(one.translated() for one in row.outcome.flight.problems)]
+        lines += [*outcome_lines(row.outcome), *(problem.translated() for problem in row.outcome.flight.problems)]
     return "\n".join(lines)
 
 
@@ -153,10 +153,10 @@ def list_caption(group: FlightGroup, outcomes: list[FlightOutcome]) -> tuple[str
     if not total:
         return name, None
     if group is FlightGroup.MUST_NOT:
-        count = sum(bool(one.direct.sources or one.damped.sources) for one in outcomes)
+        count = sum(bool(outcome.direct.sources or outcome.damped.sources) for outcome in outcomes)
         text, is_bad = tr("{count} of {total} fire", count=count, total=total), count > 0
     else:
-        count = sum(one.direct.is_in_time and one.damped.is_in_time for one in outcomes)
+        count = sum(outcome.direct.is_in_time and outcome.damped.is_in_time for outcome in outcomes)
         text, is_bad = tr("{count} of {total} fire in time", count=count, total=total), count < total
     return labelled(name, text), Meaning.DANGER if is_bad else None
 
@@ -166,11 +166,11 @@ def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
     if not outcomes:
         return tr("Select flights and press M")
     parts = []
-    different = sum(one.is_different for one in outcomes)
+    different = sum(outcome.is_different for outcome in outcomes)
     if different:
         parts.append(labelled(tr("unclear"), different))
     if group is FlightGroup.MUST:
-        fires = [fire for one in outcomes for fire in (one.direct, one.damped) if fire.is_in_time]
+        fires = [fire for outcome in outcomes for fire in (outcome.direct, outcome.damped) if fire.is_in_time]
         delays = [one.delay_s for one in fires if math.isfinite(one.delay_s)]
         drops = [one.drop_m for one in fires if math.isfinite(one.drop_m)]
         if delays and max(delays) >= 0:
@@ -201,7 +201,7 @@ def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: 
     if proposal is None or not any(counts):
         return ProposalText(Icon.INFORMATION, None, tr("No proposal yet"))
     if proposal.limits is None:
-        lines = [labelled(short_name(one.name), one.why.translated()) for one in proposal.conflicts]
+        lines = [labelled(short_name(conflict.name), conflict.why.translated()) for conflict in proposal.conflicts]
         return ProposalText(Icon.WARNING, Meaning.ATTENTION, tr("No thresholds separate the lists"), tuple(lines))
     lines = [
         _margin_text(margin)

@@ -280,7 +280,7 @@ class LivePanel(QFrame):
         self.light.reserve((tr(OutOfLimit.BAY_OPEN.value) + sign, tr(_BAY_CLOSED), age), limit="00.0 V")
         low = (tr(OutOfLimit.CELL_LOW.value), tr(OutOfLimit.CELL_HIGH.value))
         words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN, _CELL, _CHARGER)
-        self.cell.reserve((*low, *(tr(one) for one in words), age), limit="0.00 V")
+        self.cell.reserve((*low, *(tr(word) for word in words), age), limit="0.00 V")
         self.stream.reserve((tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM), age))
         self.boot_count.reserve((age,))
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE")))

@@ -90,7 +90,7 @@ class CheckList(QScrollArea):
 
     def show_work(self, work: PreflightController) -> None:
         assessment, standing = work.assessment, work.standing
-        judged = {} if assessment is None else {one.check.id: one for one in assessment.checks}
+        judged = {} if assessment is None else {check.check.id: check for check in assessment.checks}
         is_checking, is_void = standing is Standing.CHECKING, standing is Standing.VOID
         failed = [id_ for id_, one in judged.items() if one.finding.result is not CheckResult.PASS]
         failed.sort(key=lambda id_: not judged[id_].blocks_go)  # warnings after what is against GO

@@ -121,7 +121,7 @@ class RecordFiles(QObject):
         trust = partial(self._ask_to_trust, path, done.signer)
 
         def notice() -> Notice:
-            sentences = join_sentences(one.translated() for one in done.sentences())
+            sentences = join_sentences(sentence.translated() for sentence in done.sentences())
             choices = (Choice("trust_station", tr("Trust this station…"), trust),) if is_to_trust else ()
             return Notice(meaning, f"{file} — {sentences}", choices, self._result.dismiss)
 

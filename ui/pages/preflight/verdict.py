@@ -100,7 +100,7 @@ def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
     head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
     if verdict is Verdict.READY and work.reported_active is not False:
         head = tr("Reading again…")  # it may be active by now
-    warnings = sum(one.finding.result is CheckResult.WARN for one in assessment.checks)
+    warnings = sum(check.finding.result is CheckResult.WARN for check in assessment.checks)
     what = tr("All {count} checks passed; warnings: {looks}.", count=len(CHECKS), looks=warnings)
     skipped = sum(item.is_done is None for item in assessment.manual)
     if skipped:
@@ -130,7 +130,7 @@ def _footer(work: PreflightController) -> tuple[str, str]:
     if left_s is not None:
         unit_s = 1 if left_s < 120 else 60
         parts.append(tr("holds for {time}", time=duration(left_s // unit_s * unit_s)))  # never longer than it does
-    return join_sentences(one.translated() for one in caveats(record)), " · ".join(parts)
+    return join_sentences(caveat.translated() for caveat in caveats(record)), " · ".join(parts)
 
 
 def low_px() -> int:

@@ -41,7 +41,9 @@ class Outlines(QObject):
         if self._reading.is_running:
             return
         missing = [
-            one for one in entries if one.trouble is None and self._known.get(one.path, (-1, ()))[0] != one.sample_count
+            entry
+            for entry in entries
+            if entry.trouble is None and self._known.get(entry.path, (-1, ()))[0] != entry.sample_count
         ][:_AT_ONCE]
         if missing:
             self._reading.run(lambda running: _outlines(missing, running), self._on_found, lambda _error: None)

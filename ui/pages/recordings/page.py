@@ -148,7 +148,7 @@ class RecordingsPage(Page):
 
     def _bounds_text(self) -> str:
         library = self.work.library
-        used = size_text(sum(one.size_bytes for one in self.work.entries))
+        used = size_text(sum(entry.size_bytes for entry in self.work.entries))
         text = tr("{used} of {size} used; kept for {days} days.", used=used, size=size_text(library.max_bytes),
                   days=library.max_days)  # fmt: skip
         return f"{len(self.work.entries):,} · {text}"
@@ -160,9 +160,9 @@ class RecordingsPage(Page):
         entries = self._to_delete
         what = entry_text(entries[0])
         if len(entries) > 1:
-            size = size_text(sum(one.size_bytes for one in entries))
+            size = size_text(sum(entry.size_bytes for entry in entries))
             what = join_names((labelled(tr("Recordings"), len(entries)), size))
-        kept = sum(one.is_pinned for one in entries) if len(entries) > 1 else 0
+        kept = sum(entry.is_pinned for entry in entries) if len(entries) > 1 else 0
         pinned = [labelled(capitalised(tr("pinned")), kept)] if kept else []
         text = join_sentences((tr("Delete for good? {what}", what=what), *pinned))
         choices = (

@@ -227,8 +227,8 @@ class SettingsController(QObject):
         return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or inputs.active)
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...], accepted: frozenset[SettingChange]) -> Notice:
-        text = join_sentences([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
-        can_unlock = all(one.condition is Interlock.MAY_WRITE for one in open_conditions)
+        text = join_sentences([tr("Nothing was written."), *(condition.sentence for condition in open_conditions)])
+        can_unlock = all(condition.condition is Interlock.MAY_WRITE for condition in open_conditions)
         # The two buttons that confirm a write never share a place, so each keeps its own while it is hidden.
         anyway = risk_choices((), self.write, self.job.dismiss, is_shown=False)
         choices = (*anyway, self._unlock_choice(accepted)) if can_unlock else ()
@@ -237,11 +237,11 @@ class SettingsController(QObject):
     def _written_notice(self, report: WriteReport) -> Notice:
         """Counts by the current states: a setting that changed since is no longer called verified."""
         rows = {row.command: row for row in self.form.rows(self._connector.current.device, self._connector.clock())}
-        ended = [(one, rows[one.command].state) for one in report.results if one.command in rows]
+        ended = [(result, rows[result.command].state) for result in report.results if result.command in rows]
         verified = sum(state is RowState.VERIFIED for _one, state in ended)
         doubtful = sum(state in (RowState.STALE, RowState.UNKNOWN) for _one, state in ended)
         since = sum(state is RowState.READ and one.verified is not None for one, state in ended)
-        acknowledged = sum(one.is_fine and one.verified is None for one in report.results)
+        acknowledged = sum(result.is_fine and result.verified is None for result in report.results)
         bad = sum(row.state is RowState.FAILED for row in rows.values())
         moved = sum(row.state is RowState.CHANGED for row in rows.values())
         parts = []
@@ -284,6 +284,6 @@ def _power_cycle_notice(result: PowerCycleResult) -> Notice:
         return Notice(Meaning.ATTENTION, tr("Restarted; the boot count does not prove a power cycle."))
     boots = tr("Boot count {before} → {after}.", before=result.boots_before, after=result.boots_after)
     if result.is_fine:
-        kept = sum(one.result is Retention.RETAINED for one in result.stamps.values())
+        kept = sum(stamp.result is Retention.RETAINED for stamp in result.stamps.values())
         return Notice(Meaning.GOOD, tr("Kept over the power cycle: {count}. {boots}", count=kept, boots=boots))
     return Notice(Meaning.DANGER, tr("NOT all kept over the power cycle: see the rows. {boots}", boots=boots))

@@ -146,7 +146,7 @@ class BaudPanel(QFrame):
 
 def _settle(store: Store, port: str, found: int) -> None:
     """Runs in the store's thread: the last change at this port is not asked about at the next start."""
-    last = next((one for one in store.pending_bauds() if one.port == port), None)
+    last = next((baud for baud in store.pending_bauds() if baud.port == port), None)
     if last is not None:
         store.settle(last.id, *logged_later(last.old_rate, last.new_rate, found))
 

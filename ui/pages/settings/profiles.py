@@ -239,7 +239,11 @@ class ProfileFiles(QObject):
             )
             return
         self._remember(path)
-        missing = [one.title for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
+        missing = [
+            setting.title
+            for setting in SETTINGS
+            if setting.key not in profile.settings and setting is not SERIAL_OUTPUT
+        ]
         self._result.notify(Meaning.GOOD, lambda: _saved_text(path, [tr(title) for title in missing]))
 
     def _remember(self, path: Path) -> None:
@@ -248,7 +252,9 @@ class ProfileFiles(QObject):
 
     def _remove_recent(self, path: Path) -> None:
         name = str(path.absolute())
-        self._remembered.recent_profiles = tuple(one for one in self._remembered.recent_profiles if one != name)
+        self._remembered.recent_profiles = tuple(
+            profile for profile in self._remembered.recent_profiles if profile != name
+        )
         self.refresh()
 
     def _fill_menu(self) -> None:

@@ -128,7 +128,9 @@ def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget) -> tuple[QWidg
 
 def warning_text(row: FormRow) -> str:
     """The consequences that nobody should overlook."""
-    return join_sentences(one.sentence for one in row.consequences if one.weight is not Weight.PLAIN)
+    return join_sentences(
+        consequence.sentence for consequence in row.consequences if consequence.weight is not Weight.PLAIN
+    )
 
 
 def reason_text(row: FormRow) -> str:
@@ -174,13 +176,13 @@ class SettingPane(QFrame):
     def show_row(self, row: FormRow) -> None:
         command = row.command
         title, term = tr(command.title), command.vendor_term
-        is_loud = any(one.weight is not Weight.PLAIN for one in row.consequences)
+        is_loud = any(consequence.weight is not Weight.PLAIN for consequence in row.consequences)
         for label, text in (
             (self.title, title),
             (self.term, "" if term == title else term),  # in Chinese it is the title
             (self.reason, reason_text(row)),
             (self.what, tr(command.explanation)),
-            (self.meaning, with_units(join_sentences(one.sentence for one in row.consequences))),
+            (self.meaning, with_units(join_sentences(consequence.sentence for consequence in row.consequences))),
             (self.advice, capitalised(advice_text(command))),
         ):
             label.setText(text)

@@ -121,8 +121,8 @@ class RecordBesideLog(QWidget):
         self.match = match
         if self.chart.plot is not None:
             self.chart.plot.add_marks([
-                Mark(one.firing.at_s, marked("trigger record?"), Icon.HISTORY, Meaning.INFORMATION)
-                for one in match.moments
+                Mark(moment.firing.at_s, marked("trigger record?"), Icon.HISTORY, Meaning.INFORMATION)
+                for moment in match.moments
             ])  # fmt: skip
         self.retranslate()
         if match.likeliest is not None:

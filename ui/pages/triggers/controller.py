@@ -320,7 +320,7 @@ class TriggersController(QObject):
         ordered = [
             (raw, is_seen_once)
             for records, is_seen_once in ((history.records, False), (history.seen_once, True))
-            for raw in in_order([one.raw for one in records], reading.boot_count)
+            for raw in in_order([record.raw for record in records], reading.boot_count)
         ]
         return tuple(
             _unstored_row(-1 - place, raw, is_seen_once=is_seen_once)
