@@ -5,7 +5,8 @@ Exit code 0 if none would have fired, 2 if a log cannot be read, 4 if one or mor
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import astuple
 from pathlib import Path
 
 from app.cli.commands import THRESHOLDS
@@ -19,10 +20,10 @@ from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.csv_columns import NO_TIME, parse_choice
 from app.flight_logs.read_log import find_logs
 from app.terminal import console
-from app.terminal.setting_words import parse_settings
+from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
-from app.text.sentences import join_sentences, labelled
+from app.text.sentences import join_names, join_sentences, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 
@@ -42,14 +43,16 @@ def run(args: argparse.Namespace) -> int:
             names = tr("expected {expected}", expected="|".join(THRESHOLDS))
             raise console.Refused(f"{name}: {names}{console.did_you_mean(name, THRESHOLDS)}")
     limits = parse_limits(known)
+    judged_with = _judged_with(limits, {word.partition("=")[0] for word in known})
     paths = _found([*args.logs, *others])
     columns = parse_choice(args.column) if args.column else None
     logs = _judged(paths, LogOrder(columns, limits))
     read = [(log, log.flight) for log in logs if log.flight is not None]
     if args.json:
+        console.note(judged_with)
         console.write_lines([console.as_json(json_of(one, flight)) for one, flight in read])
     elif read:
-        console.write_lines(_page(read, is_must=args.must))
+        console.write_lines([*_page(read, is_must=args.must), "", *judged_with.splitlines()])
     for log in logs:
         if log.why_not is not None:
             why = log.why_not.translated()
@@ -85,6 +88,15 @@ def parse_limits(words: Sequence[str]) -> TriggerLimits:
         expected = tr("expected {expected}", expected=f"≤ {MAX_ACCELERATION_G}")
         raise console.Refused(f"freefall_acceleration_g: {expected}")
     return limits
+
+
+def _judged_with(limits: TriggerLimits, given: Collection[str]) -> str:
+    """The thresholds, and which of them are nobody's word: a module may hold others."""
+    values = dict(zip(THRESHOLDS, astuple(limits), strict=True))
+    words = " ".join(f"{name}={typed(value)}" for name, value in values.items())
+    usual = join_names(name for name in THRESHOLDS if name not in given)
+    said = tr("Judged with: {values}", values=words)
+    return f"{said}\n{tr('Vendor defaults, not of a module: {names}', names=usual)}" if usual else said
 
 
 def _found(words: Sequence[str]) -> list[Path]:

@@ -1,20 +1,28 @@
 """`dps-s record FILE`: records a session into .mcap or .csv.
 
 The session is kept among the recordings, as the window does, and exported at its end: nothing is lost if the file
-cannot be written. Where nothing can be recorded it ends at once. Exit code 0; 3 if the link was lost, with what came
-until then; 4 if the file could not be written or is incomplete.
+cannot be written. On standard output the table is written as it comes. Where nothing can be recorded it ends at once.
+Exit code 0; 3 if the link was lost, with what came until then; 4 if the file could not be written or is incomplete.
 """
 
 import argparse
+import math
 from dataclasses import replace
 from pathlib import Path
 
-from app.engine.worker import Batch
+import numpy as np
+
+from app.engine.worker import Batch, PortState
+from app.recordings.excerpt import Excerpt, csv_parts
 from app.recordings.library import RecordingLibrary, entry_of
+from app.recordings.markers import MarkerTracker
 from app.recordings.recorder import Recorder
+from app.recordings.reports import ACTIVE, TRIGGERED
+from app.recordings.writer import POLLED
+from app.samples.ring_buffers import Window
 from app.terminal import console
 from app.terminal.connection import Conversation
-from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable
+from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable, write_table
 from app.terminal.streaming import StreamSpan, stream
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
@@ -29,7 +37,7 @@ SETTLE_LIMIT_S = 10.0
 def run(args: argparse.Namespace) -> int:
     refuse_unwritable(args.file, appends=args.append, replaces=args.force)
     span = StreamSpan(args.seconds)
-    session = RecordedSession(Recorder(RecordingLibrary()), span)
+    session = RecordedSession(Recorder(RecordingLibrary()), span, LiveTable() if args.file == STANDARD_OUTPUT else None)
     try:
         trouble = stream(args.port, args.baud, span, on_begin=session.begin, on_batch=session.on_batch,
                          on_turn=session.on_turn, reads_all=True)  # fmt: skip
@@ -42,11 +50,52 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
+class LiveTable:
+    """Writes the table of a recording to standard output while it is made: what `export` writes of it afterwards."""
+
+    def __init__(self) -> None:
+        self._tracker, self._polled_s = MarkerTracker(), dict.fromkeys(POLLED, -math.inf)
+        self._news: list[Excerpt] = []
+        self._path: Path | None = None
+        self._first_s = 0.0
+
+    def on_batch(self, batch: Batch) -> None:
+        markers, samples = tuple(self._tracker.on_batch(batch)), batch.samples
+        times = np.array([sample.at for sample in samples])
+        tilt, acceleration = (np.array([sample[column] for sample in samples], np.float32) for column in (1, 2))
+        flags = [TRIGGERED * sample.triggered | ACTIVE * sample.active for sample in samples]
+        cell, light = (self._reading(batch, key) for key in POLLED)
+        news = Excerpt(-math.inf, batch.at, Window(times, tilt), Window(times, acceleration), np.array(flags, np.uint8),
+                       cell, light, markers)  # fmt: skip
+        self._news += [news] if news.row_count else []
+
+    def write(self, path: Path | None, wall_offset_s: float) -> None:
+        """What came since the last call, once its recording has begun."""
+        if path is None or not self._news:
+            return
+        is_first = self._path is None
+        if path != self._path:  # also after a sleep or a jump of the clock
+            self._path, self._first_s = path, min(news.first_s for news in self._news)
+        for news in self._news:
+            head, *rows = csv_parts(news, wall_offset_s=wall_offset_s, first_s=self._first_s)
+            write_table([head, *rows] if is_first else rows)
+            is_first = False
+        self._news = []
+
+    def _reading(self, batch: Batch, key: str) -> Window:
+        known = batch.device.values.get(key)
+        is_new = known is not None and not known.is_stale and known.at > self._polled_s[key]
+        if known is None or not is_new or batch.connection.state is not PortState.OPEN:
+            return Window(np.empty(0), np.empty(0, np.float32))
+        self._polled_s[key] = known.at
+        return Window(np.array([known.at]), np.array([known.value], np.float32))
+
+
 class RecordedSession:
     """A recorder between `begin` and `close`."""
 
-    def __init__(self, recorder: Recorder, span: StreamSpan) -> None:
-        self._recorder, self._span = recorder, span
+    def __init__(self, recorder: Recorder, span: StreamSpan, table: LiveTable | None) -> None:
+        self._recorder, self._span, self._table = recorder, span, table
         self._samples = 0
         self.paths: list[Path] = []
         """More than one after a sleep or a jump of the clock."""
@@ -61,7 +110,10 @@ class RecordedSession:
             self._samples += len(wanted)
             unwanted = {sample.at for sample in batch.samples[len(wanted) :]}
             events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
-            self._recorder.on_batch(replace(batch, samples=wanted, events=events))
+            batch = replace(batch, samples=wanted, events=events)
+            self._recorder.on_batch(batch)
+            if self._table is not None:
+                self._table.on_batch(batch)
 
     def on_turn(self, _conversation: Conversation) -> None:
         self._note_path()
@@ -73,13 +125,14 @@ class RecordedSession:
         """Wait until everything is on disk; print what is missing. Idempotent."""
         console.clear_progress()
         self._recorder.settle(SETTLE_LIMIT_S)
-        self._note_path()
-        if self._recorder.trouble is not None:
-            console.notify(self._recorder.trouble.translated())
-        if self._recorder.dropped:
-            console.notify(tr("The disk was too slow. Reports missing: {count}.",
-                   count=self._recorder.dropped))  # fmt: skip
-        self._recorder.stop(SETTLE_LIMIT_S)
+        try:
+            self._note_path()
+            if self._recorder.trouble is not None:
+                console.notify(self._recorder.trouble.translated())
+            if self._recorder.dropped:
+                console.notify(tr("The disk was too slow. Reports missing: {count}.", count=self._recorder.dropped))
+        finally:
+            self._recorder.stop(SETTLE_LIMIT_S)
 
     @property
     def is_whole(self) -> bool:
@@ -89,6 +142,8 @@ class RecordedSession:
         path = self._recorder.path
         if path is not None and path not in self.paths:
             self.paths.append(path)
+        if self._table is not None:
+            self._table.write(path, self._recorder.wall_offset_s)
 
 
 def _is_report(event: Event) -> bool:
@@ -102,10 +157,10 @@ def write_files(session: RecordedSession, path: Path, *, appends: bool) -> bool:
         console.notify(tr("Nothing was recorded."))
     for number, recorded in enumerate(session.paths, start=1):
         entry = entry_of(recorded)
-        is_output = path == STANDARD_OUTPUT
-        target = path if number == 1 or is_output else path.with_name(f"{path.stem}-{number}{path.suffix}")
+        target = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
         try:
-            is_whole &= export(entry, target, appends=appends if number == 1 else is_output)
+            if path != STANDARD_OUTPUT:  # else it is written
+                is_whole &= export(entry, target, appends=appends and number == 1)
         except UserError as error:
             is_whole = False
             console.notify(join_sentences((error.sentence, tr("It is kept as recording {name}.", name=entry.name))))

@@ -1742,6 +1742,10 @@
         <translation>在“触发记录”页面复核。</translation>
     </message>
     <message>
+        <source>Judged with: {values}</source>
+        <translation>判定所用参数：{values}</translation>
+    </message>
+    <message>
         <source>Judged: {judgement}.</source>
         <translation>已复核：{judgement}。</translation>
     </message>
@@ -4640,6 +4644,10 @@
     <message>
         <source>Valid now only; not monitored afterwards.</source>
         <translation>结论仅此刻有效；之后不再监视。</translation>
+    </message>
+    <message>
+        <source>Vendor defaults, not of a module: {names}</source>
+        <translation>厂家默认值，并非模块读数：{names}</translation>
     </message>
     <message>
         <source>Vendor's advice</source>

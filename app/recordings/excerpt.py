@@ -58,14 +58,14 @@ class Excerpt:
         return sum(len(times) for times, _ in (self.tilt, self.cell, self.light)) + len(self.markers)
 
 
-def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
+def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None = None) -> Iterator[bytes]:
     """Yields the table in UTF-8, in parts.
 
     Status reports, cell voltage, light and events have rows of their own, in order of time; other cells are empty.
-    `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row.
+    `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row, or `first_s`.
     """
     yield f"{HEAD}{_END}".encode()
-    first_s = excerpt.first_s
+    first_s = excerpt.first_s if first_s is None else first_s
     rows = merge(_status_cells(excerpt), sorted(_other_cells(excerpt)), key=itemgetter(0))
     while some := list(islice(rows, ROWS_AT_ONCE)):
         stamps = time_cells(np.array([at for at, _ in some]) + wall_offset_s)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app import version
+from app.captures.line import NANOSECONDS
 from app.engine.device import Sleep
 from app.engine.worker import Batch
 from app.recordings.library import RecordingLibrary, new_path, part_path, stopped_message
@@ -190,6 +191,12 @@ class Recorder:
         """When the current recording began, UTC; None before the first byte."""
         first = self._first
         return None if first is None else first.opening.started_at
+
+    @property
+    def wall_offset_s(self) -> float:
+        """Of the current recording; 0 before the first byte."""
+        first = self._first
+        return 0.0 if first is None else first.opening.wall_offset_ns / NANOSECONDS
 
     @property
     def trouble(self) -> UserMessage | None:

@@ -153,6 +153,8 @@ class _Walk:
         body += name_length + _SIZE.size
         if size > MAX_CHUNK_BYTES or body > end or self._unpacked_bytes + size > MAX_UNPACKED_BYTES:
             return None
+        if _SIZE.unpack_from(self._data, body - _SIZE.size) != (end - body,):
+            return None
         self._unpacked_bytes += size
         packed = self._data[body:end]
         if name == b"zstd":

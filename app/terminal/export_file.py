@@ -1,5 +1,6 @@
 """Exports recordings to files, in the format of their suffix."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,7 +59,7 @@ def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> boo
     try:
         with open_recording(entry) as recording:
             if path == STANDARD_OUTPUT:
-                rows = _write_csv(recording, has_head=not appends)
+                rows = _write_csv(recording)
             elif path.suffix.lower() == MCAP:
                 export_session(entry, path, on_progress=_show)
                 rows = len(recording.tilt)
@@ -76,15 +77,18 @@ def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> boo
     return damage is None
 
 
-def _write_csv(recording: "Recording", *, has_head: bool) -> int:
+def _write_csv(recording: "Recording") -> int:
     """Write the table to standard output; returns the number of rows."""
     from app.recordings.excerpt import csv_parts
 
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
-    for number, part in enumerate(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)):
-        if number or has_head:
-            write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
+    write_table(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s))
     return excerpt.row_count
+
+
+def write_table(parts: Iterable[bytes]) -> None:
+    for part in parts:
+        write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
 
 
 def _show(share: float) -> None:

@@ -44,7 +44,9 @@ def test_json_is_the_contract(calm: Path, crash: Path, capsys: pytest.CaptureFix
     code, printed = fired(capsys, calm, crash, "--json")
     first, second = map(json.loads, printed.out.splitlines())
     assert code == 4
-    assert printed.err == ""
+    assert printed.err.startswith(
+        "Judged with: attitude_threshold_deg=60 freefall_acceleration_g=0.5 freefall_time_s=1.6 "
+    )
     assert first == {
         "log": str(calm), "fires": [], "tilt_max_deg": 12.0, "longest_fall_s": 0.0, "not_judged_s": 0.0, "problems": [],
     }  # fmt: skip
@@ -66,6 +68,8 @@ def test_none_fires_with_other_thresholds(calm: Path, crash: Path, capsys: pytes
     code, printed = fired(capsys, *words)
     assert code == 0
     assert "0 of 2 would have fired." in printed.out
+    assert "Judged with: attitude_threshold_deg=62 freefall_acceleration_g=0.5 freefall_time_s=1.99 " in printed.out
+    assert "Vendor defaults, not of a module: freefall_acceleration_g, attitude_trigger" in printed.out
     assert fired(capsys, crash, "--thresholds", "attitude_trigger=false", "freefall_trigger=false")[0] == 0
     assert fired(capsys, crash, "--thresholds", "attitude_trigger=false")[0] == 4
 
@@ -123,7 +127,7 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(
     code, printed = fired(capsys, tmp_path, "--json")
     assert code == 2
     assert [json.loads(line)["log"] for line in printed.out.splitlines()] == [str(calm)]
-    assert printed.err == f"{bad}: unknown kind of file.\n"
+    assert printed.err.endswith(f"\n{bad}: unknown kind of file.\n")
 
 
 def test_a_csv_file_with_chosen_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,10 @@
 import csv
 import io
 import json
+import signal
 import socket
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -292,3 +295,21 @@ def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.Captur
     assert {row["triggered"] for row in table} == {"", "false"}
     assert "Simulated module" in printed.err
     assert run_here(capsys, ["recordings", "export", "latest", "-"]).out == printed.out
+
+
+def test_the_table_on_standard_output_comes_while_it_is_recorded(port: str) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-m", "app", "record", "--port", port, "--seconds", "30", "-"],
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as recording:
+        assert recording.stdout is not None
+        rows = [recording.stdout.readline() for _ in range(50)]
+        assert recording.poll() is None  # long before its end
+        recording.send_signal(signal.SIGINT)
+        rows += recording.stdout.readlines()
+    assert recording.returncode == 0
+    assert rows[0].startswith("time_utc,elapsed_s,")
+    assert rows.count(rows[0]) == 1
+    elapsed = [float(row.split(",")[1]) for row in rows[1:]]
+    assert min(elapsed) == elapsed[0] == 0.0

@@ -131,6 +131,21 @@ def test_a_chunk_that_was_cut_out_is_missed(whole: Whole, tmp_path: Path) -> Non
         assert recording.damage is not None
 
 
+def test_a_chunk_whose_length_hides_the_last_ones_is_damaged(whole: Whole, tmp_path: Path) -> None:
+    data = bytearray(whole.path.read_bytes())
+    places, place = [], 8
+    while data[place] != 0x0F:
+        end = place + 9 + int.from_bytes(data[place + 1 : place + 9], "little")
+        places += [(place, end)] if data[place] == 6 else []
+        place = end
+    (start, _), end = places[-3], places[-1][1]
+    data[start + 1 : start + 9] = (end - start - 9).to_bytes(8, "little")
+    with changed(whole, tmp_path, bytes(data)) as recording:
+        assert recording is not None
+        assert len(recording.tilt) < 600
+        assert recording.damage is not None
+
+
 @pytest.mark.parametrize("tail", [b"\x00" * 5000, b"\xff" * 5000, bytes(range(256)) * 20])
 def test_zeros_or_garbage_behind_the_last_chunk(whole: Whole, tmp_path: Path, tail: bytes) -> None:
     data = whole.path.read_bytes()
