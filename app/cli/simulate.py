@@ -3,14 +3,15 @@
 import argparse
 import signal
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import OPTIONS, Option, default_text, parse_value
-from app.simulator.servers.endpoint import Endpoint, Loop, print_error
+from app.simulator.servers.endpoint import Endpoint, Loop
 from app.simulator.servers.pty_server import PtyEndpoint
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.simulator.setup import Group, Setup
@@ -78,43 +79,29 @@ def run(args: argparse.Namespace) -> int:
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:
-        endpoint = _endpoint(args, bench)
-        _serve(Loop(bench, endpoint, announce=_Announcement(args.link)))
+        endpoint: Endpoint = (
+            PtyEndpoint(args.link, baud_rate=bench.module.baud_rate) if args.tcp is None else TcpEndpoint(*args.tcp)
+        )
+        with closing(endpoint), _stopped_by_signals(Loop(bench, endpoint)) as loop:
+            _announce(endpoint.address, args.link)
+            loop.run()
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
         raise console.Refused(labelled(where, error_text(error)), console.NO_LINK) from error
     return console.SUCCESS
 
 
-def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:
-    if args.tcp is not None:
-        host, port = args.tcp
-        return TcpEndpoint(host, port)
-
-    return PtyEndpoint(args.link, baud_rate=bench.module.baud_rate)
-
-
-class _Announcement:
-    """Prints the first address to standard output, and those after unplugging to standard error."""
-
-    def __init__(self, link: Path | None) -> None:
-        self._link = link
-        self._is_announced = False
-
-    def __call__(self, address: str) -> None:
-        if self._is_announced:
-            print_error(address)
-            return
-        self._is_announced = True
-        try:
-            console.write_lines([address])
-        except console.OutputLost:
-            console.discard_output()  # the link tells it
-        if self._link is not None:
-            print_error(str(self._link))
+def _announce(address: str, link: Path | None) -> None:
+    try:
+        console.write_lines([address])
+    except console.OutputLost:
+        console.discard_output()  # the link tells it
+    if link is not None:
+        console.notify(str(link))
 
 
-def _serve(loop: Loop) -> None:
+@contextmanager
+def _stopped_by_signals(loop: Loop) -> Iterator[Loop]:
     def stop(_number: int, _frame: FrameType | None) -> None:
         loop.stop()
 
@@ -126,7 +113,7 @@ def _serve(loop: Loop) -> None:
             with suppress(ValueError):
                 before[number] = signal.signal(number, stop)
     try:
-        loop.run()
+        yield loop
     finally:
         for number, handler in before.items():
             signal.signal(number, handler or signal.SIG_DFL)

@@ -163,12 +163,6 @@ class SimulatedBench:
             return self._is_plugged_in
 
     @property
-    def plugged(self) -> int | None:
-        """`plug_number` while it is plugged in, else None."""
-        with self.changed:
-            return self.plug_number if self.is_plugged_in else None
-
-    @property
     def replug_s(self) -> float | None:
         """When it is plugged in again, on the bench's clock."""
         return self._replug_s

@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
@@ -90,7 +90,53 @@ class _LockTimes:
         self._write(data, now_s)
 
 
-def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
+class _PluggedModule:
+    """A module whose adapter is plugged in and out: each time it is another pseudo-terminal behind the same link."""
+
+    def __init__(self, bench: SimulatedBench, link: Path) -> None:
+        self.bench, self._link = bench, link
+        self._changing = threading.RLock()
+        self._loop: Loop | None = None
+        self._thread: threading.Thread | None = None
+        self._replugging: threading.Timer | None = None
+        self.plug()
+
+    def wake(self) -> None:
+        with self._changing:
+            if self._loop is not None:
+                self._loop.wake()
+
+    def plug(self) -> None:
+        with self._changing:
+            if self._loop is None:
+                self.bench.plug()
+                endpoint = PtyEndpoint(self._link, baud_rate=self.bench.module.baud_rate)
+                self._loop = loop = Loop(self.bench, endpoint)
+                self._thread = threading.Thread(target=_serve, args=(loop, endpoint), name="simulated module")
+                self._thread.start()
+
+    def unplug(self, for_s: float | None = None) -> None:
+        with self._changing:
+            if self._replugging is not None:
+                self._replugging.cancel()
+            if self._loop is not None and self._thread is not None:
+                self._loop.stop()
+                self._thread.join()
+                self._loop = None
+                self.bench.unplug()
+            if for_s is not None:
+                self._replugging = threading.Timer(for_s, self.plug)
+                self._replugging.daemon = True
+                self._replugging.start()
+
+
+def _serve(loop: Loop, endpoint: PtyEndpoint) -> None:
+    with closing(endpoint):
+        loop.run()
+
+
+def _answer(module: _PluggedModule, locks: _LockTimes, line: str) -> str:
+    bench = module.bench
     if line == LOCKED:
         return f"{locks.last_at:.6f}"
     if line == COUNT:
@@ -98,9 +144,11 @@ def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
             return str(bench.module.stream_frames_sent)
     match line.split():
         case ["unplug", *for_s]:
-            bench.unplug(for_s=float(for_s[0]) if for_s else None)
-        case ["plug" | "restart" as act]:
-            getattr(bench, act)()
+            module.unplug(float(for_s[0]) if for_s else None)
+        case ["plug"]:
+            module.plug()
+        case ["restart"]:
+            bench.restart()
         case ["fault", "none"]:
             bench.end_faults()
         case ["fault", name, value]:
@@ -115,17 +163,12 @@ def main(words: list[str]) -> int:
     link, *options = words
     bench = SimulatedBench(Setup(**parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
     locks = _LockTimes(bench)
-    is_ready = threading.Event()
-    loop = Loop(bench, PtyEndpoint(Path(link), baud_rate=bench.module.baud_rate), announce=lambda _: is_ready.set())
-    server = threading.Thread(target=loop.run, name="simulated module")
-    server.start()
-    is_ready.wait(10)
+    module = _PluggedModule(bench, Path(link))
     print(link, flush=True)
     for line in sys.stdin:
-        print(_answer(bench, locks, line.strip()), flush=True)
-        loop.wake()
-    loop.stop()
-    server.join(5)
+        print(_answer(module, locks, line.strip()), flush=True)
+        module.wake()
+    module.unplug()
     return 0
 
 

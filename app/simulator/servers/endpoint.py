@@ -1,4 +1,4 @@
-"""Base of the endpoints that serve a simulated module to other processes.
+"""Serves a simulated module to other processes through one endpoint.
 
 One loop, no thread. It wakes up for bytes of the host, bytes that are due, and `stop`.
 """
@@ -6,13 +6,10 @@ One loop, no thread. It wakes up for bytes of the host, bytes that are due, and 
 import math
 import select
 import socket
-import sys
-from collections.abc import Callable
 from contextlib import suppress
 from typing import Protocol
 
 from app.simulator.bench import SimulatedBench
-from app.text.visible_text import visible
 
 BATCH_S = 0.004
 """In a fast stream several frames are written at once: waking up for each takes a tenth of a core."""
@@ -21,17 +18,10 @@ READ_CHUNK = 65536
 
 
 class Endpoint(Protocol):
-    """One way for a host to reach the module."""
+    """One way for a host to reach the module, open from its making until `close`."""
 
-    @property
-    def address(self) -> str | None:
-        """What the host opens; None while unplugged."""
-
-    def plug(self) -> None:
-        """Make it reachable."""
-
-    def unplug(self) -> None:
-        """Make it unreachable, also for a host that has it open."""
+    address: str
+    """What the host opens."""
 
     def files(self) -> list[int]:
         """File descriptors to wait for."""
@@ -45,20 +35,16 @@ class Endpoint(Protocol):
     def send(self, data: bytes) -> None:
         """Send bytes to the host; lost if it does not read them."""
 
+    def close(self) -> None:
+        """Make it unreachable, also for a host that has it open."""
+
 
 class Loop:
-    """Runs one endpoint until `stop`, which any thread and any signal handler may call."""
+    """Serves until `stop`, which any thread and any signal handler may call."""
 
-    def __init__(
-        self,
-        bench: SimulatedBench,
-        endpoint: Endpoint,
-        *,
-        announce: Callable[[str], None] = lambda _address: None,
-    ) -> None:
+    def __init__(self, bench: SimulatedBench, endpoint: Endpoint) -> None:
         self._bench = bench
         self._endpoint = endpoint
-        self._announce = announce
         self._is_stopped = False
         self._wake_sender, self._wake_receiver = socket.socketpair()
         self._wake_sender.setblocking(False)
@@ -76,33 +62,17 @@ class Loop:
             self._wake_sender.send(b"!")
 
     def run(self) -> None:
-        """Serve until stopped, then unplug the endpoint. Raises what `plug` raises."""
-        plug = None
+        """Serve until stopped."""
         try:
             while not self._is_stopped:
-                if (now := self._bench.plugged) != plug:
-                    self._on_plug_changed(plug, now)
-                    plug = now
                 ready = self._wait()
                 if self._wake_receiver.fileno() in ready:
                     with suppress(OSError):
                         self._wake_receiver.recv(READ_CHUNK)
-                if plug is not None and plug == self._bench.plugged:
-                    self._exchange(ready)
+                self._exchange(ready)
         finally:
-            self._endpoint.unplug()
             self._wake_sender.close()
             self._wake_receiver.close()
-
-    def _on_plug_changed(self, before: int | None, now: int | None) -> None:
-        """The number also changes if it was unplugged and plugged in again meanwhile."""
-        if before is not None:
-            self._endpoint.unplug()
-        if now is None:
-            return
-        self._endpoint.plug()
-        if self._endpoint.address is not None:
-            self._announce(self._endpoint.address)
 
     def _wait(self) -> list[int]:
         files = [self._wake_receiver.fileno(), *self._endpoint.files()]
@@ -114,9 +84,7 @@ class Loop:
         bench = self._bench
         with bench.changed:
             now_s = bench.clock()
-            if bench.replug_s is not None:
-                return max(0.0, bench.replug_s - now_s)
-            due_s = bench.wire.next_due(now_s) if bench.is_plugged_in else None
+            due_s = bench.wire.next_due(now_s)
             if due_s is None:
                 return None
             if bench.module.is_streaming and bench.module.setup.rate > QUICK_HZ:
@@ -134,8 +102,3 @@ class Loop:
         if data:
             self._last_batch_s = now_s
             self._endpoint.send(data)
-
-
-def print_error(text: str) -> None:
-    """Print a line on standard error."""
-    print(visible(text), file=sys.stderr, flush=True)

@@ -23,63 +23,48 @@ class PtyEndpoint:
     """A pseudo-terminal, with an optional symbolic link to it."""
 
     def __init__(self, link: Path | None, *, baud_rate: int) -> None:
-        """`baud_rate`: initial rate of the port."""
+        """`baud_rate`: initial rate of the port. Raises OSError if there is no pseudo-terminal, or the path for the
+        link is taken by something else."""
+        if link is not None and link.exists() and not link.is_symlink():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
         self._link = link
-        self._baud_rate = baud_rate
-        self._master: int | None = None
-        self._slave: int | None = None
-        self._port = ""
         self._bauds = {
             getattr(termios, f"B{rate}"): rate
             for rate in (1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600)
             if hasattr(termios, f"B{rate}")
         }
-
-    @property
-    def address(self) -> str | None:
-        """Path of the port."""
-        return self._port if self._master is not None else None
-
-    def plug(self) -> None:
-        """Raises OSError if there is no pseudo-terminal, or the path for the link is taken by something else."""
-        if self._link is not None and self._link.exists() and not self._link.is_symlink():
-            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
         # The slave stays open: reading the master fails while nobody has it open.
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         settings = termios.tcgetattr(self._slave)
-        settings[4] = settings[5] = next(code for code, rate in self._bauds.items() if rate == self._baud_rate)
+        settings[4] = settings[5] = next(code for code, rate in self._bauds.items() if rate == baud_rate)
         termios.tcsetattr(self._slave, termios.TCSANOW, settings)
         os.set_blocking(self._master, False)
-        self._port = os.ttyname(self._slave)
-        if self._link is not None:
-            self._refresh_link(self._link)
+        self.address = os.ttyname(self._slave)
+        """Path of the port."""
+        if link is not None:
+            self._refresh_link(link)
 
-    def unplug(self) -> None:
-        """Idempotent."""
-        if self._link is not None and self._master is not None:
+    def close(self) -> None:
+        if self._link is not None:
             with suppress(OSError):
-                if self._link.is_symlink() and str(self._link.readlink()) == self._port:
+                if self._link.is_symlink() and str(self._link.readlink()) == self.address:
                     self._link.unlink()
-        for file in (self._master, self._slave):
-            if file is not None:
-                os.close(file)
-        self._master = self._slave = None
+        os.close(self._master)
+        os.close(self._slave)
 
     def files(self) -> list[int]:
-        return [] if self._master is None else [self._master]
+        return [self._master]
 
     def host_baud(self) -> int | None:
         """The rate that the host set; 0 for an unknown one."""
-        if self._master is None:
-            return None
         code = termios.tcgetattr(self._master)[4]
         if code == _CUSTOM_RATE and sys.platform == "linux":
             return int(_TERMIOS2.unpack(fcntl.ioctl(self._master, _TCGETS2, bytes(_TERMIOS2.size)))[-1])
         return self._bauds.get(code, 0)
 
     def receive(self, ready: list[int]) -> bytes:
-        if self._master is None or self._master not in ready:
+        if self._master not in ready:
             return b""
         try:
             return os.read(self._master, READ_CHUNK)
@@ -88,13 +73,12 @@ class PtyEndpoint:
 
     def send(self, data: bytes) -> None:
         """Bytes that do not fit are lost."""
-        if self._master is not None:
-            with suppress(BlockingIOError):
-                os.write(self._master, data)
+        with suppress(BlockingIOError):
+            os.write(self._master, data)
 
     def _refresh_link(self, link: Path) -> None:
         """Replace the link atomically."""
         new = link.with_name(f".{link.name}.{os.getpid()}")
         new.unlink(missing_ok=True)
-        new.symlink_to(self._port)
+        new.symlink_to(self.address)
         new.replace(link)

@@ -11,48 +11,42 @@ class TcpEndpoint:
 
     def __init__(self, host: str, port: int) -> None:
         """Port 0 picks a free port. Raises OSError, also `socket.gaierror`, if it cannot listen."""
-        self._host = host
-        self._listener: socket.socket | None = None
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         self._client: socket.socket | None = None
-        self._port = port
-        self._listen()
-
-    @property
-    def address(self) -> str | None:
+        self._listener = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._listener.bind(address)
+            self._listener.listen(1)
+            self._listener.setblocking(False)
+        except OSError:
+            self._listener.close()
+            raise
+        self.port: int = self._listener.getsockname()[1]
+        shown_host = f"[{host}]" if ":" in host else host
+        self.address = f"socket://{shown_host}:{self.port}"
         """A URL that pyserial opens."""
-        host = f"[{self._host}]" if ":" in self._host else self._host
-        return f"socket://{host}:{self._port}" if self._listener is not None else None
 
-    @property
-    def port(self) -> int:
-        return self._port
-
-    def plug(self) -> None:
-        if self._listener is None:
-            self._listen()
-
-    def unplug(self) -> None:
+    def close(self) -> None:
         """Idempotent."""
         self._disconnect()
-        if self._listener is not None:
-            self._listener.close()
-            self._listener = None
+        self._listener.close()
 
     def files(self) -> list[int]:
-        if self._client is not None:
-            return [self._client.fileno()]
-        return [] if self._listener is None else [self._listener.fileno()]
+        return [(self._client or self._listener).fileno()]
 
     def host_baud(self) -> int | None:
         """Unknown: a socket has no rate."""
         return None
 
     def receive(self, ready: list[int]) -> bytes:
-        if self._client is None:
-            if self._listener is not None and self._listener.fileno() in ready:
-                self._accept(self._listener)
+        if self.files()[0] not in ready:
             return b""
-        if self._client.fileno() not in ready:
+        if self._client is None:
+            with suppress(OSError):
+                self._client, _ = self._listener.accept()
+                self._client.setblocking(False)
+                self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             return b""
         try:
             data = self._client.recv(READ_CHUNK)
@@ -74,26 +68,6 @@ class TcpEndpoint:
             pass
         except OSError:
             self._disconnect()
-
-    def _listen(self) -> None:
-        family, _, _, _, address = socket.getaddrinfo(self._host, self._port, type=socket.SOCK_STREAM)[0]
-        listener = socket.socket(family, socket.SOCK_STREAM)
-        try:
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listener.bind(address)
-            listener.listen(1)
-            listener.setblocking(False)
-        except OSError:
-            listener.close()
-            raise
-        self._listener = listener
-        self._port = listener.getsockname()[1]
-
-    def _accept(self, listener: socket.socket) -> None:
-        with suppress(OSError):
-            self._client, _ = listener.accept()
-            self._client.setblocking(False)
-            self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def _disconnect(self) -> None:
         if self._client is not None:

@@ -155,8 +155,7 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
     link, text = str(tmp_path / "dps-s"), PAGE.read_text(encoding="utf-8")
     judge = doctest.OutputChecker()
     bench = SimulatedBench(Setup(history=2, empty_slots=EmptySlots.NONE))
-    with serving(bench, pty(Path(link))) as (_, addresses):
-        addresses.get(timeout=5)
+    with serving(bench, pty(Path(link))):
         for block in _BLOCK.findall(text):
             found = []
             for line, said in examples_in(block):

@@ -9,10 +9,9 @@ import sys
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from queue import Queue
 
 import pytest
 import serial
@@ -35,18 +34,18 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="there are no ps
 
 
 @contextmanager
-def serving(bench: SimulatedBench, endpoint: Endpoint) -> Iterator[tuple[Loop, "Queue[str]"]]:
-    """Runs a loop in a thread; the queue gets the addresses as they are announced."""
-    addresses: Queue[str] = Queue()
-    loop = Loop(bench, endpoint, announce=addresses.put)
+def serving(bench: SimulatedBench, endpoint: Endpoint) -> Iterator[str]:
+    """Runs a loop in a thread; yields the address."""
+    loop = Loop(bench, endpoint)
     thread = threading.Thread(target=loop.run)
     thread.start()
     try:
-        yield loop, addresses
+        yield endpoint.address
     finally:
         loop.stop()
         thread.join(PATIENCE_S)
         assert not thread.is_alive()
+        endpoint.close()
 
 
 def exchange(address: str) -> bytes:
@@ -55,16 +54,8 @@ def exchange(address: str) -> bytes:
         return bytes(port.read(8))
 
 
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < deadline
-        threading.Event().wait(0.002)
-
-
 def test_tcp_serves_one_client_after_the_other() -> None:
-    with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as (_, addresses):
-        address = addresses.get(timeout=PATIENCE_S)
+    with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as address:
         assert address.startswith("socket://127.0.0.1:")
         assert [exchange(address) for _ in range(3)] == [ANSWER] * 3
 
@@ -73,28 +64,11 @@ def test_tcp_streams() -> None:
     bench = SimulatedBench()
     bench.change(rate=1000)
     with (
-        serving(bench, TcpEndpoint("127.0.0.1", 0)) as (_, addresses),
-        serial.serial_for_url(addresses.get(timeout=PATIENCE_S), timeout=PATIENCE_S) as port,
+        serving(bench, TcpEndpoint("127.0.0.1", 0)) as address,
+        serial.serial_for_url(address, timeout=PATIENCE_S) as port,
     ):
         port.write(SERIAL_OUTPUT.set(True).encode())
         assert len(port.read(6 + 100 * 8)) == 806
-
-
-def test_tcp_unplugged_and_plugged_in_again() -> None:
-    bench = SimulatedBench()
-    with serving(bench, TcpEndpoint("127.0.0.1", 0)) as (loop, addresses):
-        address = addresses.get(timeout=PATIENCE_S)
-        with serial.serial_for_url(address, timeout=PATIENCE_S) as port:
-            port.write(ASK)
-            assert port.read(8) == ANSWER
-            bench.unplug()
-            loop.wake()
-            with pytest.raises(serial.SerialException):
-                port.read(1)
-        bench.plug()
-        loop.wake()
-        assert addresses.get(timeout=PATIENCE_S) == address
-        assert exchange(address) == ANSWER
 
 
 def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
@@ -104,24 +78,8 @@ def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
 
 
 @posix_only
-def test_a_plug_that_slips_out_and_in_before_anybody_looks_has_still_slipped() -> None:
-    bench = SimulatedBench()
-    with serving(bench, pty()) as (loop, addresses):
-        with serial.Serial(addresses.get(timeout=PATIENCE_S), timeout=0) as port:
-            with bench.changed:
-                bench.unplug()
-                bench.plug()
-            loop.wake()
-            again = addresses.get(timeout=PATIENCE_S)
-            with pytest.raises((serial.SerialException, OSError)):
-                port.write(ASK)
-        assert exchange(again) == ANSWER
-
-
-@posix_only
 def test_pty_serves_a_host_at_its_rate_only() -> None:
-    with serving(SimulatedBench(), pty()) as (_, addresses):
-        address = addresses.get(timeout=PATIENCE_S)
+    with serving(SimulatedBench(), pty()) as address:
         assert exchange(address) == ANSWER
         with serial.Serial(address, 9600, timeout=0.1) as port:
             port.write(ASK)
@@ -132,16 +90,14 @@ def test_pty_serves_a_host_at_its_rate_only() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has rates as numbers")
 def test_a_rate_that_was_set_as_a_number_is_understood() -> None:
     """As Wine sets every rate, and pyserial one of its own."""
-    with serving(SimulatedBench(), pty()) as (_, addresses):
-        address = addresses.get(timeout=PATIENCE_S)
-        with serial.Serial(address, 12345, timeout=0.1) as port:
-            port.write(ASK)
-            assert port.read(8) != ANSWER
-            port.timeout = PATIENCE_S  # which sets the rate again
-            _set_rate_by_number(port.fileno(), 115200)
-            port.reset_input_buffer()
-            port.write(ASK)
-            assert port.read(len(ANSWER)) == ANSWER
+    with serving(SimulatedBench(), pty()) as address, serial.Serial(address, 12345, timeout=0.1) as port:
+        port.write(ASK)
+        assert port.read(8) != ANSWER
+        port.timeout = PATIENCE_S  # which sets the rate again
+        _set_rate_by_number(port.fileno(), 115200)
+        port.reset_input_buffer()
+        port.write(ASK)
+        assert port.read(len(ANSWER)) == ANSWER
 
 
 def _set_rate_by_number(file: int, baud_rate: int) -> None:
@@ -155,46 +111,31 @@ def _set_rate_by_number(file: int, baud_rate: int) -> None:
 
 
 @posix_only
-def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
+def test_pty_link_is_its_port_and_goes_with_it(tmp_path: Path) -> None:
     link = tmp_path / "module"
     link.symlink_to("/nowhere")
-    bench = SimulatedBench()
-    with serving(bench, pty(link)) as (loop, addresses):
-        address = addresses.get(timeout=PATIENCE_S)
+    with serving(SimulatedBench(), pty(link)) as address:
         assert str(link.readlink()) == address
         assert exchange(str(link)) == ANSWER
-        bench.unplug()
-        loop.wake()
-        until(lambda: not link.is_symlink())
-        bench.plug()
-        loop.wake()
-        addresses.get(timeout=PATIENCE_S)
-        assert exchange(str(link)) == ANSWER
     assert not link.is_symlink()
+
+
+@posix_only
+def test_pty_that_ends_leaves_a_link_to_another_port_alone(tmp_path: Path) -> None:
+    link = tmp_path / "module"
+    with serving(SimulatedBench(), pty(link)):
+        link.unlink()
+        link.symlink_to("/elsewhere")
+    assert str(link.readlink()) == "/elsewhere"
 
 
 @posix_only
 def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     taken = tmp_path / "precious"
     taken.write_text("data", encoding="utf-8")
-    endpoint = pty(taken)
     with pytest.raises(FileExistsError):
-        endpoint.plug()
-    endpoint.unplug()
+        pty(taken)
     assert taken.read_text(encoding="utf-8") == "data"
-
-
-@posix_only
-def test_pty_is_unplugged_under_an_open_port() -> None:
-    bench = SimulatedBench()
-    with (
-        serving(bench, pty()) as (loop, addresses),
-        serial.Serial(addresses.get(timeout=PATIENCE_S), 115200, timeout=PATIENCE_S) as port,
-    ):
-        bench.unplug()
-        loop.wake()
-        with pytest.raises(serial.SerialException):
-            port.read(1)
 
 
 @pytest.mark.parametrize(("fault", "answers"), [({}, 2), ({"min_gap_ms": 50.0}, 1), ({"half_duplex": True}, 1)])
@@ -212,8 +153,7 @@ def test_each_way_to_the_module_has_the_gap_half_duplex_and_the_lag(
             stack.callback(benches.remove_bench, name)
         else:
             endpoint = TcpEndpoint("127.0.0.1", 0) if way == "tcp" else pty()
-            _, addresses = stack.enter_context(serving(bench, endpoint))
-            address = addresses.get(timeout=PATIENCE_S)
+            address = stack.enter_context(serving(bench, endpoint))
         port = stack.enter_context(serial.serial_for_url(address, baudrate=115200, timeout=PATIENCE_S))
         began_s = time.monotonic()
         port.write(2 * ASK)
@@ -256,7 +196,7 @@ def test_no_port_to_be_had_is_code_3() -> None:
         with pytest.raises(Refused) as refused:
             simulate.run(args)
     finally:
-        endpoint.unplug()
+        endpoint.close()
     assert refused.value.exit_code == 3
     assert f"127.0.0.1:{endpoint.port}: " in refused.value.sentence
 

@@ -25,8 +25,8 @@ pytestmark = pytest.mark.usefixtures("speaks_english")
 @pytest.fixture
 def line() -> Iterator[str]:
     """The address of a module that the program takes for a real one."""
-    with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as (_, addresses):
-        yield addresses.get(timeout=5)
+    with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as address:
+        yield address
 
 
 def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED) -> None:
