@@ -1550,10 +1550,6 @@
         <translation>引导测试</translation>
     </message>
     <message>
-        <source>Half duplex</source>
-        <translation>半双工</translation>
-    </message>
-    <message>
         <source>Heartbeat</source>
         <translation>心跳</translation>
     </message>
@@ -2160,10 +2156,6 @@
     <message>
         <source>Message</source>
         <translation>消息</translation>
-    </message>
-    <message>
-        <source>Minimum gap</source>
-        <translation>最小间隔</translation>
     </message>
     <message>
         <source>Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass.</source>

@@ -105,8 +105,5 @@ class Setup:
     split_ms: float = _fault(0.0, marked("Split, pause"), MILLISECONDS)
     echo: bool = _fault(False, marked("Echo"))
     mute: bool = _fault(False, marked("Mute"))
-    min_gap_ms: float = _fault(0.0, marked("Minimum gap"), MILLISECONDS)
-    """Requests that begin sooner after the last reply or request are ignored."""
-    half_duplex: bool = _fault(False, marked("Half duplex"))
     lag_ms: float = _fault(0.0, marked("Wireless lag"), MILLISECONDS)
     paced: bool = _fault(True, marked("Baud-rate timing"))

@@ -1,4 +1,4 @@
-"""Line between host and simulated module: speed, loss, corruption, lag, half duplex.
+"""Line between host and simulated module: speed, loss, corruption, lag.
 
 The same seed and the same traffic give the same faults. Times are seconds of the module's clock.
 """
@@ -16,9 +16,6 @@ from protocol.frame import HOST_FRAME_LENGTH
 MAX_GARBAGE_LENGTH = 12
 PART_S = 0.005
 """Longer bursts arrive in parts of this duration, as from an adapter."""
-ROUNDING_S = 1e-9
-"""Times that differ by less are equal."""
-MAX_SPANS = 16384
 MAX_BYTES = 65536
 """Size of the driver's receive buffer."""
 
@@ -43,10 +40,7 @@ class _Burst(NamedTuple):
 
 
 class Wire:
-    """Both directions of the line to a module. `host_baud` None: the host's rate always fits (TCP).
-
-    The gap and half duplex apply at the module; the lag is added on the way to the host.
-    """
+    """Both directions of the line to a module. `host_baud` None: the host's rate always fits (TCP)."""
 
     def __init__(self, module: SimulatedModule, *, host_baud: int | None = None) -> None:
         self.module = module
@@ -55,10 +49,6 @@ class Wire:
         self._down: deque[_Burst] = deque()
         self._up_free_s = -math.inf
         self._down_free_s = -math.inf
-        self._sending: deque[tuple[float, float]] = deque(maxlen=MAX_SPANS)
-        """Spans in which the module was sending, oldest first: from, to."""
-        self._ready_s = -math.inf
-        """When the module next heeds a request."""
         self._up_random = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
         self._down_random = random.Random(module.setup.seed + 1)  # noqa: S311
 
@@ -107,41 +97,17 @@ class Wire:
         self._pump(now_s)
         self._up.clear()
         self._down.clear()
-        self._sending.clear()
         self._up_free_s = self._down_free_s = -math.inf
 
     def _pump(self, now_s: float) -> None:
         while self._up and self._up[0].ends_s <= now_s:
             burst = self._up.popleft()
             self._send_down(self.module.collect(burst.ends_s))
-            data = self._heard_part(burst)
-            if not data:
-                continue
+            data = burst.data
             if self.host_baud is not None and self.host_baud != self.module.baud_rate:
                 data = _garble(data, self.host_baud, self.module.baud_rate, self._up_random)
             self._send_down(self.module.receive(data, burst.ends_s))
         self._send_down(self.module.collect(now_s))
-
-    def _heard_part(self, burst: _Burst) -> bytes:
-        """The bytes of a burst from the host that the module receives, with its gap and half duplex."""
-        gap_s = self.module.setup.min_gap_ms / 1000
-        is_too_soon = burst.begins_s < self._ready_s - ROUNDING_S
-        self._ready_s = max(self._ready_s, burst.ends_s + gap_s)
-        if gap_s and is_too_soon:
-            return b""
-        if not self.module.setup.half_duplex:
-            return burst.data
-        while self._sending and self._sending[0][1] <= burst.begins_s:
-            self._sending.popleft()
-        return bytes(byte for number, byte in enumerate(burst.data) if not self._is_sending(burst, number))
-
-    def _is_sending(self, burst: _Burst, number: int) -> bool:
-        """Whether the module sends while byte `number` of `burst` arrives."""
-        arrives_s = burst.begins_s + number * burst.byte_s
-        return any(
-            begins_s < arrives_s + burst.byte_s - ROUNDING_S and arrives_s < ends_s - ROUNDING_S
-            for begins_s, ends_s in self._sending
-        )
 
     def _send_down(self, bursts: list[SentBytes]) -> None:
         faults = self.module.setup
@@ -155,19 +121,12 @@ class Wire:
             if faults.jitter_ms:
                 delay_s += self._down_random.uniform(0.0, faults.jitter_ms) / 1000
             begins_s = sent.at_s + delay_s
-            self._note_sending(max(begins_s, self._down_free_s), len(whole) * byte_s, is_reply=not sent.is_streamed)
             if faults.mute:
                 continue
             for data in self._suffer(whole, self._down_random, FaultDirection.TO_HOST):
                 for position, piece in enumerate(self._pieces(data)):
                     pause_s = faults.split_ms / 1000 if position else 0.0
                     self._deliver(_Burst(max(begins_s, self._down_free_s + pause_s), piece, byte_s))
-
-    def _note_sending(self, begins_s: float, takes_s: float, *, is_reply: bool) -> None:
-        if self.module.setup.half_duplex:
-            self._sending.append((begins_s, begins_s + takes_s))
-        if is_reply:
-            self._ready_s = max(self._ready_s, begins_s + takes_s + self.module.setup.min_gap_ms / 1000)
 
     def _deliver(self, burst: _Burst) -> None:
         """The burst leaves the line at its time, and reaches the host after the lag."""

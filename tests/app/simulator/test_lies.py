@@ -2,7 +2,8 @@
 
 import pytest
 
-from protocol.catalogue import BY_CODE, STATUS, TRIGGER_RECORDS, Request
+from app.simulator.wire import Wire
+from protocol.catalogue import BY_CODE, BY_NAME, STATUS, TRIGGER_RECORDS, Request
 from protocol.frame import Frame, encode_reply
 from protocol.messages import decode_record
 from protocol.stream import StreamParser
@@ -19,6 +20,9 @@ ACTIVATE = "42 61 10 02 01 13"
 LOCK = "42 61 10 02 00 12"
 ZERO = "42 61 25 01 00 26"
 SHUT_DOWN = "42 61 12 02 01 15"
+ASK_STATUS = STATUS.query().encode()
+STATUS_REPLY = bytes.fromhex("41 75 32 00 0a 00 00 3c")
+BYTE_S = 10 / 115200
 ASK_BOOTS = "42 61 23 01 00 24"
 IS_60, IS_70, IS_30, IS_55 = "41 75 20 01 3c 5d", "41 75 20 01 46 67", "41 75 20 01 1e 3f", "41 75 20 01 37 58"
 
@@ -152,3 +156,57 @@ def test_lies_count_from_when_they_are_told() -> None:
     module.lies = lies_of({"foreign_replies": "23:22/2"})
     assert [len(receive(module, bytes.fromhex(ASK_BOOTS), 0.0)) for _ in range(3)] == [6, 12, 6]
     assert say(module, ASK_BOOTS) == encode_reply(0x23, 37).hex(" ")
+
+
+def line_of(**options: str) -> Wire:
+    """The line of such a module."""
+    return Wire(running(**options))
+
+
+@pytest.mark.parametrize(("pause_s", "is_heard"), [(0.004, False), (0.0049, False), (0.0051, True), (0.05, True)])
+def test_a_request_too_soon_after_a_reply_is_ignored(pause_s: float, is_heard: bool) -> None:
+    line = line_of(min_gap_ms="5")
+    line.write(ASK_STATUS, 0.0)
+    replied_s = 14 * BYTE_S
+    assert line.read(replied_s + 1e-6) == STATUS_REPLY
+    line.write(ASK_STATUS, replied_s + pause_s)
+    assert line.read(1.0) == (STATUS_REPLY if is_heard else b"")
+
+
+def test_a_request_too_soon_after_another_is_ignored_whether_or_not_that_was_answered() -> None:
+    line = line_of(min_gap_ms="5")
+    line.write(ASK_STATUS + ASK_STATUS, 0.0)
+    line.write(ASK_STATUS, 0.005)
+    assert line.read(0.01) == STATUS_REPLY
+    line.write(ASK_STATUS, 0.02)
+    assert line.read(1.0) == STATUS_REPLY
+    line.module.change(mute_codes=frozenset({0x32}))
+    line.write(ASK_STATUS, 1.0)
+    line.write(BY_NAME["active"].query().encode(), 1.004)
+    assert line.read(2.0) == b""
+    line.write(BY_NAME["active"].query().encode(), 2.0)
+    assert len(line.read(3.0)) == 6
+
+
+def test_streamed_frames_are_no_replies_after_which_a_gap_is_needed() -> None:
+    line = line_of(min_gap_ms="5")
+    line.module.change(rate=200.0)
+    line.module.start_stream(0.0)
+    line.write(BY_NAME["charging"].query().encode(), 0.1031)
+    assert line.read(0.2).count(bytes.fromhex("41 75 33 01 00 34")) == 1
+
+
+def test_half_duplex_loses_what_arrives_while_the_module_sends() -> None:
+    line = line_of(half_duplex="yes")
+    line.write(ASK_STATUS + ASK_STATUS, 0.0)
+    assert line.read(1.0) == STATUS_REPLY
+    line.write(ASK_STATUS, 1.0)
+    assert line.read(2.0) == STATUS_REPLY
+    line.module.change(rate=200.0)
+    line.module.start_stream(2.0)
+    line.read(2.0101)
+    line.write(BY_NAME["active"].query().encode(), 2.0148)  # the next frame begins in the middle of it
+    line.write(BY_NAME["charging"].query().encode(), 2.0208)
+    streamed_and_answered = line.read(2.1)
+    assert b"\x41\x75\x30" not in streamed_and_answered
+    assert streamed_and_answered.count(bytes.fromhex("41 75 33 01 00 34")) == 1

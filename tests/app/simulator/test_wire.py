@@ -176,55 +176,6 @@ def test_a_long_burst_on_a_slow_line_arrives_in_parts() -> None:
     assert now_s == pytest.approx(0.3, abs=0.001)
 
 
-@pytest.mark.parametrize(("pause_s", "is_heard"), [(0.004, False), (0.0049, False), (0.0051, True), (0.05, True)])
-def test_a_request_too_soon_after_a_reply_is_ignored(pause_s: float, is_heard: bool) -> None:
-    line = wire(min_gap_ms=5.0)
-    line.write(ASK, 0.0)
-    replied_s = 14 * BYTE_S
-    assert line.read(replied_s + 1e-6) == ANSWER
-    line.write(ASK, replied_s + pause_s)
-    assert line.read(1.0) == (ANSWER if is_heard else b"")
-
-
-def test_a_request_too_soon_after_another_is_ignored_whether_or_not_that_was_answered() -> None:
-    line = wire(min_gap_ms=5.0)
-    line.write(ASK + ASK, 0.0)
-    line.write(ASK, 0.005)
-    assert line.read(0.01) == ANSWER
-    line.write(ASK, 0.02)
-    assert line.read(1.0) == ANSWER
-    line.module.change(mute_codes=frozenset({0x32}))
-    line.write(ASK, 1.0)
-    line.write(BY_NAME["active"].query().encode(), 1.004)
-    assert line.read(2.0) == b""
-    line.write(BY_NAME["active"].query().encode(), 2.0)
-    assert len(line.read(3.0)) == 6
-
-
-def test_streamed_frames_are_no_replies_after_which_a_gap_is_needed() -> None:
-    line = wire(min_gap_ms=5.0)
-    line.module.change(rate=200.0)
-    line.module.start_stream(0.0)
-    line.write(BY_NAME["charging"].query().encode(), 0.1031)
-    assert line.read(0.2).count(bytes.fromhex("41 75 33 01 00 34")) == 1
-
-
-def test_half_duplex_loses_what_arrives_while_the_module_sends() -> None:
-    line = wire(half_duplex=True)
-    line.write(ASK + ASK, 0.0)
-    assert line.read(1.0) == ANSWER
-    line.write(ASK, 1.0)
-    assert line.read(2.0) == ANSWER
-    line.module.change(rate=200.0)
-    line.module.start_stream(2.0)
-    line.read(2.0101)
-    line.write(BY_NAME["active"].query().encode(), 2.0148)  # the next frame begins in the middle of it
-    line.write(BY_NAME["charging"].query().encode(), 2.0208)
-    streamed_and_answered = line.read(2.1)
-    assert b"\x41\x75\x30" not in streamed_and_answered
-    assert streamed_and_answered.count(bytes.fromhex("41 75 33 01 00 34")) == 1
-
-
 def test_lag_delays_everything_in_order_and_not_what_the_module_hears() -> None:
     line = wire(lag_ms=900.0)
     line.module.change(rate=10.0)

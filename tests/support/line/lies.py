@@ -1,4 +1,5 @@
-"""A simulated module that lies: side effects of a set or a query, and wrong, doubled, foreign and missing replies.
+"""A simulated module that lies: side effects of a set or a query, and wrong, doubled, foreign and missing replies; and
+one that does not hear every request.
 
     lying_bench({"cross_talk": "21:20=14/2@500", "ack": "one"}, clock)
 
@@ -19,7 +20,7 @@ from typing import Any, Final, NamedTuple
 
 from app.simulator.answers import ACCEPTED, answer, clamped, reply
 from app.simulator.bench import Clock, SimulatedBench
-from app.simulator.hardware import SentBytes
+from app.simulator.hardware import BITS_PER_BYTE, SentBytes
 from app.simulator.module import SimulatedModule
 from app.simulator.options import as_text, codes, parse_options
 from app.simulator.setup import Setup
@@ -35,6 +36,8 @@ _IN_STATE: Final[Mapping[int, tuple[str, Flag]]] = {
     0x16: ("attitude_is_enabled", INVERTED), 0x17: ("freefall_is_enabled", INVERTED),
 }  # fmt: skip
 _ACTIVATION: Final = 0x10
+_ROUNDING_S: Final = 1e-9
+"""Times that differ by less are equal."""
 CHANGEABLE_CODES: Final = frozenset((_ACTIVATION, *_IN_MEMORY, *_IN_STATE))
 """Codes of what a rule can change."""
 _REVERTING: Final = CHANGEABLE_CODES - {_ACTIVATION, 0x13}
@@ -73,6 +76,10 @@ class Lies:
     silent_restart_ms: float = 0.0
     stream_jitter_ms: float = 0.0
     active_late_ms: float = 0.0
+    min_gap_ms: float = 0.0
+    """Requests that begin sooner after the last reply or request are ignored."""
+    half_duplex: bool = False
+    """Bytes that arrive while it sends are not heard."""
     activates: bool = True
     locks: bool = True
     zeroes: bool = True
@@ -169,6 +176,10 @@ class LyingModule(SimulatedModule):
         self._reported = (False, -math.inf)
         self._jitter = random.Random(1)
         self._jitter_until_s = -math.inf
+        self._sending: deque[tuple[float, float]] = deque(maxlen=16384)
+        """Spans in which it was sending, oldest first: from, to."""
+        self._ready_s = -math.inf
+        """When it next heeds a request."""
         self.lies = Lies()
         super().__init__(*args, **more)
 
@@ -266,6 +277,42 @@ class LyingModule(SimulatedModule):
             self._plan(now_s + rule.after_s, act)
         else:
             act()
+
+    # What it hears
+
+    def receive(self, data: bytes, now_s: float) -> list[SentBytes]:
+        sent = self.collect(now_s)
+        heard = self._heard_part(data, now_s)
+        return sent + super().receive(heard, now_s) if heard else sent
+
+    def _heard_part(self, data: bytes, ends_s: float) -> bytes:
+        byte_s = BITS_PER_BYTE / self.baud_rate if self.setup.paced else 0.0
+        begins_s, gap_s = ends_s - len(data) * byte_s, self.lies.min_gap_ms / 1000
+        is_too_soon = begins_s < self._ready_s - _ROUNDING_S
+        self._ready_s = max(self._ready_s, ends_s + gap_s)
+        if gap_s and is_too_soon:
+            return b""
+        if not self.lies.half_duplex:
+            return data
+        while self._sending and self._sending[0][1] <= begins_s:
+            self._sending.popleft()
+        return bytes(
+            byte for number, byte in enumerate(data)
+            if not self._is_sending(begins_s + number * byte_s, begins_s + (number + 1) * byte_s)
+        )  # fmt: skip
+
+    def _is_sending(self, from_s: float, to_s: float) -> bool:
+        return any(
+            begins_s < to_s - _ROUNDING_S and from_s < ends_s - _ROUNDING_S for begins_s, ends_s in self._sending
+        )
+
+    def _transmit(self, due: SentBytes) -> SentBytes:
+        sent = super()._transmit(due)
+        ends_s = sent.at_s + len(sent.data) * BITS_PER_BYTE / sent.baud_rate
+        self._sending.append((sent.at_s, ends_s))
+        if not sent.is_streamed:
+            self._ready_s = max(self._ready_s, ends_s + self.lies.min_gap_ms / 1000)
+        return sent
 
     # What an honest module does
 
