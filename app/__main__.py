@@ -114,7 +114,8 @@ def _run(words: list[str]) -> int:
     if entry.name in _PRINTERS:
         args.printer = _PRINTERS[entry.name]
     with left_active_said(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock"):
-        code: int = import_module(entry.module).run(args)
+        module, _, name = args.function.rpartition(".")
+        code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
     return code
 
 

@@ -49,7 +49,6 @@ ROOMS = (
     "app/terminal",
     "app/cli",
     "app/cli/settings",
-    "app/cli/archive",
     "app/cli/reference",
     "app/__main__.py",  # puts the command line together, and opens the window
     "app/start.py",  # starts it where pip installed it

@@ -23,7 +23,7 @@ from app.text.i18n import tr
 
 
 def run(args: argparse.Namespace) -> int:
-    act = Act(args.command)
+    act = Act(args.act)
     if not args.yes:
         console.write_lines([tr(EFFECTS[act])])
         return console.refuse_without("--yes")

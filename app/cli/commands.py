@@ -1,5 +1,4 @@
-"""The commands of dps-s: groups, summaries, arguments. A command's module is imported only when it is run: its `run`
-gets the parsed arguments and returns the exit code."""
+"""The commands of dps-s: groups, summaries, arguments. A command's module is imported only when it is run."""
 
 import argparse
 import re
@@ -45,15 +44,16 @@ _SUFFIX = re.compile(r"\.[A-Za-z0-9]{1,8}")
 
 
 class SubCommand(NamedTuple):
-    """`example`: its words after `dps-s`; `description`: instead of the summary in its own help; `acts`: what stands
-    behind its name, as `args.act`."""
+    """`function`: gets the parsed arguments and returns the exit code, by its module's path in this folder; `example`:
+    its words after `dps-s`; `description`: instead of the summary in its own help; `acts`: what stands behind its
+    name. The last of the names is `args.act`."""
 
     name: str
-    module: str
+    function: str
     summary: str
     example: str
     arguments: tuple[Describe, ...] = ()
-    acts: tuple["SubAct", ...] = ()
+    acts: tuple["SubCommand", ...] = ()
     description: str = ""
 
     def parser(self) -> Parser:
@@ -67,25 +67,10 @@ class SubCommand(NamedTuple):
         if self.acts:
             acts = parser.add_subparsers(metavar="COMMAND", required=True, dest="act")
             for act in self.acts:
-                act.add_to(acts)
+                act.describe(acts.add_parser(act.name, help=tr(act.summary)))
         parser.description = parser.description or tr(self.description) or tr(self.summary)
         _add_example(parser, self.example)
-        parser.set_defaults(command=self.name)
-
-
-class SubAct(NamedTuple):
-    """`example`: see `SubCommand`."""
-
-    name: str
-    summary: str
-    example: str
-    arguments: tuple[Describe, ...]
-
-    def add_to(self, acts: "argparse._SubParsersAction[Parser]") -> None:
-        parser = acts.add_parser(self.name, help=tr(self.summary), description=tr(self.summary))
-        for add in self.arguments + VERBOSITY:
-            add(parser)
-        _add_example(parser, self.example)
+        parser.set_defaults(act=self.name, function=self.function)
 
 
 def _add_example(parser: Parser, words: str) -> None:
@@ -147,38 +132,46 @@ _EXPORT = option("file", type=export_path, metavar="FILE",
                  text=marked(".mcap, .csv, or - for standard output: the table, at the end"))  # fmt: skip
 
 
+def _archive(name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:
+    return SubCommand(name, f"archive.run_{name}", summary, f"archive {name} {example}".rstrip(), arguments)
+
+
+def _recordings(name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:
+    return SubCommand(name, f"recordings.run_{name}", summary, f"recordings {name} {example}".rstrip(), arguments)
+
+
 def _act(name: str, summary: str, *more: Describe) -> SubCommand:
-    return SubCommand(name, "app.cli.act", summary, f"{name} --yes", (*PORT, YES, *more, _effect))
+    return SubCommand(name, "act.run", summary, f"{name} --yes", (*PORT, YES, *more, _effect))
 
 
 GROUPS: Final = {
     marked("Module"): (
-        SubCommand("ports", "app.cli.ports", marked("List serial ports"), "ports", (
+        SubCommand("ports", "ports.run", marked("List serial ports"), "ports", (
             # `app.engine.ports` starts this very command, with a limit of time, where listing can hang.
             JSON, option("--list-here", text=argparse.SUPPRESS, action="store_true"),
         )),
-        SubCommand("find", "app.cli.find", marked("Find the baud rate"), "find -p /dev/ttyUSB0", (*PORT, JSON)),
-        SubCommand("read", "app.cli.read", marked("Read status and settings"), "read -p /dev/ttyUSB0 --json",
+        SubCommand("find", "find.run", marked("Find the baud rate"), "find -p /dev/ttyUSB0", (*PORT, JSON)),
+        SubCommand("read", "read.run", marked("Read status and settings"), "read -p /dev/ttyUSB0 --json",
                    (*PORT, JSON)),
-        SubCommand("monitor", "app.cli.monitor", marked("Print the status until Ctrl-C"), "monitor --seconds 10",
+        SubCommand("monitor", "monitor.run", marked("Print the status until Ctrl-C"), "monitor --seconds 10",
                    (*PORT, SECONDS, JSON)),
-        SubCommand("history", "app.cli.history", marked("Trigger records"), "history --csv records.csv", (
+        SubCommand("history", "history.run", marked("Trigger records"), "history --csv records.csv", (
             *PORT, one_of(JSON, option("--csv", metavar="FILE", text=".csv, -")),
             module_of(marked("store the records under this name")), SAME_MODULE,
         )),
     ),
     marked("Settings"): (
-        SubCommand("set", "app.cli.settings.set", marked("Write and verify settings"), "set freefall_time_s=1.4", (
+        SubCommand("set", "settings.set.run", marked("Write and verify settings"), "set freefall_time_s=1.4", (
             _settings, option("--profile", metavar="FILE", text=marked("all settings of this profile")),
             flag("--accept-risk", marked("write values that take protection away")),
             flag("--dry-run", marked("only show what would change")),
             flag("--unlock", marked("write although the module may fire")), *PORT, JSON,
         )),
-        SubCommand("save", "app.cli.settings.save", marked("Save the settings as a profile"), "save M-07.toml", (
+        SubCommand("save", "settings.save.run", marked("Save the settings as a profile"), "save M-07.toml", (
             option("file", metavar="FILE.toml", text=marked("profile to write, or - for standard output")),
             module_of(marked("name of the profile")), _FORCE, *PORT,
         )),
-        SubCommand("diff", "app.cli.settings.diff", marked("Compare settings; exit code 1: they differ"),
+        SubCommand("diff", "settings.save.run_diff", marked("Compare settings; exit code 1: they differ"),
                    "diff M-07.toml -p /dev/ttyUSB0", (
             option("file", type=Path, metavar="FILE", text=marked("profile")),
             option("other", type=Path, nargs="?", metavar="FILE", text=marked("profile; without it the module")),
@@ -193,7 +186,7 @@ GROUPS: Final = {
         _act("shutdown", marked("Shut down")),
     ),
     marked("Checks and records"): (
-        SubCommand("preflight", "app.cli.preflight", marked("Pre-flight check"),
+        SubCommand("preflight", "preflight.run", marked("Pre-flight check"),
                    "preflight --module M-07 --enable-triggers --report M-07.pdf", (
             *PORTS, option("--profile", type=Path, metavar="FILE", text=marked("compare with this profile")),
             flag("--enable-triggers", marked("enable both automatic triggers first")),
@@ -206,7 +199,7 @@ GROUPS: Final = {
             flag("--records-reviewed", marked("trigger records reviewed; without an answer: a new module")),
             SAME_MODULE, JSON,
         ), description=marked("Runs all checks. READY: passed and locked. GO: passed and active.")),
-        SubCommand("provision", "app.cli.settings.provision", marked("Set up a batch of new modules"),
+        SubCommand("provision", "settings.provision.run", marked("Set up a batch of new modules"),
                    "provision --profile survey.toml --names M-001..M-050 --yes", (
             option("--profile", type=Path, required=True, metavar="FILE", text=marked("all settings of this profile")),
             option("--names", type=batch_names, required=True, metavar="M-001..M-050", text=marked("names to give")),
@@ -221,7 +214,7 @@ GROUPS: Final = {
                    text=marked("paper of the labels: width in mm, or sheets")),
             *PORT,
         )),
-        SubCommand("verify", "app.cli.verify", marked("Verify a pre-flight record"), "verify M-07.pdf", (
+        SubCommand("verify", "verify.run", marked("Verify a pre-flight record"), "verify M-07.pdf", (
             option("file", type=Path, nargs="?", metavar="FILE", text=".json, .pdf"),
             option("--trust", metavar="FINGERPRINT", text=marked("trust the station that signed FILE")),
             option("--name", default="", metavar="NAME", text=marked("Name")),
@@ -229,54 +222,46 @@ GROUPS: Final = {
             option("--revoke", metavar="FINGERPRINT", text=marked("its key is lost or was copied: never trust it")),
             flag("--stations", marked("list trusted stations")), flag("--log", marked("verify the audit log")),
         )),
-        SubCommand("archive", "app.cli.archive.commands", marked("Share records between stations"), "archive status",
-                   acts=(
-            SubAct("sync", marked("exchange with a server"), f"archive sync {SERVER} --remember", (
-                option("url", nargs="?", metavar="URL", text=SERVER),
-                flag("--remember", marked("remember this server, without its password")),
-                flag("--forget", marked("forget the server")), JSON,
-            )),
-            SubAct("export", marked("add to an archive file"), "archive export /media/stick/dps-s.archive",
-                   (_FILE, JSON)),
-            SubAct("import", marked("import an archive file"), "archive import /media/stick/dps-s.archive",
-                   (_FILE, JSON)),
-            SubAct("status", marked("Status"), "archive status --json", (JSON,)),
-            SubAct("conflicts", marked("list possible duplicates"), "archive conflicts", (JSON,)),
-            SubAct("settle", marked("settle whether two modules are one"),
-                   "archive settle 4868-86AB/M-07 1F2A-90C3/M-7 --same --who Li", (
-                option("one", metavar="STATION/NAME"), option("other", metavar="STATION/NAME"),
-                one_of(flag("--same"), flag("--different"), is_required=True),
-                option("--name", default="", metavar="NAME", text=marked("Name")),
-                option("--who", required=True, metavar="WHO", text=marked("name of the person who decides")),
-            )),
-            SubAct("service", marked("keep what was done to a module, and when it is due again"),
-                   "archive service M-07 --what repack --due 2027-05-01 --who Ann", (
-                option("module", type=module_name, metavar="NAME"),
-                option("--what", choices=("repack", "ejector", "cell", "firmware"), required=True),
-                option("--on", type=day, metavar="YYYY-MM-DD", text=marked("day on which it was done [today]")),
-                option("--due", type=day, metavar="YYYY-MM-DD", text=marked("day on which it is due again")),
-                option("--who", required=True, type=any_name, metavar="WHO", text=marked("person who did it")),
-                option("--note", default="", type=any_name, metavar="TEXT", text=marked("Note")),
-            )),
-            SubAct("report", marked("print all modules, or one"), "archive report --csv",
-                   (module_of(marked("Module")), _due, one_of(JSON, flag("--csv", "CSV")))),
+        SubCommand("archive", "", marked("Share records between stations"), "archive status", acts=(
+            _archive("sync", marked("exchange with a server"), f"{SERVER} --remember",
+                     option("url", nargs="?", metavar="URL", text=SERVER),
+                     flag("--remember", marked("remember this server, without its password")),
+                     flag("--forget", marked("forget the server")), JSON),
+            _archive("export", marked("add to an archive file"), "/media/stick/dps-s.archive", _FILE, JSON),
+            _archive("import", marked("import an archive file"), "/media/stick/dps-s.archive", _FILE, JSON),
+            _archive("status", marked("Status"), "--json", JSON),
+            _archive("conflicts", marked("list possible duplicates"), "", JSON),
+            _archive("settle", marked("settle whether two modules are one"),
+                     "4868-86AB/M-07 1F2A-90C3/M-7 --same --who Li",
+                     option("one", metavar="STATION/NAME"), option("other", metavar="STATION/NAME"),
+                     one_of(flag("--same"), flag("--different"), is_required=True),
+                     option("--name", default="", metavar="NAME", text=marked("Name")),
+                     option("--who", required=True, metavar="WHO", text=marked("name of the person who decides"))),
+            _archive("service", marked("keep what was done to a module, and when it is due again"),
+                     "M-07 --what repack --due 2027-05-01 --who Ann",
+                     option("module", type=module_name, metavar="NAME"),
+                     option("--what", choices=("repack", "ejector", "cell", "firmware"), required=True),
+                     option("--on", type=day, metavar="YYYY-MM-DD", text=marked("day on which it was done [today]")),
+                     option("--due", type=day, metavar="YYYY-MM-DD", text=marked("day on which it is due again")),
+                     option("--who", required=True, type=any_name, metavar="WHO", text=marked("person who did it")),
+                     option("--note", default="", type=any_name, metavar="TEXT", text=marked("Note"))),
+            _archive("report", marked("print all modules, or one"), "--csv",
+                     module_of(marked("Module")), _due, one_of(JSON, flag("--csv", "CSV"))),
         )),
     ),
     marked("Recordings and flights"): (
-        SubCommand("record", "app.cli.record", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap", (
+        SubCommand("record", "record.run", marked("Record until Ctrl-C"), "record --seconds 60 session.mcap", (
             *PORT, SECONDS, one_of(flag("--append", marked("add to the file (only .csv)")), _FORCE), _EXPORT,
         )),
-        SubCommand("recordings", "app.cli.recordings", marked("Recordings"), "recordings export latest session.csv",
-                   acts=(
-            SubAct("list", marked("Recordings"), "recordings list", (JSON,)),
-            SubAct("export", marked("write one to a file"), "recordings export latest session.csv",
-                   (_RECORDING, _EXPORT)),
-            SubAct("restore", marked("restore one from the trash"), "recordings restore latest", (_RECORDING,)),
-            SubAct("convert", marked("of earlier versions, into session files"), "recordings convert old.dpscap",
-                   (option("files", nargs="*", type=Path, metavar="FILE"),)),
-            SubAct("delete", marked("delete one permanently"), "recordings delete latest --yes", (_RECORDING, YES)),
+        SubCommand("recordings", "", marked("Recordings"), "recordings export latest session.csv", acts=(
+            _recordings("list", marked("Recordings"), "", JSON),
+            _recordings("export", marked("write one to a file"), "latest session.csv", _RECORDING, _EXPORT),
+            _recordings("restore", marked("restore one from the trash"), "latest", _RECORDING),
+            _recordings("convert", marked("of earlier versions, into session files"), "old.dpscap",
+                        option("files", nargs="*", type=Path, metavar="FILE")),
+            _recordings("delete", marked("delete one permanently"), "latest --yes", _RECORDING, YES),
         )),
-        SubCommand("fired", "app.cli.fired", marked("Would it have fired in these flight logs? Exit code 4: yes"),
+        SubCommand("fired", "fired.run", marked("Would it have fired in these flight logs? Exit code 4: yes"),
                    "fired flights/ --thresholds freefall_time_s=1.2", (
             option("logs", nargs="*", metavar="LOG", text=marked("log, recording or folder")),
             option("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
@@ -285,7 +270,7 @@ GROUPS: Final = {
             one_of(flag("--must-not", marked("propose thresholds that fire in none")),
                    flag("--must", marked("propose thresholds that fire in all"))), JSON,
         )),
-        SubCommand("decode", "app.cli.decode", marked("Explain captured bytes"), "decode 41 75 32 07 0A 00 01 44", (
+        SubCommand("decode", "decode.run", marked("Explain captured bytes"), "decode 41 75 32 07 0A 00 01 44", (
             option("hex", nargs="*", metavar="HEX", text=marked("hex bytes, a capture, or - for standard input")),
             _asked, JSON,
         )),
@@ -299,11 +284,11 @@ GROUPS: Final = {
             option("--offscreen-seconds", type=seconds, metavar="S", text=marked("end after S seconds")),
             option("--evidence", type=Path, metavar="DIR", text=marked("save a screenshot and the values there")),
         )),
-        SubCommand("simulate", "app.cli.simulate", marked("Simulated module"), "simulate --tcp 127.0.0.1:7000",
+        SubCommand("simulate", "simulate.run", marked("Simulated module"), "simulate --tcp 127.0.0.1:7000",
                    (_own("app.cli.simulate"),)),
-        SubCommand("completion", "app.cli.reference.completion", marked("Shell completion script"), "completion bash",
+        SubCommand("completion", "reference.completion.run", marked("Shell completion script"), "completion bash",
                    (_own("app.cli.reference.completion"),)),
-        SubCommand("schema", "app.cli.reference.schema", marked("JSON Schema of an output"), "schema read",
+        SubCommand("schema", "reference.completion.run_schema", marked("JSON Schema of an output"), "schema read",
                    (_schemas,)),
     ),
 }  # fmt: skip

@@ -7,6 +7,7 @@ written, or damaged parts were left out.
 """
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 
 from app.recordings.entry_texts import remarks, size_text, when_text
@@ -21,11 +22,6 @@ from app.text.sentences import error_text, join_names, labelled
 from app.text.user_error import UserError
 
 LATEST = "latest"
-
-
-def run(args: argparse.Namespace) -> int:
-    acts = {"list": run_list, "export": run_export, "restore": run_kept, "delete": run_kept, "convert": run_convert}
-    return acts[args.act](args)
 
 
 def run_list(args: argparse.Namespace) -> int:
@@ -79,7 +75,7 @@ def _row(entry: RecordingEntry) -> tuple[str, ...]:
 
 
 def run_export(args: argparse.Namespace) -> int:
-    entry = _found(RecordingLibrary(), args.name)
+    entry = _recording(RecordingLibrary(), args.name)
     try:
         return console.SUCCESS if export(entry, args.file) else console.PARTIAL
     except console.Refused:
@@ -88,20 +84,23 @@ def run_export(args: argparse.Namespace) -> int:
         raise console.Refused(error.message, console.ANSWER_NO) from error
 
 
-def run_kept(args: argparse.Namespace) -> int:
-    """Restores the recording, or deletes it."""
+def run_restore(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
-    entry = _found(library, args.name)
-    is_restoring = args.act == "restore"
-    if not is_restoring and not args.yes:
-        return console.refuse_without("--yes")
-    if is_restoring and not entry.is_trashed:
+    entry = _recording(library, args.name)
+    if not entry.is_trashed:
         raise _failed(entry, tr("not in the trash"))
+    return _changed(entry, lambda: library.set_pinned(entry, is_pinned=True))
+
+
+def run_delete(args: argparse.Namespace) -> int:
+    library = RecordingLibrary()
+    entry = _recording(library, args.name)
+    return _changed(entry, lambda: library.delete(entry)) if args.yes else console.refuse_without("--yes")
+
+
+def _changed(entry: RecordingEntry, change: Callable[[], object]) -> int:
     try:
-        if is_restoring:
-            library.set_pinned(entry, is_pinned=True)
-        else:
-            library.delete(entry)
+        change()
     except (UserError, OSError) as error:
         raise _failed(entry, error_text(error)) from error
     console.write_lines([entry.name])
@@ -132,15 +131,15 @@ def _failed(entry: RecordingEntry, why: str) -> console.Refused:
     return console.Refused(labelled(entry.name, why), console.ANSWER_NO)
 
 
-def _found(library: RecordingLibrary, name: str) -> RecordingEntry:
+def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
     """The recording of this name. Raises `Refused` if there is none, or several."""
     entries = (*library.entries(), *library.trashed())
     if name == LATEST and entries:
         return entries[0]
-    found = [entry for entry in entries if name and entry.name.startswith(name)]
-    exact = [one for one in found if one.name == name]
-    if len(exact or found) == 1:
-        return (exact or found)[0]
-    if not found:
+    similar = [entry for entry in entries if name and entry.name.startswith(name)]
+    exact = [entry for entry in similar if entry.name == name]
+    if len(exact or similar) == 1:
+        return (exact or similar)[0]
+    if not similar:
         raise console.Refused(tr("No recording is named “{name}”.", name=name))
-    raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(found), name=name))
+    raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(similar), name=name))

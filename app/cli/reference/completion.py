@@ -1,11 +1,13 @@
 """`dps-s completion bash|zsh|fish|powershell`: prints a completion script, which shtab writes from the parsers.
 
 The script is static: pressing Tab starts no program.
+
+`dps-s schema NAME`: prints the JSON Schema of what a command prints with --json, or of a pre-flight record.
 """
 
 import argparse
 
-from app.cli.commands import complete_parser
+from app.cli.commands import SCHEMAS, complete_parser
 from app.terminal import console
 from app.terminal.arguments import AUTO, RATES, Parser
 
@@ -61,6 +63,11 @@ def run(args: argparse.Namespace) -> int:
     preamble = _PREAMBLES[args.shell].replace("WORDS", " ".join(settings))
     script = shtab.complete(parser, args.shell, preamble=preamble)
     console.write(script.replace("-F _shtab_dps_s dps-s", "-F _dps_s dps-s") + "\n")
+    return console.SUCCESS
+
+
+def run_schema(args: argparse.Namespace) -> int:
+    console.write((SCHEMAS / f"{args.name}.json").read_text(encoding="utf-8"))
     return console.SUCCESS
 
 

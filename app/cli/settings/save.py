@@ -2,6 +2,10 @@
 
 Comments say when and from which module they were read, and what could not be read. Sends queries only. Exit code 0; 2
 if the file exists and --force is missing; 3 without a link; 4 if some were not read, or the file cannot be written.
+
+`dps-s diff FILE [FILE | --port P]`: compares the settings of two profiles, or of a profile and a module. Of a module
+only the settings of the profile are compared; what it cannot tell is unknown. Sends queries only. Exit code 0 if all
+are equal; 1 if one differs; 3 without a link; 4 if none differs and one is unknown.
 """
 
 import argparse
@@ -20,6 +24,7 @@ from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.command_journal import adapter_of
 from app.terminal.connection import connected, module_is_silent
+from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, not_written
@@ -100,3 +105,29 @@ def text_of(found: ModuleSettings, name: str) -> str:
     ]
     profile = Profile(name=clean(name, longest=MAX_NAME_LENGTH), settings=found.values)
     return "".join(f"# {line}\n" for line in origin if line) + profile_text(profile)
+
+
+def run_diff(args: argparse.Namespace) -> int:
+    if args.other is not None and args.port is not None:
+        raise console.Refused(tr("expected {expected}", expected="FILE [FILE | --port P]"))
+    first = settings_of_profile(args.file)
+    if args.other is not None:
+        second, head, missing = settings_of_profile(args.other), str(args.other), "–"
+        names = list({**first, **second})
+    else:
+        module = read_module(args.port, args.baud)
+        second, head, missing = module.values, module.port, tr("unknown")
+        names = list(first)
+    unequal = [name for name in names if first.get(name) != second.get(name)]
+    rows = [
+        (name, *(typed(values[name]) if name in values else missing for values in (first, second))) for name in unequal
+    ]
+    page = console.columns([("", str(args.file), head), *rows]) if unequal else [tr("The settings are equal.")]
+    console.emit(
+        args, unequal, lambda names: {"differences": {name: [first.get(name), second.get(name)] for name in names}},
+        lambda _: page,
+    )  # fmt: skip
+    if not unequal:
+        return console.SUCCESS
+    is_only_unknown = args.other is None and all(name not in second for name in unequal)
+    return console.PARTIAL if is_only_unknown else console.ANSWER_NO

@@ -1,1 +1,0 @@
-"""The commands of dps-s archive: status, sync, export, import, conflicts, settle, report."""
