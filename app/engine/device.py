@@ -185,16 +185,14 @@ class Device:
     """Collects values from the link's events; one object for each module and port."""
 
     def __init__(self, baud_rate: int | None = None, lag: Lag | None = None) -> None:
-        self._baud_rate = baud_rate
-        self._lag = lag
+        self._baud_rate, self._lag = baud_rate, lag
         self._values: dict[str, Known] = {}
         self._presence = Presence.UNKNOWN
         self._presence_since: float | None = None
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._latest: Received | None = None
         """The last status frame, not yet among the values: at line rate the next one follows soon."""
-        self._restarts = 0
-        self._breaks = 0
+        self._restarts = self._breaks = 0
         self._restarts_not_read = 0
         """Restarts since the boot count was last read: it grows by these without a further restart."""
         self._last_sleep: Sleep | None = None
@@ -256,6 +254,8 @@ class Device:
         """Forget what was known of another module, which nothing is of since `before`, in monotonic seconds."""
         self._settle()
         self._values = {key: one for key, one in self._values.items() if one.at >= before and not one.is_stale}
+        if self._values and self._baud_rate is not None:  # what answered since answered at this rate
+            self._values.setdefault("baud_rate", Known(self._baud_rate, How.READ, before))
         for former in (self._unconfirmed, self._stray_records, self._samples, self._motion):
             former.clear()
         self._clear_suspicion()

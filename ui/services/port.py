@@ -114,6 +114,8 @@ class Ports(QObject):
         self.ports = watcher
         self.before_new: BeforeNew = lambda act: act()
         """Called before what was known of the module shown is dropped, because a person says that it is another."""
+        self.before_leaving: Callable[[Port, Callable[[], object]], object] = lambda _port, act: act()
+        """Called before a person's wish to disconnect a port is done."""
         self._connections: list[Port] = []
         self._leaving: set[Port] = set()
         self._jobs: set[Job[Any]] = set()
@@ -143,10 +145,17 @@ class Ports(QObject):
 
     def add(self, make_worker: MakeWorker | None = None) -> Port:
         """Another port, not yet connected; the current one stays current."""
+
+        def before_new(act: Callable[[], object]) -> None:
+            """A person has edited settings of the shown module only."""
+            if port is self.current:
+                self.before_new(act)
+            else:
+                act()
+
         port = Port(
-            self.ports, self.storage, before_new=self._ask_before_new, make_worker=make_worker,
-            clock=self.clock, parent=self,
-        )  # fmt: skip
+            self.ports, self.storage, before_new=before_new, make_worker=make_worker, clock=self.clock, parent=self
+        )
         port.set_shown(is_shown=not self._connections)
         port.changed.connect(self.any_changed)
         self._connections.append(port)
@@ -237,9 +246,6 @@ class Ports(QObject):
         self.current.update_view()  # without a batch, too
         if self.current.view.is_aging:
             self.ticked.emit()
-
-    def _ask_before_new(self, act: Callable[[], object]) -> None:
-        self.before_new(act)
 
     def _relay(self, port: Port) -> None:
         for mine, its in self._pairs(port):

@@ -10,7 +10,7 @@ from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.identity_words import identity_question, same_module_words
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.translatable import marked
 from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
@@ -63,6 +63,11 @@ def link_notice(
     )
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
     return Notice(meaning, join_sentences(parts), choices)
+
+
+def is_risky_to_leave(port: Port) -> bool:
+    """The module is or may be ready to fire, and can still be locked."""
+    return port.is_open and (port.is_active or port.lock.is_unproven)
 
 
 def leaving_notice(
@@ -128,6 +133,8 @@ class Attention(QObject):
         self._unsent, self._go_to, self._shown_page = pending_edits, go_to, shown_page
         self._has_read_trigger = False
         self._question: _Question | None = None
+        self._answered: _Question | None = None
+        """The last question, until it is cancelled: what its answer began may still lead to leaving."""
         self._restarts: int | None = None
         """The restart count that the user knows of; None before anything was known."""
         self._queued: dict[Callable[[], Notice], bool] = {}
@@ -138,15 +145,9 @@ class Attention(QObject):
             changed.connect(self.refresh)
 
     @property
-    def is_risky_to_leave(self) -> bool:
-        """The module is or may be ready to fire, and can still be locked."""
-        port = self._connector.current
-        return port.is_open and (port.is_active or port.lock.is_unproven)
-
-    @property
     def is_risky_to_close(self) -> bool:
         """Like `is_risky_to_leave`, for the modules on all ports."""
-        return self.is_risky_to_leave or self._connector.is_any_active
+        return is_risky_to_leave(self._connector.current) or self._connector.is_any_active
 
     @property
     def has_unsent(self) -> bool:
@@ -162,7 +163,7 @@ class Attention(QObject):
         if question is not None and question.is_about_closing:
             if not question.is_about_edits or not self.is_risky_to_close:
                 return True
-            self._leave_active(close, is_closing=True)
+            self._leave_active(close, self._connector.current, is_closing=True)
             return False
         if not self.is_risky_to_close and not self.has_unsent:
             return True
@@ -178,7 +179,7 @@ class Attention(QObject):
     def _on_another_module(self) -> None:
         """What a person has seen or was asked was about the former one."""
         self._queued = {make: False for make, is_of_module in self._queued.items() if not is_of_module}
-        self._question = self._restarts = None
+        self._question = self._answered = self._restarts = None
         self._has_read_trigger = False
 
     def dismiss_queued(self) -> None:
@@ -187,9 +188,13 @@ class Attention(QObject):
             del self._queued[make]
         self.refresh()
 
-    def leave(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
-        """Calls `leave`; asks before where edits would be lost or an ACTIVE module left."""
-        self.leave_edits(partial(self._leave_active, leave, is_closing=is_closing), is_closing=is_closing)
+    def leave(self, leave: Callable[[], object], *, port: Port | None = None, is_closing: bool = False) -> None:
+        """Calls `leave`; asks before where edits would be lost or an ACTIVE module left. `port`: else the shown one."""
+        go = partial(self._leave_active, leave, port or self._connector.current, is_closing=is_closing)
+        if port in (None, self._connector.current):
+            self.leave_edits(go, is_closing=is_closing)
+        else:
+            go()
 
     def leave_edits(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
         """Calls `leave`; asks before where edits would be lost."""
@@ -212,24 +217,25 @@ class Attention(QObject):
             focused="stay",
         )
 
-    def _leave_active(self, leave: Callable[[], object], *, is_closing: bool) -> None:
+    def _leave_active(self, leave: Callable[[], object], port: Port, *, is_closing: bool) -> None:
         def is_risky() -> bool:
-            return self.is_risky_to_close if is_closing else self.is_risky_to_leave
+            return self.is_risky_to_close if is_closing else is_risky_to_leave(port)
 
         def go() -> None:
-            self._question = None
-            leave()
+            """Also later, when LOCK is confirmed: not if it was cancelled meanwhile."""
+            if self._answered is question:
+                self._question = None
+                leave()
 
         if not is_risky():
-            go()
+            self._question = None
+            leave()
             return
-        self._ask(
-            _Question(lambda: self._leaving_notice(go, is_closing=is_closing), is_risky, is_about_closing=is_closing),
-            focused="lock_and_leave",
-        )
+        question = _Question(partial(self._leaving_notice, go, port, is_closing=is_closing), is_risky, is_closing)
+        self._ask(question, focused="lock_and_leave")
 
     def _ask(self, question: "_Question", *, focused: str) -> None:
-        self._question = question
+        self._question = self._answered = question
         self.refresh()
         button = self._bar.button(focused)
         if button is not None:
@@ -237,7 +243,7 @@ class Attention(QObject):
 
     def stay(self) -> None:
         """Cancels leaving; nothing is sent."""
-        self._question = None
+        self._question = self._answered = None
         self.refresh()
 
     def refresh(self) -> None:
@@ -250,6 +256,8 @@ class Attention(QObject):
             return self._question.make()
         port = self._connector.current
         asked, locking = identity_notice(port), port.lock.notice()
+        if asked is not None and port.module.asked_on == self._shown_page():
+            return locking  # one question at a time
         if asked is not None:
             if locking is None:
                 return asked
@@ -325,12 +333,14 @@ class Attention(QObject):
         self._restarts = self._connector.current.device.restarts
         self.refresh()
 
-    def _leaving_notice(self, go: Callable[[], None], *, is_closing: bool) -> Notice:
+    def _leaving_notice(self, go: Callable[[], None], port: Port, *, is_closing: bool) -> Notice:
         notice = leaving_notice(
-            lambda: self._connector.lock.press_all(then=go) if is_closing else self._connector.lock.press(then=go),
+            lambda: self._connector.lock.press_all(then=go) if is_closing else port.lock.press(then=go),
             go,
             self.stay,
-            is_active=self._connector.is_any_active if is_closing else self._connector.current.is_active,
+            is_active=self._connector.is_any_active if is_closing else port.is_active,
         )
-        locking = self._connector.current.lock.notice()
+        if port is not self._connector.current:
+            notice = replace(notice, text=labelled(port.module.name or port.connection.port, notice.text))
+        locking = port.lock.notice()
         return notice if locking is None else replace(notice, text=join_sentences([locking.text, notice.text]))

@@ -105,6 +105,7 @@ class MainWindow(QMainWindow):
             is_choosing=self._is_choosing, find_left=left_active.notice, parent=self,
         )  # fmt: skip
         self._connector.before_new = self.attention.leave_edits
+        self._connector.before_leaving = lambda port, act: self.attention.leave(act, port=port)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()

@@ -90,6 +90,7 @@ class BatchTurns(QObject):
         """The module that is to be unplugged."""
         self._keeping: BackgroundTask[UserMessage | None] = BackgroundTask("dps-s batch", self)
         self._reading: BackgroundTask[_State] = BackgroundTask("dps-s batch list", self)
+        self.changed.connect(self._claim_question)
         services.connector.removed.connect(self._on_removed)
 
     @property
@@ -177,6 +178,14 @@ class BatchTurns(QObject):
             self._had_its_turn = None
         self.changed.emit()
 
+    def _claim_question(self) -> None:
+        """While there are names left the window does not ask beside it which module it is."""
+        if self.port is not None:
+            asked_on = None if self.stage in (Stage.DONE, Stage.STOPPED) else "fleet"
+            if asked_on != self.port.module.asked_on:
+                self.port.module.asked_on = asked_on
+                self._services.connector.any_changed.emit()
+
     def _listen(self, batch: Batch) -> None:
         if self._turn is not None:
             self._turn.listen(batch)
@@ -232,6 +241,7 @@ class BatchTurns(QObject):
             port.changed.disconnect(self._on_changed)
             port.batch.disconnect(self._listen)
             port.invalidated.disconnect(self._on_another_module)
+            port.module.asked_on = None
 
 
 def _read(bench: Bench) -> _State:

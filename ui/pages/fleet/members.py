@@ -89,7 +89,11 @@ class FleetMembers(QObject):
                 self.connect_port(target_of(port))
 
     def disconnect_port(self, connection: Port) -> None:
-        """Disconnect a port; another one becomes current if this one was."""
+        """Disconnect a port; a person is asked first where edits would be lost or an ACTIVE module be left."""
+        self._connector.before_leaving(connection, partial(self._disconnect, connection))
+
+    def _disconnect(self, connection: Port) -> None:
+        """Another one becomes current if this one was."""
         if connection is not self._connector.current:
             self._connector.remove(connection)
             return

@@ -19,7 +19,7 @@ from ui.pages.fleet.batch_panel import BatchPanel
 from ui.pages.fleet.batch_turns import Stage
 from ui.pages.fleet.page import FleetPage
 
-ENTRIES = tuple(entry for entry in PAGES if entry.key == "fleet")
+ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "fleet"))
 SETTINGS = "attitude_threshold_deg = 65\nfreefall_time_s = 1.4\n"
 WRITES = ["attitude_threshold", "freefall_time", "attitude_trigger", "freefall_trigger"]
 
@@ -49,6 +49,11 @@ class Bench(Rig):
     def sets(self) -> list[str]:
         sets = [one for one in self.requests if one.hazard is not Hazard.NONE or not one.is_repeatable]
         return [one.command.name for one in sets if one.command is not SERIAL_OUTPUT]
+
+    def asks_beside(self) -> bool:
+        """Whether the window asks which module it is."""
+        notice = self.assembly.window.notice_bar.notice
+        return notice is not None and any(choice.key == "identity_new" for choice in notice.choices)
 
     def fill(self, folder: Path, settings: str = SETTINGS, names: str = "M-001..M-002") -> None:
         profile = folder / "p.toml"
@@ -121,6 +126,11 @@ def test_each_module_has_its_turn_once_its_label_is_confirmed(bench: Bench, tmp_
     assert bench.stage is Stage.UNPLUG  # as long as it is plugged in
     bench.plug_in(9)
     assert port.module.name == ""
+    bench.until(lambda: port.identity.is_for_a_person)
+    assert not bench.asks_beside()  # one question at a time
+    bench.assembly.window.go_to("live")
+    assert bench.asks_beside()
+    bench.assembly.window.go_to("fleet")
     bench.wait(0.6)
     assert bench.panel.confirm.text() == "Its label reads M-002"
     bench.click(bench.panel.confirm)

@@ -26,13 +26,11 @@ from tests.support.window.fake_ports import VALUES
 from tests.support.window.steps import let_lay_out
 from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
-from ui.core.texts import Texts
 from ui.pages.fleet.card_widget import CardWidget
 from ui.pages.fleet.members import DUE_EVERY_S
 from ui.services.port import Port
-from ui.shell.attention import Attention
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import Notice
 
 
 def test_with_no_module_the_page_says_what_to_do(desk: Desk) -> None:
@@ -294,26 +292,6 @@ def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(de
     ritual.refresh()
     assert "M-02" in ritual._title.text()
     assert "port1" in ritual._title.text()
-
-
-def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Desk) -> None:
-    desk.plug_in(2)
-    bar, closed = NoticeBar(Texts()), list[bool]()
-    desk.qtbot.addWidget(bar)
-    attention = Attention(
-        desk.ports.connector, bar, acts={}, pending_edits=desk.services.pending_edits,
-        go_to=lambda _page: None, shown_page=lambda: "", is_choosing=lambda: False, find_left=lambda: None,
-        parent=desk.page,
-    )  # fmt: skip
-    assert attention.may_close(lambda: closed.append(True))
-    desk.modules[1][1].say(active=True)  # not the one that the pages show
-    desk.settle()
-    assert not attention.may_close(lambda: closed.append(True))
-    button = bar.button("lock_and_leave")
-    assert button is not None
-    button.click()
-    assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
-    assert not closed
 
 
 def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
