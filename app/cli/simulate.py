@@ -10,11 +10,10 @@ from types import FrameType
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import OPTIONS, Option, default_text, parse_value
 from app.simulator.servers.endpoint import Endpoint, Loop
 from app.simulator.servers.pty_server import PtyEndpoint
 from app.simulator.servers.tcp_server import TcpEndpoint
-from app.simulator.setup import Group, Setup
+from app.simulator.setup import OPTIONS, Group, Option, Setup, default_text, parse_value
 from app.terminal import console
 from app.terminal.arguments import expected
 from app.text.i18n import tr

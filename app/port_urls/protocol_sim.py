@@ -14,7 +14,7 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 
 from app.simulator import bench as benches
 from app.simulator.bench import DEFAULT_NAME, SimulatedBench
-from app.simulator.options import parse_options
+from app.simulator.setup import parse_options
 from app.simulator.wire import MAX_BYTES
 from app.text.user_error import UserError
 

@@ -7,13 +7,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
-from app.simulator.setup import Group, Setup
+from app.simulator.setup import OPTIONS, Group, Setup
 from app.simulator.wire import Wire
 from protocol.catalogue import BAUD
 from protocol.messages import Source
@@ -176,7 +176,7 @@ class SimulatedBench:
 
     def end_faults(self) -> None:
         """End all line faults."""
-        self.change(**{field.name: field.default for field in fields(Setup) if field.metadata["group"] is Group.FAULTS})
+        self.change(**{option.name: option.default for option in OPTIONS if option.group is Group.FAULTS})
 
     def state(self) -> BenchState:
         """The present state."""

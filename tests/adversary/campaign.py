@@ -15,7 +15,7 @@ from unittest import mock
 from PySide6.QtWidgets import QApplication
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import as_text
+from app.simulator.setup import as_text
 from tests.adversary.commands import BY_COMMAND, NAMES, STREAM, WINDOW
 from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.adversary.judge import SETTLED_S, Case, Finding, conduct, judge_all

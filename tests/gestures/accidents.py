@@ -7,7 +7,7 @@ from typing import Final
 
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.simulator.options import parse_options
+from app.simulator.setup import parse_options
 from protocol.link_states import Presence
 from tests.adversary.campaign import latency_s
 from tests.adversary.faults import DIALECTS, LIES, LINE

@@ -19,8 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import OPTIONS, Option, as_text, default_text, parse_value
-from app.simulator.setup import Group, Setup
+from app.simulator.setup import OPTIONS, Group, Option, Setup, as_text, default_text, parse_value
 from app.text.user_error import UserError
 from ui.core.texts import Texts
 from ui.style.theme import Space

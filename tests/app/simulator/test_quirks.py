@@ -8,9 +8,8 @@ import pytest
 
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
-from app.simulator.options import parse_options
 from app.simulator.physics import Physics
-from app.simulator.setup import EmptySlots, Setup
+from app.simulator.setup import EmptySlots, Setup, parse_options
 from protocol.catalogue import BY_CODE, CELL_VOLTAGE, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import EmptySlot, TriggerRecord, decode_record

@@ -7,15 +7,18 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import SimulatedModule
-from app.simulator.options import (
+from app.simulator.physics import Physics
+from app.simulator.setup import (
     OPTIONS,
+    Acknowledge,
+    Delivery,
+    EmptySlots,
+    Setup,
     default_text,
     find_option,
     parse_options,
     parse_value,
 )
-from app.simulator.physics import Physics
-from app.simulator.setup import Acknowledge, Delivery, EmptySlots, Setup
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.frame import Frame

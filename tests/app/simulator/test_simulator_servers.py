@@ -20,9 +20,9 @@ from app.cli import simulate
 from app.cli.commands import BY_NAME
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import OPTIONS
 from app.simulator.servers.endpoint import Endpoint, Loop
 from app.simulator.servers.tcp_server import TcpEndpoint
+from app.simulator.setup import OPTIONS
 from app.terminal.console import Refused
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
 from tests.support.patience import PATIENCE_S

@@ -20,8 +20,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import OPTIONS
-from app.simulator.setup import Acknowledge, Group
+from app.simulator.setup import OPTIONS, Acknowledge, Group
 from app.text import i18n
 from tests.support.line.sim_line import FakeClock
 from tests.support.window.steps import find

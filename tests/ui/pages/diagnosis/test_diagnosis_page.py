@@ -29,7 +29,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.act import Armed
 from app.safety.acts import Act
-from app.simulator.options import parse_options
+from app.simulator.setup import parse_options
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Counters, Received, Role, Sent
