@@ -13,7 +13,7 @@ from app.settings import profile_file
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
 from app.settings.profile_toml import toml_of
-from app.settings.profiles import LIMITS, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
+from app.settings.profiles import LIMITS, MAX_NAME_LENGTH, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
 from protocol.fields import Quantity
 
 WHOLE = """\
@@ -308,3 +308,13 @@ text = "Lines"
 colour = 1
 """
     assert [line for line, _ in faults(text)] == [5, 6, 10]
+
+
+def test_a_profile_named_after_its_file_can_be_saved_again(tmp_path: Path) -> None:
+    """Names of files may be longer than names of profiles."""
+    path = tmp_path / f"{'n' * (MAX_NAME_LENGTH + 30)}.toml"
+    path.write_text("format = 1\n", encoding="utf-8")
+    profile = read_profile(path)
+    assert len(profile.name) == MAX_NAME_LENGTH
+    save_profile(path, profile)
+    assert read_profile(path) == profile

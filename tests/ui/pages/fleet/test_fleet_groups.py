@@ -16,6 +16,7 @@ from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
 from app.records.filing import Filed
 from app.settings.profiles import Profile
+from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
 from tests.support.records.preflight_rig import check
 from tests.support.window.fakes_ui import speak_chinese
@@ -99,6 +100,19 @@ def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_writte
     strip.notice.choices[1].act()
     assert [page.profile.applied[one].state for one, _ in desk.modules] == [Applied.WRITING] * 3
     page.profile.cancel()
+
+
+def test_a_check_that_could_not_be_stored_says_why(desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    full = StoreTrouble(StoreFault.FULL, tmp_path)
+    filed = Filed(assess(check().assessment.case), {}, full)
+    monkeypatch.setattr(group_jobs, "file_in_background", lambda *_, then, **__: then(filed))
+    desk.plug_in(1)
+    ((connection, worker),) = desk.modules
+    desk.click(desk.page.check)
+    desk.page.checks._running[connection].evidence.began_at = 0.0
+    worker.end_jobs(Cancelled())
+    desk.wait(lambda: not desk.page.checks.is_running)
+    assert desk.page.checks.results[connection].trouble == full.message
 
 
 def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:

@@ -4,7 +4,7 @@ import ast
 import csv
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.flight_set import FlightGroup
+from app.flight_analysis.flight_set import FireMap, FlightGroup
 from app.flight_analysis.summary import summarise
 from app.flight_logs.csv_columns import CsvRole
 from app.flight_logs.flight_log import FlightLog
@@ -31,6 +31,7 @@ from tests.support.window.steps import await_child, choosing, let_lay_out
 from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES, Assembly
 from ui.pages.flights import controller
+from ui.pages.flights.fire_map import cells_of
 from ui.pages.flights.lists import FlightColumn
 from ui.pages.flights.page import FlightsPage
 
@@ -220,6 +221,14 @@ def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
     assert (rows[0] != rows[len(rows) // 2]).any()
     page.on_escape()
     assert len(desk.shown(MUST_NOT)) == 2
+
+
+def test_a_place_is_dotted_where_the_readings_differ_in_either_group() -> None:
+    fired = np.array([[1, 0], [1, 1]])
+    shown = FireMap(TriggerLimits(), RuleReading.DIRECT, np.array([30, 60]), np.array([0.5, 1.0]), 2, 2, fired, fired)
+    for other in (replace(shown, must_not_fired=fired.T), replace(shown, must_fired=fired.T)):
+        assert cells_of(shown, other).differs.tolist() == [[False, True], [True, False]]
+    assert not cells_of(shown, shown).differs.any()
 
 
 def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
