@@ -13,7 +13,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
 from app.text.messages import UserMessage
 from ui.core.port_connection import MakeWorker, PortConnection
@@ -24,49 +23,6 @@ if TYPE_CHECKING:
     from app.recordings.recorder import Recorder
 
 _log = logging.getLogger(__name__)
-
-
-class SessionTracker:
-    """Finds where one session ends and the next begins, from batch to batch.
-
-    A lost port that comes back continues its session, also under another name; a port that was closed by a person, or
-    another adapter, begins a new one.
-    """
-
-    def __init__(self) -> None:
-        self._key = ""
-        self._is_open = False
-        self._was_lost = False
-
-    @property
-    def is_over(self) -> bool:
-        """No port is open, and no lost port is waited for."""
-        return not self._is_open and not self._was_lost
-
-    def begins(self, connection: Connection, target: Target | None) -> bool:
-        """Whether a session begins with a batch of this connection. `target` tells the adapter behind the port."""
-        if connection.state is PortState.CLOSED:
-            self._was_lost = connection.trouble is not None and (self._is_open or self._was_lost)
-            self._is_open = False
-        if connection.state is not PortState.OPEN:
-            return False
-        key = _key_of(connection.port, target)
-        goes_on = (self._is_open or self._was_lost) and key == self._key
-        self._key, self._is_open, self._was_lost = key, True, False
-        return not goes_on
-
-    def is_of(self, target: Target | None) -> bool:
-        """This target is the one of the session."""
-        return target is not None and self._key == target.key
-
-    def end(self) -> None:
-        """Nobody waits for the lost port any more."""
-        self._was_lost = False
-
-
-def _key_of(port: str, target: Target | None) -> str:
-    """The key of the target, unless another one has been chosen meanwhile."""
-    return target.key if target is not None and target.device == port else port
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,14 +36,21 @@ class RecordingState:
 
 
 class SessionRecording:
-    """Of one port. `recorded_workers` puts it in front of the window's bridge; `bind` is called once that is made."""
+    """Of one port. `recorded_workers` puts it in front of the window's bridge; `bind` is called once that is made.
+
+    A lost port that comes back continues its session, also under another name; a port that is opened by a person, and
+    another module on it, begin a new one.
+    """
 
     def __init__(self, port: PortConnection, folder: Path | None = None) -> None:
         self._port, self._folder = port, folder
         self._recorder: Recorder | None = None
         """From the first session on."""
-        self._session = SessionTracker()
         self._lock = threading.Lock()
+        self._is_open = self._was_lost = False
+        """Of the session: its port is open, or was lost and is waited for."""
+        self._is_named_on = False
+        """The session is that of the module which is named now, not one whose port still closes."""
         self._module = ""
         """The name of the module that is connected."""
 
@@ -137,13 +100,18 @@ class SessionRecording:
 
     def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
+        connection = batch.connection
         with self._lock:
-            if self._session.begins(batch.connection, self._port.target):
-                self._begin(batch.connection)
+            if connection.state is PortState.OPEN:
+                if not (self._is_open or self._was_lost):
+                    self._begin(connection)
+                self._is_open, self._was_lost = True, False
+            elif connection.state is PortState.CLOSED:
+                self._was_lost = connection.trouble is not None and (self._is_open or self._was_lost)
+                self._is_open = False
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
-            if self._session.is_over:
-                self._end()
+            self._end_if_over()
             # A recording needs every report, whatever page is shown.
             self._port.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
 
@@ -153,9 +121,10 @@ class SessionRecording:
         if self._recorder is None:
             self._recorder = Recorder(self.library)
         self._recorder.begin(connection.port, connection.baud_rate, self._module)
+        self._is_named_on = True
 
-    def _end(self) -> None:
-        if self._recorder is not None:
+    def _end_if_over(self) -> None:
+        if self._recorder is not None and not (self._is_open or self._was_lost):
             self._recorder.end()
 
     def _on_connection_changed(self) -> None:
@@ -163,21 +132,22 @@ class SessionRecording:
         if self._port.is_requested or self._port.is_open:
             return
         with self._lock:
-            self._session.end()
-            if self._session.is_over:
-                self._end()
+            self._was_lost = False
+            self._end_if_over()
 
     def _on_another_module(self) -> None:
-        """A person says that another module answers on the open port: it has a recording of its own."""
+        """A person says that another module answers on the open port, which has a recording of its own, or opens
+        another port: the lost one is no longer waited for."""
         with self._lock:
+            self._was_lost = self._is_named_on = False
+            self._end_if_over()
             if self._port.is_open and self._recorder is not None and self._recorder.is_recording:
                 self._module = ""
                 self._begin(self._port.connection)
 
     def name_module(self, name: str) -> None:
-        """The name belongs to the adapter chosen now, which may differ from the one still being closed. A recording
-        keeps its name while it is in doubt which module answers."""
+        """A recording keeps its name while it is in doubt which module answers."""
         with self._lock:
             self._module = name
-            if name and self._session.is_of(self._port.target) and self._recorder is not None:
+            if name and self._is_named_on and self._recorder is not None:
                 self._recorder.name_module(name)

@@ -26,7 +26,6 @@ from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import StreamPage
-from ui.services.session_recording import SessionTracker
 from ui.style.theme import Space
 from ui.widgets.controls import Shortcut, named
 from ui.widgets.layouts import in_column, in_row
@@ -59,7 +58,6 @@ class LivePage(StreamPage):
         self._recordings = services.storage.recordings
         self.wall = WallClock()
         self.data = LiveData()
-        self._session = SessionTracker()
         self.panel = LivePanel(texts)
         self.fired = WhatIfPanel(services)
         drawn = self.fired.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
@@ -91,7 +89,7 @@ class LivePage(StreamPage):
             self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate,
             hidden=self._connector.set_drawing_interval,
         )  # fmt: skip
-        self._connector.changed.connect(self._on_link_changed)
+        self._connector.changed.connect(self._refresh_empty)
         self._connector.invalidated.connect(self._reset)
         self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
@@ -120,10 +118,8 @@ class LivePage(StreamPage):
 
     def on_batch(self, batch: Batch) -> None:
         """Queues a batch; similar ones are processed together."""
-        has_jumped = self.wall.poll()
-        if has_jumped:  # the computer slept, or its clock was set: a new time line
+        if self.wall.poll():  # the computer slept, or its clock was set: a new time line
             self._live_plot.be_at(self.wall.offset_s)
-        if self._session.begins(batch.connection, self._connector.current.target) or has_jumped:
             self._reset()
         if self._last is not None and not _is_same_state(self._last, batch):
             self._process_waiting()
@@ -247,11 +243,6 @@ class LivePage(StreamPage):
     def _leave_deleted(self, paths: object) -> None:
         if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:
             self.back_to_live()
-
-    def _on_link_changed(self) -> None:
-        if not self._connector.current.is_requested and not self._connector.current.is_open:
-            self._session.end()
-        self._refresh_empty()
 
     def _refresh_empty(self) -> None:
         if self.is_empty:

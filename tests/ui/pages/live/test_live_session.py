@@ -26,46 +26,14 @@ from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
-from ui.services.session_recording import RecordingState, SessionRecording, SessionTracker
+from ui.services.session_recording import RecordingState, SessionRecording
 from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
 from ui.widgets.labels import IconLabel
 
 LOST = replace(CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
 OTHER = replace(OPEN, port="/dev/ttyACM0")
-ADAPTER = Target("/dev/ttyUSB0", 115200, identity="usb-1")
-SAME_ELSEWHERE = replace(ADAPTER, device="/dev/ttyUSB1")
-
-
-# Where a session begins and ends
-
-
-@pytest.mark.parametrize(
-    ("then", "begins"),
-    [
-        ([(OPEN, ADAPTER)], [False]),
-        ([(CLOSED, ADAPTER), (OPEN, ADAPTER)], [False, True]),  # closed by hand
-        ([(LOST, ADAPTER), (OPEN, ADAPTER)], [False, False]),  # lost, and back
-        ([(LOST, ADAPTER), (replace(OPEN, port="/dev/ttyUSB1"), SAME_ELSEWHERE)], [False, False]),
-        ([(LOST, ADAPTER), (replace(LOST, trouble=None), ADAPTER), (OPEN, ADAPTER)], [False, False, True]),
-        ([(OTHER, Target("/dev/ttyACM0", 115200))], [True]),
-        ([(replace(OPEN, baud_rate=9600), ADAPTER)], [False]),
-    ],
-)
-def test_where_sessions_begin(then: list[tuple[Connection, Target]], begins: list[bool]) -> None:
-    session_tracker = SessionTracker()
-    assert session_tracker.begins(OPEN, ADAPTER)
-    assert [session_tracker.begins(connection, target) for connection, target in then] == begins
-
-
-def test_a_lost_port_keeps_its_session_until_disconnected() -> None:
-    session_tracker = SessionTracker()
-    session_tracker.begins(OPEN, ADAPTER)
-    session_tracker.begins(LOST, ADAPTER)
-    assert not session_tracker.is_over
-    session_tracker.end()
-    assert session_tracker.is_over
-    assert session_tracker.begins(OPEN, ADAPTER)
+ELSEWHERE = replace(OPEN, port="/dev/ttyUSB1")
 
 
 # From the worker to the disk, without a window
@@ -77,7 +45,6 @@ class Link(QObject):
     changed = Signal()
     invalidated = Signal()
     connection = OPEN
-    target: Target | None = ADAPTER
     stream = StreamSwitch(is_wanted=False)
     is_requested = True
     is_open = True
@@ -96,6 +63,11 @@ class Bench:
         make: Any = made.append
         self.sessions.recorded_workers(make)(self.handed_on.append)
         self.say = made[0]
+
+    def open_another(self) -> None:
+        """As a person chooses it; the former port may still be open."""
+        self.link.is_open = False
+        self.link.invalidated.emit()
 
     def listed(self) -> list[tuple[str, str, int]]:
         """Port, module and number of reports of all recordings, oldest first."""
@@ -125,12 +97,31 @@ def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
     assert not bench.sessions.library.entries()[0].is_running
 
 
-def test_a_loss_does_not_end_it_and_another_adapter_begins_another(bench: Bench) -> None:
-    for one in (some(1.0), some(2.0, connection=LOST), some(3.0), some(4.0, connection=CLOSED)):
-        bench.say(one)
-    bench.link.target = Target("/dev/ttyACM0", 115200)
-    bench.say(some(5.0, connection=OTHER))
-    assert [count for _, _, count in bench.listed()] == [12, 3]
+@pytest.mark.parametrize(
+    ("connections", "counts"),
+    [
+        ((OPEN, OPEN), [6]),
+        ((OPEN, CLOSED, OPEN), [6, 3]),  # closed by hand
+        ((OPEN, LOST, OPEN), [9]),  # lost, and back
+        ((OPEN, LOST, ELSEWHERE), [9]),
+        ((OPEN, LOST, CLOSED, OPEN), [9, 3]),
+        ((OPEN, LOST, LOST, OPEN), [12]),
+        ((OPEN, replace(OPEN, baud_rate=9600)), [6]),
+        ((OPEN, CLOSED, LOST, OPEN), [6, 3]),  # it could not be opened
+    ],
+)
+def test_where_sessions_begin(bench: Bench, connections: tuple[Connection, ...], counts: list[int]) -> None:
+    for number, connection in enumerate(connections):
+        bench.say(some(1.0 + number, connection=connection))
+    assert [count for _, _, count in bench.listed()] == counts
+
+
+def test_another_port_that_a_person_opens_while_one_is_lost_begins_another(bench: Bench) -> None:
+    for said in (some(1.0), some(2.0, connection=LOST)):
+        bench.say(said)
+    bench.open_another()
+    bench.say(some(3.0, connection=OTHER))
+    assert [count for _, _, count in bench.listed()] == [6, 3]
 
 
 def test_a_recording_keeps_its_name_in_doubt_and_another_module_has_its_own(bench: Bench) -> None:
@@ -138,17 +129,15 @@ def test_a_recording_keeps_its_name_in_doubt_and_another_module_has_its_own(benc
     bench.sessions.name_module("")  # silent: which module answers now?
     bench.say(some(2.0))
     assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 6)]
-    bench.link.is_open = False
-    bench.link.invalidated.emit()  # a port is being opened
-    bench.link.is_open = True
     bench.link.invalidated.emit()
     bench.say(some(3.0))
     assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 6), ("/dev/ttyUSB0", "", 3)]
     bench.sessions.name_module("Right wing")
-    bench.link.target = Target("/dev/ttyACM0", 115200)  # switched while it is recorded
+    bench.open_another()
     bench.sessions.name_module("")
     bench.sessions.name_module("Tail")
-    bench.say(some(4.0, connection=OTHER))
+    bench.say(some(4.0, connection=CLOSED))
+    bench.say(some(5.0, connection=OTHER))
     assert [module for _, module, _ in bench.listed()] == ["Left wing", "Right wing", "Tail"]
 
 
@@ -166,7 +155,7 @@ def test_disconnecting_a_lost_port_ends_the_session(bench: Bench) -> None:
 def test_a_new_name_belongs_to_its_session(bench: Bench) -> None:
     bench.say(some(1.0))
     bench.sessions.name_module("Right wing")
-    bench.link.target = Target("/dev/ttyACM0", 115200)  # chosen, while the first still closes
+    bench.open_another()  # while the first still closes
     bench.sessions.name_module("Tail")
     bench.say(some(2.0, connection=CLOSED))
     bench.say(some(3.0, connection=OTHER))
