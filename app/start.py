@@ -60,8 +60,8 @@ def foreign_package() -> str | None:
 
     top = Path(__file__).resolve().parents[1]
     for name, file in OURS.items():
-        found = find_spec(name)
-        places = [] if found is None else [Path(place) for place in found.submodule_search_locations or ()]
+        spec = find_spec(name)
+        places = [] if spec is None else [Path(place) for place in spec.submodule_search_locations or ()]
         is_overwritten = name == "app" and not hasattr(app, "version")
         is_here = any(place.resolve() == top / name for place in places) and (top / name / file).is_file()
         if is_overwritten or not is_here:

@@ -129,7 +129,7 @@ def _meaning_of_reading(reading: Reading, asked: Asked) -> dict[str, JsonValue]:
         return named | ({command.reply_key: None} if command.can_be_asked else {"acknowledged": True})
     named[command.reply_key] = reading.value
     possible = _may_answer(reading, asked)
-    return named | {"may_answer": [one.name for one in possible]} if possible else named
+    return named | {"may_answer": [command.name for command in possible]} if possible else named
 
 
 def _meaning_of_acknowledgement(message: Acknowledgement, asked: Asked) -> dict[str, JsonValue]:
@@ -188,7 +188,8 @@ def _message_text(message: Message, asked: Asked) -> str:
             if _is_value_open(message, asked):
                 return tr("reply: {what}", what=f"{_inside(message.command.title)} ?")
             possible = _may_answer(message, asked) or (message.command,)
-            return tr("reply: {what}", what=" / ".join(_value_text(one, one.reply, message.raw) for one in possible))
+            values = (_value_text(command, command.reply, message.raw) for command in possible)
+            return tr("reply: {what}", what=" / ".join(values))
         case Acknowledgement():
             return _acknowledgement_text(message, asked)
 

@@ -83,7 +83,7 @@ class CaptureRows(Sequence[Explained]):
     def __getitem__(self, row: int | slice) -> Explained | tuple[Explained, ...]:
         rows = range(len(self))[row]
         return (
-            self._at(self._place(rows)) if isinstance(rows, int) else tuple(self._at(self._place(one)) for one in rows)
+            self._at(self._place(rows)) if isinstance(rows, int) else tuple(self._at(self._place(row)) for row in rows)
         )
 
     def _place(self, row: int) -> int:

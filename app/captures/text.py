@@ -98,21 +98,21 @@ class TimedLines:
             self._part_begins_s = self._last_s
         if not plain or plain.startswith("#"):
             return None
-        found = _ENTRY.fullmatch(plain) if len(line) <= MAX_LINE_LENGTH else None
-        if found is None:
+        entry = _ENTRY.fullmatch(plain) if len(line) <= MAX_LINE_LENGTH else None
+        if entry is None:
             self._refuse(marked("no time, direction and bytes"))
             return None
         try:
-            raw = hex_bytes(found[3])
+            raw = hex_bytes(entry[3])
         except NotHex:
             self._refuse(NOT_HEX)
             return None
-        at_s = self._part_begins_s + float(found[1])
+        at_s = self._part_begins_s + float(entry[1])
         if at_s < self._last_s:
             self._refuse(marked("the time runs backwards"))
             at_s = self._last_s
         self._last_s = at_s
-        return CaptureEntry(at_s, Way(found[2]), raw) if raw else None
+        return CaptureEntry(at_s, Way(entry[2]), raw) if raw else None
 
     def _refuse(self, text: str) -> None:
         if len(self.faults) < MAX_FAULTS:

@@ -116,7 +116,7 @@ def run_sync(args: argparse.Namespace) -> int:
 
 def run_export(args: argparse.Namespace) -> int:
     return _exchange(
-        args, "file", str(args.file), lambda one: one.export(args.file, on_page=_progress), console.PARTIAL
+        args, "file", str(args.file), lambda archive: archive.export(args.file, on_page=_progress), console.PARTIAL
     )
 
 
@@ -139,8 +139,8 @@ def _exchange(
     console.clear_progress()
     console.emit(args, done, lambda done: {
         key: place, "sent": done.sent, "received": done.received,
-        "refused": [_refused_json(one) for one in done.refused], "refused_count": done.refused_count,
-        "damaged": [_refused_json(one) for one in done.damaged],
+        "refused": [_refused_json(fact) for fact in done.refused], "refused_count": done.refused_count,
+        "damaged": [_refused_json(fact) for fact in done.damaged],
     }, lambda done: [_counts(done)])  # fmt: skip
     if done.refused_count:
         console.notify(tr("Unreadable or altered, left out: {count}.", count=done.refused_count))
@@ -191,10 +191,10 @@ def _counts(done: Exchanged) -> str:
     return tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
 
 
-def _chain_json(one: ChainState) -> dict[str, object]:
+def _chain_json(chain: ChainState) -> dict[str, object]:
     return {
-        "station": shown_station(one.station), "module": one.module, "audit": one.is_audit, "count": one.count,
-        "missing": one.missing, "faults": [fault.in_english() for fault in one.faults],
+        "station": shown_station(chain.station), "module": chain.module, "audit": chain.is_audit, "count": chain.count,
+        "missing": chain.missing, "faults": [fault.in_english() for fault in chain.faults],
     }  # fmt: skip
 
 
@@ -203,13 +203,13 @@ def _proposal_json(proposal: Settlement) -> dict[str, object]:
             "name": proposal.name}  # fmt: skip
 
 
-def _refused_json(one: RefusedFact) -> dict[str, object]:
-    return {"id": one.id, "kind": one.kind, "made_at": one.made_at, "why": one.why.in_english()}
+def _refused_json(fact: RefusedFact) -> dict[str, object]:
+    return {"id": fact.id, "kind": fact.kind, "made_at": fact.made_at, "why": fact.why.in_english()}
 
 
 def _notify_refused(refused: list[RefusedFact]) -> None:
-    for one in refused[:SHOWN_REFUSALS]:
-        console.notify(f"  {one.sentence().translated()}")
+    for fact in refused[:SHOWN_REFUSALS]:
+        console.notify(f"  {fact.sentence().translated()}")
 
 
 # The present state of all modules, or the history of one, from all stations
@@ -220,7 +220,7 @@ def run_report(args: argparse.Namespace) -> int:
         archive.collect()
         names = archive.names()
         if args.module is not None:
-            lives = [module_history(archive.facts, one) for one in names.named(args.module)]
+            lives = [module_history(archive.facts, module) for module in names.named(args.module)]
             if not lives:
                 console.notify(labelled(args.module, tr("none")))
                 return console.ANSWER_NO
@@ -276,7 +276,7 @@ def state_json(state: ModuleToday) -> dict[str, object]:
         "not_judged": state.unjudged,
         "since_repack": state.since_repack,
         "tests": [{"test": test.kind.value, "verdict": test.verdict.value, "at": test.at} for test in state.tests],
-        "due": [{"kind": one.kind.value, "text": one.text.in_english()} for one in state.due],
+        "due": [{"kind": due.kind.value, "text": due.text.in_english()} for due in state.due],
     }
 
 

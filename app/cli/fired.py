@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     read = [(log, log.flight) for log in logs if log.flight is not None]
     if args.json:
         console.note(judged_with)
-        console.write_lines([console.as_json(json_of(one, flight)) for one, flight in read])
+        console.write_lines([console.as_json(json_of(log, flight)) for log, flight in read])
     elif read:
         console.write_lines([*_page(read, is_must=args.must), "", *judged_with.splitlines()])
     for log in logs:
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         )
     if len(read) < len(logs):
         return console.USAGE_ERROR
-    return console.PARTIAL if any(one.judged[0].firings for one, _ in read) else console.SUCCESS
+    return console.PARTIAL if any(log.judged[0].firings for log, _ in read) else console.SUCCESS
 
 
 def _print_all(lines: Sequence[str]) -> None:
@@ -95,8 +95,8 @@ def _judged_with(limits: TriggerLimits, given: Collection[str]) -> str:
     values = dict(zip(THRESHOLDS, astuple(limits), strict=True))
     words = " ".join(f"{name}={typed(value)}" for name, value in values.items())
     usual = join_names(name for name in THRESHOLDS if name not in given)
-    said = tr("Judged with: {values}", values=words)
-    return f"{said}\n{tr('Vendor defaults, not of a module: {names}', names=usual)}" if usual else said
+    text = tr("Judged with: {values}", values=words)
+    return f"{text}\n{tr('Vendor defaults, not of a module: {names}', names=usual)}" if usual else text
 
 
 def _found(words: Sequence[str]) -> list[Path]:
@@ -117,7 +117,7 @@ def _judged(paths: Sequence[Path], order: LogOrder) -> list[SummarisedLog]:
         logs.append(log)
         console.show_progress(f"{len(logs)}/{len(paths)}")
     console.clear_progress()
-    return sorted(logs, key=lambda one: place[one.path])
+    return sorted(logs, key=lambda log: place[log.path])
 
 
 # What is printed
@@ -157,12 +157,12 @@ def _longest_fall_s(flight: FlightSummary, limits: TriggerLimits) -> float:
 def _problems(log: SummarisedLog, flight: FlightSummary) -> list[UserMessage]:
     """Includes a difference between the readings of the vendor's rule."""
     direct, damped = log.judged
-    found = list(flight.problems)
-    first_s, other_s = (one.firings[0].at_s if one.firings else math.inf for one in (direct, damped))
+    problems = list(flight.problems)
+    first_s, other_s = (judged.firings[0].at_s if judged.firings else math.inf for judged in (direct, damped))
     if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
         text = _NEVER if other_s == math.inf else _LATER
-        found.append(message(text, reading=message(damped.reading.value), time=other_s))
-    return found
+        problems.append(message(text, reading=message(damped.reading.value), time=other_s))
+    return problems
 
 
 def _page(read: Sequence[tuple[SummarisedLog, FlightSummary]], *, is_must: bool) -> list[str]:
@@ -190,11 +190,11 @@ def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> s
         return tr("no")
     first = judged.firings[0]
     why = firing_text(Firing(SensorSample(first.at_s, first.tilt_deg, first.acceleration_g), first.sources))
-    said = tr("at {time:.2f} s: {why}", time=first.at_s, why=why)
+    text = tr("at {time:.2f} s: {why}", time=first.at_s, why=why)
     fire = flight.first_fire(judged.limits)
     if not is_must or not math.isfinite(fire.delay_s):
-        return said
-    return f"{said}; {fire.late_text}" if fire.is_in_time else f"{said}; {fire.late_text}; {tr('after the impact')}"
+        return text
+    return f"{text}; {fire.late_text}" if fire.is_in_time else f"{text}; {fire.late_text}; {tr('after the impact')}"
 
 
 def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[str]:

@@ -28,18 +28,20 @@ from protocol.messages import EmptySlot, TriggerRecord
 def run(args: argparse.Namespace) -> int:
     received = ReceivedRecords()
     history: History | None = None
-    found = IdentityEvidence()
+    evidence = IdentityEvidence()
     with connected(args.port, args.baud, on_batch=received.on_batch) as conversation, LinkTrouble() as link:
         history = conversation.run(read_history())
         if args.module is not None:
-            found = conversation.run(read_evidence())
+            evidence = conversation.run(read_evidence())
     if history is None or link.sentence is not None:
         history = received.history()
     trouble = link.sentence or (module_is_silent(args.port, conversation.device) if history.is_line_dead else None)
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
     if args.module is not None and has_something:
-        is_written &= store_visit(history, args.module, port=args.port, found=found, is_same_module=args.same_module)
+        is_written &= store_visit(
+            history, args.module, port=args.port, evidence=evidence, is_same_module=args.same_module
+        )
     if trouble is not None:
         console.notify(trouble)
         return console.PARTIAL if has_something else console.NO_LINK
@@ -69,7 +71,7 @@ class ReceivedRecords:
                     pass
 
     def history(self) -> History:
-        return history_of([Pass(tuple(one)) for one in self._passes], is_line_dead=True)
+        return history_of([Pass(tuple(messages)) for messages in self._passes], is_line_dead=True)
 
 
 def _print(history: History, args: argparse.Namespace) -> bool:

@@ -172,7 +172,7 @@ def _check_several(args: argparse.Namespace, checks: Sequence[_PortCheck]) -> in
             else:
                 codes.append(_conclude(args, member.filed, trouble, None))
         if not args.json:
-            rows = [(word_of(one.verdict), one.port, one.why) for one in members]
+            rows = [(word_of(member.verdict), member.port, member.why) for member in members]
             console.write_lines(["", summary(members), *console.columns(rows)])
     finally:
         if args.report is not None and not _written(
@@ -196,7 +196,7 @@ def _gather_all(checks: Sequence[_PortCheck]) -> None:
                 check.error = error
 
         threads = [
-            threading.Thread(target=gather, args=(one,), name=f"dps-s {one.port}", daemon=True) for one in checks
+            threading.Thread(target=gather, args=(check,), name=f"dps-s {check.port}", daemon=True) for check in checks
         ]
         for thread in threads:
             thread.start()

@@ -116,7 +116,7 @@ def _findings(
     `why_missing` is the reason for values that are neither known nor in `errors`.
     """
     known = conversation.device.values
-    values = {key: one.value for key, one in known.items() if one.stale_reason is not StaleReason.RESTARTED}
+    values = {key: reading.value for key, reading in known.items() if reading.stale_reason is not StaleReason.RESTARTED}
     unreadable = {command.key for command in SETTINGS if not command.reads_back} | {BAUD_RATE.key}
     missing = {*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS} - unreadable - set(values)
     blamed = {"status" if key in STATUS_KEYS else key for key in missing}

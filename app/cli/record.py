@@ -106,11 +106,11 @@ class RecordedSession:
 
     def on_batch(self, batch: Batch) -> None:
         if self._recorder.is_recording:
-            wanted = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
-            self._samples += len(wanted)
-            unwanted = {sample.at for sample in batch.samples[len(wanted) :]}
+            inside = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
+            self._samples += len(inside)
+            unwanted = {sample.at for sample in batch.samples[len(inside) :]}
             events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
-            batch = replace(batch, samples=wanted, events=events)
+            batch = replace(batch, samples=inside, events=events)
             self._recorder.on_batch(batch)
             if self._table is not None:
                 self._table.on_batch(batch)

@@ -65,17 +65,17 @@ def _trust(stations: Stations, verification: Verification, fingerprint: str, nam
     signer = verification.signer
     if signer is None or verification.altered:
         raise console.Refused(tr("Not trusted: it is unsigned or altered."), console.ANSWER_NO)
-    found = fingerprint_of(signer)
-    if not is_same_fingerprint(found, fingerprint):
-        text = tr("Not trusted: signed by {found}, not by {given}.", found=found, given=fingerprint)
+    signed_by = fingerprint_of(signer)
+    if not is_same_fingerprint(signed_by, fingerprint):
+        text = tr("Not trusted: signed by {found}, not by {given}.", found=signed_by, given=fingerprint)
         raise console.Refused(text, console.ANSWER_NO)
     console.note(_line(stations.trust(signer, name)))
 
 
-def _change(found: KnownStation | None) -> int:
-    if found is None:
+def _change(station: KnownStation | None) -> int:
+    if station is None:
         raise console.Refused(tr("No trusted station has this fingerprint."), console.ANSWER_NO)
-    console.note(_line(found))
+    console.note(_line(station))
     return console.SUCCESS
 
 
@@ -84,7 +84,7 @@ def _list(stations: Stations) -> int:
         stations.make_own()
     except UserError as trouble:
         console.notify(trouble.sentence)
-    console.write_lines([_line(one) for one in stations.known()])
+    console.write_lines([_line(station) for station in stations.known()])
     return console.SUCCESS
 
 

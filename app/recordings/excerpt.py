@@ -107,7 +107,7 @@ def event_text(marker: Marker) -> str:
 
 
 def _quoted(text: str) -> str:
-    if any(one in text for one in ',"\r\n'):
+    if any(character in text for character in ',"\r\n'):
         return '"' + text.replace('"', '""') + '"'
     return text
 

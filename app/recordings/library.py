@@ -202,17 +202,17 @@ def entry_of(path: Path) -> RecordingEntry:
     further = sorted((int(part[2]), file) for part, file in numbered if part and part[2] and part[1] == path.stem)
     parts = (path, *(file for _, file in further))
     is_running = any(map(is_held, parts))
-    found = RecordingEntry(
+    entry = RecordingEntry(
         path=path, further=parts[1:], started_at=_modified_at(path), size_bytes=sum(map(_size_of, parts)),
         is_pinned=_mark_of(path).exists(), is_running=is_running,
     )  # fmt: skip
     try:
         files = [read_heading(part) for part in parts]
     except (OSError, UserError) as error:
-        return replace(found, trouble=unreadable(path, error))
+        return replace(entry, trouble=unreadable(path, error))
     opening, ends = files[0].opening, files[-1]
     return replace(
-        found,
+        entry,
         started_at=opening.started_at,
         port=opening.port,
         baud_rate=opening.baud_rate,

@@ -154,8 +154,8 @@ class MarkerTracker:
             if is_news:
                 # Detected by a heartbeat, or only by the boot count.
                 seen = [event.at for event in events if isinstance(event, Restarted)]
-                for one in seen or [at]:
-                    self._add(one, MarkerKind.RESTARTED)
+                for restarted_at in seen or [at]:
+                    self._add(restarted_at, MarkerKind.RESTARTED)
         known = device.values.get("charging")
         if known is not None and not known.is_stale:
             is_charging = known.value is True

@@ -48,13 +48,13 @@ def old_recordings(library: Path) -> list[Path]:
 
 def highest_sequence(library: Path) -> int:
     """Of the recordings that are still to be converted."""
-    found = 0
+    highest = 0
     for folder in old_recordings(library):
         try:
-            found = max(found, _opening_of(folder).sequence)
+            highest = max(highest, _opening_of(folder).sequence)
         except (OSError, UserError):
             continue
-    return found
+    return highest
 
 
 def convert_in(library: Path, folder: Path) -> Path:
@@ -98,10 +98,10 @@ def entries_in(lines: Iterable[str]) -> Iterator[CaptureEntry]:
 
 def _time_of(text: str, path: Path) -> datetime:
     try:
-        found = datetime.fromisoformat(text)
+        time = datetime.fromisoformat(text)
     except ValueError:
-        found = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    return found if found.tzinfo else found.replace(tzinfo=UTC)
+        time = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    return time if time.tzinfo else time.replace(tzinfo=UTC)
 
 
 def _convert_export(path: Path, target: Path) -> None:
@@ -111,7 +111,7 @@ def _convert_export(path: Path, target: Path) -> None:
     try:
         with path.open("rb") as file:
             reader = make_reader(file)
-            about = next((one.metadata for one in reader.iter_metadata() if one.name == OLD_EXPORT), None)
+            about = next((record.metadata for record in reader.iter_metadata() if record.name == OLD_EXPORT), None)
             if about is None:
                 raise UserError(marked("not a recording by this program"))
             opening = Opening(
@@ -178,10 +178,10 @@ def _committed(folder: Path, opening: Opening) -> tuple[dict[str, bytes], list[f
         spans = {name: slice(before[row] * width, counts[row] * width) for name, (width, row) in _COLUMNS.items()}
         if any(span.start > span.stop or span.stop > len(raw[name]) for name, span in spans.items()):
             continue
-        found = 0
+        checksum = 0
         for name, span in spans.items():
-            found = zlib.crc32(raw[name][span], found)
-        if found == crc:
+            checksum = zlib.crc32(raw[name][span], checksum)
+        if checksum == crc:
             for name, span in spans.items():
                 whole[name] += raw[name][span]
         else:

@@ -261,7 +261,7 @@ class Recorder:
         markers = self._pending + self._tracker.on_batch(batch)
         self._pending = []
         if self._writer is None:
-            firsts = [one.at for one in (*batch.samples[:1], *batch.events[:1])]
+            firsts = [first.at for first in (*batch.samples[:1], *batch.events[:1])]
             if not firsts:
                 self._pending = markers
                 return

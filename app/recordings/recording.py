@@ -118,8 +118,8 @@ class Recording(Measured):
         self.close()
 
     def _read_reports(self, finder: ReportFinder, file: SessionFile, messages: Iterable[FileMessage]) -> None:
-        found = finder.feed(_line_part(messages, RX))
-        self._columns.append(found, file.opening.wall_offset_ns)
+        reports = finder.feed(_line_part(messages, RX))
+        self._columns.append(reports, file.opening.wall_offset_ns)
 
     def _read_events(
         self,
@@ -128,7 +128,7 @@ class Recording(Measured):
         markers: list[Marker],
         limits: list[tuple[float, ModuleLimits]],
     ) -> None:
-        for _, log_ns, data in (one for one in messages if one.topic == EVENTS):
+        for _, log_ns, data in filter(lambda message: message.topic == EVENTS, messages):
             fields, at_s = json_fields(data), file.opening.mono_s(log_ns)
             match fields.get("event"):
                 case "reading":
@@ -161,16 +161,17 @@ class _Columns:
         self._count = 0
         self._columns: tuple[NDArray[Any], ...] = tuple(np.empty(expected, kind) for kind in _KINDS)
 
-    def append(self, found: ReportColumns, offset_ns: int) -> None:
-        count = len(found.flags)
+    def append(self, reports: ReportColumns, offset_ns: int) -> None:
+        count = len(reports.flags)
         rows = slice(self._count, self._count + count)
         if rows.stop > len(self._columns[0]):
             more = rows.stop + rows.stop // 2
             self._columns = tuple(np.concatenate((column, np.empty(more - len(column), column.dtype)))
                                   for column in self._columns)  # fmt: skip
         times = self._columns[0][rows]
-        np.divide(found.times_ns - offset_ns, NANOSECONDS, out=times)
-        for column, values in zip(self._columns[1:], (found.tilt_deg, found.acceleration_g, found.flags), strict=True):
+        np.divide(reports.times_ns - offset_ns, NANOSECONDS, out=times)
+        parts = reports.tilt_deg, reports.acceleration_g, reports.flags
+        for column, values in zip(self._columns[1:], parts, strict=True):
             column[rows] = values
         self._count = rows.stop
 
@@ -192,7 +193,7 @@ def traffic_of(entry: RecordingEntry) -> Iterator[CaptureEntry]:
 
 
 def _line_part(messages: Iterable[FileMessage], topic: str) -> LinePart:
-    return LinePart.read((one.log_ns, one.data) for one in messages if one.topic == topic)
+    return LinePart.read((message.log_ns, message.data) for message in messages if message.topic == topic)
 
 
 def open_recording(entry: RecordingEntry) -> Recording:
@@ -210,8 +211,8 @@ def tilt_outline(entry: RecordingEntry, buckets: int) -> tuple[tuple[float, floa
         recording = Recording(entry)
     except (OSError, UserError, ValueError):
         return ()
-    found = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
-    return tuple(zip(found.low.tolist(), found.high.tolist(), strict=True))
+    outline = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
+    return tuple(zip(outline.low.tolist(), outline.high.tolist(), strict=True))
 
 
 def _series(polled: list[tuple[float, float]]) -> RecordedSeries:

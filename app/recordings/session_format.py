@@ -138,7 +138,7 @@ def json_bytes(value: object) -> bytes:
 def json_fields(data: bytes) -> dict[str, object]:
     """Empty for anything but an object."""
     try:
-        found = json.loads(data)
+        value = json.loads(data)
     except (ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return value if isinstance(value, dict) else {}

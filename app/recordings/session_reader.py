@@ -181,7 +181,7 @@ class _Walk:
                 if messages:
                     yield file, messages
                 messages, count, self._is_damaged = [], 0, False
-                file.note_gap(min(one.log_ns for one in chunk))
+                file.note_gap(min(message.log_ns for message in chunk))
                 yield file, []
             messages += chunk
             self._note_progress(file)

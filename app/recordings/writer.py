@@ -154,11 +154,11 @@ class SessionWriter:
 
     def _statuses(self, received: LinePart) -> list[tuple[int, bytes]]:
         """Counts the reports as our reader finds them; those for other viewers."""
-        found = self._finder.feed(received)
-        self.reports += len(found.flags)
-        self.was_triggered |= bool((found.flags & TRIGGERED).any())
+        reports = self._finder.feed(received)
+        self.reports += len(reports.flags)
+        self.was_triggered |= bool((reports.flags & TRIGGERED).any())
         statuses = []
-        columns = (found.times_ns, found.tilt_deg, found.acceleration_g, found.flags)
+        columns = (reports.times_ns, reports.tilt_deg, reports.acceleration_g, reports.flags)
         for at_ns, tilt, acceleration, flags in zip(*(column.tolist() for column in columns), strict=True):
             if at_ns >= self._shown[0] + STATUS_EVERY_NS or flags != self._shown[1]:
                 self._shown = at_ns, flags

@@ -115,7 +115,7 @@ class CheckStore:
         """Stores what a module holds now. Without a name the slots are stored as they came."""
         with self._facts.database.transaction():
             last, last_slots, known = self._last(module)
-            merged = merge([one.raw for one in known], last_slots, slots, boot_count=boot_count,
+            merged = merge([record.raw for record in known], last_slots, slots, boot_count=boot_count,
                            is_confirmed=is_confirmed)  # fmt: skip
             if module is not None:
                 for place, raw in enumerate(merged.new, len(known)):
@@ -137,8 +137,8 @@ class CheckStore:
             return ()
         judged = {fact.content["place"]: fact.content for fact in self._about(FactKind.JUDGEMENT, module)}
         # A later fact about a place counts: a visit that was broken off was written again.
-        found = {fact.content["place"]: fact for fact in self._about(FactKind.TRIGGER_RECORD, module)}
-        return tuple(_seen(found[place], judged.get(place, {})) for place in sorted(found))
+        facts = {fact.content["place"]: fact for fact in self._about(FactKind.TRIGGER_RECORD, module)}
+        return tuple(_seen(facts[place], judged.get(place, {})) for place in sorted(facts))
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
         """Stores a person's judgement of a record; None removes it."""
@@ -164,7 +164,7 @@ class CheckStore:
         visit = self._facts.last_visit(module) if module is not None else None
         if visit is None:
             return None, [], ()
-        slots = [bytes.fromhex(one) for one in visit.content["slots"]]
+        slots = [bytes.fromhex(slot) for slot in visit.content["slots"]]
         return visit, slots, self.records(module)[: visit.content["known"]]
 
     # A module that does not answer the query for its records (E7)
@@ -178,8 +178,8 @@ class CheckStore:
         return LastAnswer(max(record.first_seen_at for record in records), len(records)) if records else None
 
     def is_said_new(self, module: str) -> bool:
-        said = self._about(FactKind.SAID_NEW, module)
-        return bool(said and said[-1].content["is_new"])
+        facts = self._about(FactKind.SAID_NEW, module)
+        return bool(facts and facts[-1].content["is_new"])
 
     def say_new(self, module: str, *, is_new: bool = True) -> None:
         """Stores a person's word that the module is new and has no records; False ends it."""
@@ -200,7 +200,7 @@ class CheckStore:
         last, last_slots, known = self._last(module)
         merged = None
         if slots is not None and last is not None:
-            merged = merge([one.raw for one in known], last_slots, slots, is_confirmed=is_confirmed)
+            merged = merge([record.raw for record in known], last_slots, slots, is_confirmed=is_confirmed)
         return Past(
             module=module,
             boot_count=booted.content["boot_count"] if booted is not None else None,
@@ -245,8 +245,8 @@ class CheckStore:
 
     def record(self, hash_: str) -> Record | None:
         """The record with this hash; None where there is none."""
-        found = self._facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),))
-        return record_of(found[0].content) or None if found else None
+        facts = self._facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),))
+        return record_of(facts[0].content) or None if facts else None
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
         """Hash of another record with the same number in the same chain. Each station has its own chains."""
@@ -264,8 +264,8 @@ class CheckStore:
             f"(module IS NOT NULL OR {_of_record('adapter')} IS ?) AND {by_same} LIMIT 1"
         )
         values = (name, number, clean(hash_), clean(str(adapter)), *keys)
-        found = self._facts.select(FactKind.CHECK, which, values, payload="json_object('hash', link)")
-        return found[0].content["hash"] if found else None
+        facts = self._facts.select(FactKind.CHECK, which, values, payload="json_object('hash', link)")
+        return facts[0].content["hash"] if facts else None
 
 
 def _of_record(key: str) -> str:
@@ -273,7 +273,7 @@ def _of_record(key: str) -> str:
 
 
 def _seen(fact: Kept, judged: Mapping[str, Any]) -> SeenRecord:
-    judgement = next((one for one in Judgement if one.value == judged.get("judgement")), None)
+    judgement = next((judgement for judgement in Judgement if judgement.value == judged.get("judgement")), None)
     return SeenRecord(fact.number, fact.content["place"], bytes.fromhex(fact.content["raw"]), fact.at, judgement,
                       str(judged.get("note", "")))  # fmt: skip
 

@@ -145,7 +145,7 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str)
     if history is not None and assessment.result("boot_count") is not CheckResult.FAIL:
         checks.store_visit(
             name,
-            [one.raw for one in history.records],
+            [record.raw for record in history.records],
             port=evidence.port,
             boot_count=None if boots is None else int(boots),
             is_confirmed=history.is_confirmed,

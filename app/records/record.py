@@ -89,7 +89,7 @@ def make_record(
         ],
         "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
         "read": readings_of(case),
-        "trigger_records": [] if evidence.history is None else [one.raw.hex() for one in evidence.history.records],
+        "trigger_records": [] if evidence.history is None else [kept.raw.hex() for kept in evidence.history.records],
         "frames": [[round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in log.frames],
         "frames_left_out": log.left_out,
         "number": circumstances.number,
@@ -99,17 +99,17 @@ def make_record(
     return seal(record, station)
 
 
-def _check(one: Judged) -> dict[str, object]:
-    finding = one.finding
+def _check(judged: Judged) -> dict[str, object]:
+    finding = judged.finding
     return {
-        "id": one.check.id,
-        "title": one.check.title,
+        "id": judged.check.id,
+        "title": judged.check.title,
         "result": finding.result.value,
         "measured": finding.measured,
         "shown": finding.shown.to_json(),
         "limit": finding.limit.to_json(),
-        "why": one.check.why,
-        "do": one.do.to_json(),
+        "why": judged.check.why,
+        "do": judged.do.to_json(),
     }
 
 
@@ -117,7 +117,7 @@ def readings_of(case: Case) -> dict[str, object]:
     """The last readings in the form of `dps-s read --json`; null where nothing is known."""
     evidence = case.evidence
     trips = sorted(evidence.round_trips_s)
-    values: dict[str, Value | None] = {key: found[-1] for key, found in evidence.series.items() if found}
+    values: dict[str, Value | None] = {key: readings[-1] for key, readings in evidence.series.items() if readings}
     values |= evidence.values | {"baud_rate": evidence.baud_rate or None}
     if evidence.status is not None:
         values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
@@ -172,10 +172,10 @@ def is_simulated(port: str) -> bool:
 
 def caveats(record: Mapping[str, object]) -> list[UserMessage]:
     """Restrictions that are shown beside the verdict."""
-    found = [message(marked("SIMULATED MODULE: no evidence."))] if record.get("is_simulated") is True else []
+    restrictions = [message(marked("SIMULATED MODULE: no evidence."))] if record.get("is_simulated") is True else []
     nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
     if nobody is not None and recorded_verdict(record) is not Verdict.NO_GO:
-        found.append(nobody)
+        restrictions.append(nobody)
     softer, checks = record.get("softer_limits"), record.get("checks")
     if isinstance(softer, list) and isinstance(checks, list):
         titles = [
@@ -184,8 +184,8 @@ def caveats(record: Mapping[str, object]) -> list[UserMessage]:
             if isinstance(check, Mapping) and check.get("id") in softer
         ]
         if titles:
-            found.append(message(marked("Looser than advised: {checks}."), checks=joined(titles)))
-    return found
+            restrictions.append(message(marked("Looser than advised: {checks}."), checks=joined(titles)))
+    return restrictions
 
 
 def list_in(record: Mapping[str, object], key: str) -> list[object]:
@@ -215,15 +215,15 @@ def hash_of(record: Mapping[str, object]) -> str:
 
 def _parts_of(content: Mapping[str, object]) -> dict[str, str]:
     """What older versions hashed: SHA-256 by part ("verdict", "checks.tilt" …) and of the order of the lists."""
-    found: dict[str, str] = {}
+    digests: dict[str, str] = {}
     for key, value in content.items():
         if key in _PARTS_OF and isinstance(value, list):
             names = [_name(entry, _PARTS_OF[key], place) for place, entry in enumerate(value)]
-            found[f"{key}: order"] = digest(names)
-            found |= {f"{key}.{name}": digest(entry) for name, entry in zip(names, value, strict=True)}
+            digests[f"{key}: order"] = digest(names)
+            digests |= {f"{key}.{name}": digest(entry) for name, entry in zip(names, value, strict=True)}
         else:
-            found[key] = digest(value)
-    return found
+            digests[key] = digest(value)
+    return digests
 
 
 def _name(entry: object, key: str, place: int) -> str:
@@ -257,4 +257,4 @@ def recorded_verdict(record: Mapping[str, object]) -> Verdict:
 
 
 def activated_by(record: Mapping[str, object]) -> ActivatedBy:
-    return next((one for one in ActivatedBy if one.value == record.get("activated_by")), ActivatedBy.PERSON)
+    return next((way for way in ActivatedBy if way.value == record.get("activated_by")), ActivatedBy.PERSON)

@@ -36,7 +36,7 @@ def record_in(data: bytes) -> Record:
         raise UserError(marked("too large"))
     if not is_report(data):
         return _from_json(data)
-    carried = carried_in_pdf(data) if data.startswith(b"%PDF-") else (found[1] for found in _IN_HTML.finditer(data))
+    carried = carried_in_pdf(data) if data.startswith(b"%PDF-") else (match[1] for match in _IN_HTML.finditer(data))
     records = [_from_json(text) for text in carried]
     if len(records) != 1:
         raise UserError(marked("several records") if records else marked("unknown kind of file"))
@@ -59,10 +59,10 @@ def _refuse(name: str) -> object:
 
 def _only_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """Refuses duplicate names, of which programs read different values."""
-    found = dict(pairs)
-    if len(found) != len(pairs):
+    fields = dict(pairs)
+    if len(fields) != len(pairs):
         raise ValueError("duplicate name")
-    return found
+    return fields
 
 
 def carried_in_pdf(data: bytes, kind: str = FORMAT) -> Iterator[bytes]:

@@ -36,13 +36,13 @@ _TEST_MARKS = {
     GuidedVerdict.FAILED: ("×", RED),
     GuidedVerdict.UNCLEAR: ("?", RED),
 }
-_VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturbance}
+_VOID_WHY: Mapping[str, str] = {disturbance.name.lower(): disturbance.value for disturbance in Disturbance}
 
 
 def body(record: Record) -> str:
     """What is printed."""
     checks = [check for check in list_in(record, "checks") if isinstance(check, Mapping)][:_MAX_ROWS]
-    manual = [one for one in list_in(record, "manual") if isinstance(one, Mapping)][:_MAX_ROWS]
+    manual = [item for item in list_in(record, "manual") if isinstance(item, Mapping)][:_MAX_ROWS]
     is_crowded = (
         len(manual) > _ONE_COLUMN and sum(_result(check) is not CheckResult.PASS for check in checks) > _ONE_COLUMN
     )
@@ -74,7 +74,7 @@ def _head(record: Record) -> str:
     failed = sum(_result(check) in (CheckResult.FAIL, CheckResult.UNKNOWN) for check in checks)
     mark, colour = VERDICT_STYLES[verdict if void is None else Verdict.NO_GO]
     word = verdict_sentence(verdict, activated_by(record)).translated()
-    skipped = sum(1 for one in list_in(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
+    skipped = sum(1 for item in list_in(record, "manual") if isinstance(item, Mapping) and item.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
         looks = sum(_result(check) is CheckResult.WARN for check in checks)
         under = tr("All {count} checks passed; warnings: {looks}.", count=len(checks), looks=looks)
@@ -145,19 +145,19 @@ def _title(text: str, columns: int) -> str:
     return f'<tr bgcolor="#eeeeee"><td colspan="{columns}" style="color:{PALE}">{_escaped(text)}</td></tr>'
 
 
-def _row(one: Mapping[str, object], *, is_crowded: bool) -> str:
-    result = _result(one)
+def _row(check: Mapping[str, object], *, is_crowded: bool) -> str:
+    result = _result(check)
     mark, colour = _MARKS[result]
     word = tr(RESULT_WORDS[result])
     cells = (
         f'<span style="color:{colour}"><b>{mark}&nbsp;{_escaped(word)}</b></span>',
-        _message_html(UserMessage(str(one.get("title", "")))), _message_html(message_from_json(one.get("shown"))),
-        _message_html(message_from_json(one.get("limit"))),
+        _message_html(UserMessage(str(check.get("title", "")))), _message_html(message_from_json(check.get("shown"))),
+        _message_html(message_from_json(check.get("limit"))),
     )  # fmt: skip
     if result is CheckResult.PASS:
         return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
     row = "".join(f"<td><b>{cell}</b></td>" for cell in cells[:3]) + f"<td>{cells[3]}</td>"
-    why, do = _message_html(UserMessage(str(one.get("why", "")))), _message_html(message_from_json(one.get("do")))
+    why, do = _message_html(UserMessage(str(check.get("why", "")))), _message_html(message_from_json(check.get("do")))
     more = do if is_crowded else f"{why} → {do}"
     more = f'<td></td><td colspan="3"><small><span style="color:{PALE}">{more}</span></small></td>'
     return f'<tr>{row}</tr><tr bgcolor="#f6f6f6">{more}</tr>'
@@ -167,12 +167,12 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
     if not manual:
         return ""
     cells = []
-    for one in manual:
-        state = one.get("is_done")
+    for item in manual:
+        state = item.get("is_done")
         is_done = state if isinstance(state, bool) else None
         mark, colour = {True: ("√", GREEN), False: ("×", RED), None: ("–", AMBER)}[is_done]
         state_cell = f"<b>{mark}&nbsp;{_escaped(tr(MANUAL_WORDS[is_done]))}</b>"
-        text_cell = _cell(one.get("text"), longest=_LONGEST_ITEM)
+        text_cell = _cell(item.get("text"), longest=_LONGEST_ITEM)
         cells.append(f'<td width="13%" style="color:{colour}">{state_cell}</td><td>{text_cell}</td>')
     columns = 2 if len(cells) > _ONE_COLUMN else 1
     half = -(-len(cells) // columns)
@@ -183,8 +183,8 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
 
 def _tests(record: Record) -> str:
     """The last guided tests at the time of the check."""
-    tests = [one for one in list_in(record, "tests") if isinstance(one, Mapping)][: len(GuidedKind)]
-    rows = [_test_row(test) for one in tests if (test := stored_test(one, str(one.get("at")))) is not None]
+    tests = [test for test in list_in(record, "tests") if isinstance(test, Mapping)][: len(GuidedKind)]
+    rows = [_test_row(test) for fields in tests if (test := stored_test(fields, str(fields.get("at")))) is not None]
     if not rows:
         return ""
     return _table([_title(tr("Guided tests"), 4), *rows])
@@ -225,9 +225,9 @@ def _footer(record: Record) -> str:
     )
 
 
-def _result(one: object) -> CheckResult:
+def _result(check: object) -> CheckResult:
     try:
-        return CheckResult(one.get("result") if isinstance(one, Mapping) else None)
+        return CheckResult(check.get("result") if isinstance(check, Mapping) else None)
     except ValueError:
         return CheckResult.UNKNOWN
 

@@ -27,18 +27,18 @@ def write_archive(
     `new`: ids of the records that are new since the last visit. `seen_once`: of those that came in one reading only.
     """
     rows = []
-    for one in records:
-        record = record_of(one.raw)
+    for seen in records:
+        record = record_of(seen.raw)
         values: dict[str, object] = {
             **fields_of(record),
             "module": clean(module),
-            "place": one.place + 1,
-            "first_seen_at": utc_cell(one.first_seen_at),
-            "new": None if new is None else one.id in new,
-            "confirmed": one.id not in seen_once,
+            "place": seen.place + 1,
+            "first_seen_at": utc_cell(seen.first_seen_at),
+            "new": None if new is None else seen.id in new,
+            "confirmed": seen.id not in seen_once,
             "told": sentence(record).translated(),
-            "judgement": one.judgement.value if one.judgement is not None else None,
-            "note": clean(one.note, longest=2000),
+            "judgement": seen.judgement.value if seen.judgement is not None else None,
+            "note": clean(seen.note, longest=2000),
         }
         rows.append([values[name] for name in HEAD])
     write_whole(path, BYTE_ORDER_MARK + csv_text(HEAD, rows).encode())

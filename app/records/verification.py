@@ -272,11 +272,11 @@ def contradictions(record: Mapping[str, object]) -> tuple[UserMessage, ...]:
 
 def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
     checks = [check for check in list_in(record, "checks") if isinstance(check, Mapping)]
-    found = Counter(str(check.get("id")) for check in checks)
-    missing = sorted(REQUIRED - found.keys())
+    counts = Counter(str(check.get("id")) for check in checks)
+    missing = sorted(REQUIRED - counts.keys())
     if missing:
         yield message(marked("missing checks: {checks}"), checks=", ".join(missing))
-    doubled = [clean(name, longest=40) for name, count in found.items() if count > 1]
+    doubled = [clean(name, longest=40) for name, count in counts.items() if count > 1]
     if doubled:
         yield message(marked("duplicate checks: {checks}"), checks=", ".join(doubled[:5]))
     stated, follows = record.get("verdict"), verdict_from(record)
@@ -302,7 +302,7 @@ def verdict_from(record: Mapping[str, object]) -> Verdict:
     """The verdict that follows from the checks, the manual items and the state that the module reported."""
     checks = list_in(record, "checks")
     is_fine = record.get("void") is None and bool(checks) and all(_is_fine(check) for check in checks)
-    is_fine = is_fine and all(_is_manual_fine(one) for one in list_in(record, "manual"))
+    is_fine = is_fine and all(_is_manual_fine(item) for item in list_in(record, "manual"))
     if record.get("version") == 1:  # a locked module could be GO
         return Verdict.GO if is_fine else Verdict.NO_GO
     active = _at(record.get("read"), ("status", "active"))

@@ -84,12 +84,12 @@ def _among(values: Mapping[str, object]) -> Callable[[str], object]:
 def codes(text: str) -> frozenset[int]:
     """Codes of commands, such as 14,33; raises `ValueError`."""
     try:
-        found = frozenset(int(part, 16) for part in text.replace(",", " ").split())
+        numbers = frozenset(int(part, 16) for part in text.replace(",", " ").split())
     except ValueError:
         raise ValueError("CODE,…") from None
-    if not found <= BY_CODE.keys():
+    if not numbers <= BY_CODE.keys():
         raise ValueError("|".join(f"{code:02X}" for code in sorted(BY_CODE)))
-    return found
+    return numbers
 
 
 Kind = tuple[str, float, float] | tuple[str, Callable[[str], Any]] | Mapping[str, object] | None
@@ -233,5 +233,5 @@ def default_text(option: Option) -> str:
 def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[str, Any]:
     """Values by option name; raises `UserError` for the first invalid one."""
     pairs = texts.items() if isinstance(texts, Mapping) else texts
-    found = [(find_option(name), text) for name, text in pairs]
-    return {option.name: parse_value(option, text) for option, text in found}
+    options = [(find_option(name), text) for name, text in pairs]
+    return {option.name: parse_value(option, text) for option, text in options}

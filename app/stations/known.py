@@ -54,15 +54,15 @@ class Stations:
         except UserError:
             own = None
         first = () if own is None else (KnownStation(own.public, "", is_own=True),)
-        return (*first, *(one for one in self._others() if own is None or one.public != own.public))
+        return (*first, *(station for station in self._others() if own is None or station.public != own.public))
 
     def find(self, public: bytes) -> KnownStation | None:
-        return next((one for one in self.known() if one.public == public), None)
+        return next((station for station in self.known() if station.public == public), None)
 
     def trust(self, public: bytes, name: str) -> KnownStation:
         """Trust this key under this name; a known key is renamed. Raises OSError."""
         new = KnownStation(public, clean(name.strip(), longest=MAX_NAME_LENGTH) or fingerprint_of(public))
-        self._write((*(one for one in self._others() if one.public != public), new))
+        self._write((*(station for station in self._others() if station.public != public), new))
         return new
 
     def remove(self, fingerprint: str) -> KnownStation | None:
@@ -77,10 +77,10 @@ class Stations:
         self, fingerprint: str, new: Callable[[KnownStation], tuple[KnownStation, ...]]
     ) -> KnownStation | None:
         others = self._others()
-        found = next((one for one in others if is_same_fingerprint(one.fingerprint, fingerprint)), None)
-        if found is not None:
-            self._write((*(one for one in others if one.public != found.public), *new(found)))
-        return found
+        known = next((station for station in others if is_same_fingerprint(station.fingerprint, fingerprint)), None)
+        if known is not None:
+            self._write((*(station for station in others if station.public != known.public), *new(known)))
+        return known
 
     def _others(self) -> tuple[KnownStation, ...]:
         try:
@@ -88,16 +88,16 @@ class Stations:
                 text = file.read(_LARGEST_FILE).decode("utf-8", "replace")
         except OSError:
             return ()
-        found: dict[bytes, KnownStation] = {}
+        stations: dict[bytes, KnownStation] = {}
         for line in text.splitlines():
             key, _, name = line.strip().partition(" ")
             public = decoded(key.removeprefix(_REVOKED), KEY_BYTES)
             if public is not None:
                 is_revoked = key.startswith(_REVOKED)
-                found[public] = KnownStation(
+                stations[public] = KnownStation(
                     public, clean(name.strip(), longest=MAX_NAME_LENGTH), is_revoked=is_revoked
                 )
-        return tuple(found.values())
+        return tuple(stations.values())
 
     def _write(self, stations: tuple[KnownStation, ...]) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)

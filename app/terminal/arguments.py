@@ -79,10 +79,10 @@ class Parser(argparse.ArgumentParser):
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
         """Refuses unknown words itself, so that the usage shown is that of the sub-command."""
-        found, unknown = super().parse_known_args(args, namespace)
+        words, unknown = super().parse_known_args(args, namespace)
         if not self._is_intermixing:
             self._refuse(unknown)
-        return found, unknown
+        return words, unknown
 
     def _refuse(self, unknown: Sequence[str]) -> None:
         if unknown:

@@ -221,8 +221,8 @@ def connected(
 
 def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> None:
     if baud_rate is None:
-        found = conversation.run(find_rate(USUAL_RATE))
-        if found.baud_rate is None:
+        search = conversation.run(find_rate(USUAL_RATE))
+        if search.baud_rate is None:
             raise NoLink(no_module_found(port))
         return
     answer = conversation.run(handshake())

@@ -47,13 +47,13 @@ def _say(ports: Sequence[str], module: str, before: str = "") -> bool:
         return False
     try:
         with closing(store):
-            every = dict.fromkeys(one for port in ports for one in left_here(store, port, module))
+            every = dict.fromkeys(left for port in ports for left in left_here(store, port, module))
     except StoreTrouble as error:
         notify(error.sentence)
         return False
-    earlier = [one for one in every if not before or one.at < before]  # a run says its own
-    for one in earlier:
-        notify(one.sentence)
+    earlier = [left for left in every if not before or left.at < before]  # a run says its own
+    for left in earlier:
+        notify(left.sentence)
     return bool(earlier)
 
 
@@ -64,12 +64,12 @@ def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...
     from app.terminal.command_journal import adapter_of
 
     every, name = left_active(store), clean(module.strip())
-    adapter = adapter_of(port) if any(one.adapter for one in every) else ""
+    adapter = adapter_of(port) if any(left.adapter for left in every) else ""
 
-    def is_here(one: "LeftActive") -> bool:
-        if name and one.known_as.name:
-            return one.known_as.name == name
-        return one.adapter == adapter if one.adapter and adapter else one.port == port
+    def is_here(left: "LeftActive") -> bool:
+        if name and left.known_as.name:
+            return left.known_as.name == name
+        return left.adapter == adapter if left.adapter and adapter else left.port == port
 
     return tuple(filter(is_here, every))
 
@@ -90,8 +90,8 @@ def end_left_active(conversation: "Conversation", store: "Store", args: argparse
         if against:
             notify(tr("This may be another module than {module} ({differences}). Else add --same-module.",
                       module=name, differences=join_names(against)))  # fmt: skip
-        for one in left_here(store, args.port, name) if against == [] else ():
-            if args.same_module or one.known_as.name == name:
-                store.queue.submit(partial(note_locked, store, one, ORIGIN))
+        for left in left_here(store, args.port, name) if against == [] else ():
+            if args.same_module or left.known_as.name == name:
+                store.queue.submit(partial(note_locked, store, left, ORIGIN))
     except StoreTrouble as error:
         notify(error.sentence)

@@ -28,9 +28,9 @@ def choose_port() -> str:
     if len(adapters) > 1:
         names = join_names(port.device for port in adapters)
         raise Refused(tr("There are several adapters: {names}. Give --port.", names=names))
-    found = adapters[0]
-    note(tr("Port {port} ({name})", port=found.device, name=found.description or found.identity))
-    return found.device
+    adapter = adapters[0]
+    note(tr("Port {port} ({name})", port=adapter.device, name=adapter.description or adapter.identity))
+    return adapter.device
 
 
 def refuse_unknown_address(port: str) -> None:

@@ -44,7 +44,7 @@ def differences_from(conversation: Conversation, store: Store, module: str) -> l
 
 
 def store_visit(
-    history: History, module: str, *, port: str, found: IdentityEvidence, is_same_module: bool = False
+    history: History, module: str, *, port: str, evidence: IdentityEvidence, is_same_module: bool = False
 ) -> bool:
     """Store the records of this reading; False if the module may be another one, or the store cannot be used. Errors
     are printed, never raised.
@@ -57,7 +57,7 @@ def store_visit(
     store = open_store_or_notify(tr("Not kept."))
     if store is None:
         return False
-    reading = TriggersReading(history, found.boot_count, found.settings)
+    reading = TriggersReading(history, evidence.boot_count, evidence.settings)
     try:
         with closing(store):
             visit = file_triggers(store, reading, name, port=port, is_same_module=is_same_module)

@@ -96,11 +96,11 @@ def _add_choices(parser: argparse.ArgumentParser, settings: list[str]) -> None:
     for action in parser._actions:
         metavar = action.metavar if isinstance(action.metavar, str) else ""
         if isinstance(action, argparse._SubParsersAction):
-            described = {one.dest for one in action._choices_actions}
-            for name, one in action.choices.items():
+            described = {choice.dest for choice in action._choices_actions}
+            for name, child in action.choices.items():
                 if name not in described:
-                    action._choices_actions.append(action._ChoicesPseudoAction(name, (), one.description))
-                _add_choices(one, settings)
+                    action._choices_actions.append(action._ChoicesPseudoAction(name, (), child.description))
+                _add_choices(child, settings)
         elif "--baud" in action.option_strings:
             action.choices = (*map(str, RATES), AUTO)
         elif metavar == "yes|no" or metavar.startswith("{"):

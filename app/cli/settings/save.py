@@ -48,8 +48,8 @@ def run(args: argparse.Namespace) -> int:
     path = Path(args.file)
     if args.file != STANDARD_OUTPUT and path.exists() and not args.force:
         raise console.Refused(tr("{file} exists: use --force.", file=path))
-    found = read_module(args.port, args.baud)
-    text = text_of(found, args.module or (path.stem if args.file != STANDARD_OUTPUT else found.port))
+    module = read_module(args.port, args.baud)
+    text = text_of(module, args.module or (path.stem if args.file != STANDARD_OUTPUT else module.port))
     if args.file == STANDARD_OUTPUT:
         console.write(text)
     else:
@@ -57,13 +57,13 @@ def run(args: argparse.Namespace) -> int:
             write_whole(path, text.encode())
         except (OSError, ValueError) as error:
             raise console.Refused(not_written(path, error), console.PARTIAL) from error
-        console.note(tr("Settings written to {file}: {count}.", file=path, count=len(found.values)))
-    return notify_missing(found)
+        console.note(tr("Settings written to {file}: {count}.", file=path, count=len(module.values)))
+    return notify_missing(module)
 
 
-def notify_missing(found: ModuleSettings) -> int:
+def notify_missing(module: ModuleSettings) -> int:
     """Print the readable settings that were not read; returns the exit code."""
-    missing = [command.key for command in READABLE_SETTINGS if command.key in found.missing]
+    missing = [command.key for command in READABLE_SETTINGS if command.key in module.missing]
     if not missing:
         return console.SUCCESS
     console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(missing)))
@@ -91,19 +91,19 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     return ModuleSettings(port, rate, reading.boot_count, values, missing)
 
 
-def text_of(found: ModuleSettings, name: str) -> str:
+def text_of(module: ModuleSettings, name: str) -> str:
     """The profile, in English, with its origin as comments."""
-    code = fingerprint(found.values)
+    code = fingerprint(module.values)
     origin = [
         f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",
-        f"Port: {clean(found.port)}, {found.baud_rate} baud",
-        f"Adapter: {clean(adapter_of(found.port))}" if adapter_of(found.port) else "",
-        "SIMULATED MODULE" if found.port.startswith("sim:") else "",
-        f"Boot count: {'unknown' if found.boot_count is None else found.boot_count}",
+        f"Port: {clean(module.port)}, {module.baud_rate} baud",
+        f"Adapter: {clean(adapter_of(module.port))}" if adapter_of(module.port) else "",
+        "SIMULATED MODULE" if module.port.startswith("sim:") else "",
+        f"Boot count: {'unknown' if module.boot_count is None else module.boot_count}",
         f"Settings code: {code.code}" if code.is_complete else "",
-        *(f"{key}: {why}" for key, why in found.missing.items()),
+        *(f"{key}: {why}" for key, why in module.missing.items()),
     ]
-    profile = Profile(name=clean(name, longest=MAX_NAME_LENGTH), settings=found.values)
+    profile = Profile(name=clean(name, longest=MAX_NAME_LENGTH), settings=module.values)
     return "".join(f"# {line}\n" for line in origin if line) + profile_text(profile)
 
 

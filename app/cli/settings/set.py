@@ -55,20 +55,20 @@ def run(args: argparse.Namespace) -> int:
 
 def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     """Read the settings and print what would change; sends queries only."""
-    found = read_module(args.port, args.baud)
-    before = found.values
+    module = read_module(args.port, args.baud)
+    before = module.values
     rows = [(wish.command.key, before.get(wish.command.key), wish.value) for wish in wishes]
     unwritten = {
         key: _result(wanted, old, error=None if old == wanted else "not written: dry run") for key, old, wanted in rows
     }
-    said = [
+    lines = [
         (key, tr("{value}: unchanged", value=typed(wanted)) if old == wanted
          else tr("{value}: not written (dry run)", value=f"{typed(old)} → {typed(wanted)}"))
         for key, old, wanted in rows
     ]  # fmt: skip
     console.emit(args, unwritten, lambda results: {"results": results, "changed": {}, "unread": []},
-                 lambda _: console.columns(said))  # fmt: skip
-    return notify_missing(found)
+                 lambda _: console.columns(lines))  # fmt: skip
+    return notify_missing(module)
 
 
 def _requested_values(words: Sequence[str], profile: str | None) -> list[SettingChange]:
@@ -93,7 +93,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
     heard: list[Written] = []
     begun: list[Command] = []
     report: WriteReport | None = None
-    found: dict[Command, Written] = {}
+    results: dict[Command, Written] = {}
     with (
         records_of(args.port, adapter_of(args.port)) as records,
         connected(args.port, args.baud) as conversation,
@@ -103,7 +103,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
         for wish in wishes:
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
                 # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
-                found[wish.command] = Written(
+                results[wish.command] = Written(
                     command=wish.command, wanted=wish.value, heard=SetReply.UNNEEDED, stands=wish.value, verified=True
                 )
         leave = WriteContext(
@@ -115,23 +115,23 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
             on_written=heard.append,
             on_begun=begun.append,
         )
-        sent = sorted((wish for wish in wishes if wish.command not in found), key=_is_last)
+        sent = sorted((wish for wish in wishes if wish.command not in results), key=_is_last)
         try:
             report = conversation.run(write_all(sent, leave))
         except KeyboardInterrupt:
             _tell_interrupted(WriteReport(results=tuple(unconfirmed(heard))), sent, begun)
             raise
     report = report or WriteReport(results=tuple(unconfirmed(heard)))
-    found |= {result.command: result for result in report.results}
+    results |= {result.command: result for result in report.results}
     for wish in sent:
-        if wish.command not in found:
+        if wish.command not in results:
             verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
             fault = WriteFault.PORT_LOST if wish.command in begun else WriteFault.PORT_LOST_BEFORE
-            found[wish.command] = Written(
+            results[wish.command] = Written(
                 command=wish.command, wanted=wish.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault
             )
     before = {**report.before, "baud_rate": old_rate}
-    return replace(report, before=before, results=tuple(found[wish.command] for wish in wishes)), link.sentence
+    return replace(report, before=before, results=tuple(results[wish.command] for wish in wishes)), link.sentence
 
 
 def _is_last(wish: SettingChange) -> bool:
@@ -171,7 +171,7 @@ def json_of(report: WriteReport) -> dict[str, object]:
         )
     return {
         "results": results,
-        "changed": {one.command.key: {"before": one.before, "after": one.after} for one in report.changed},
+        "changed": {change.command.key: {"before": change.before, "after": change.after} for change in report.changed},
         "unread": [command.key for command in report.unread],
     }
 
@@ -194,8 +194,8 @@ def _result(
 
 def _remarks(report: WriteReport) -> list[str]:
     """Sentences about settings that were not written: changed, or not read."""
-    changed = [f"{one.command.key} {typed(one.before)} → {typed(one.after)}" for one in report.changed]
-    unread = [one.key for one in report.unread]
+    changed = [f"{setting.command.key} {typed(setting.before)} → {typed(setting.after)}" for setting in report.changed]
+    unread = [command.key for command in report.unread]
     return [
         *([tr("Changed without being written: {names}.", names=join_names(changed))] if changed else []),
         *([tr("Could not read: {names}. Read again or check the wiring.", names=join_names(unread))] if unread else []),
