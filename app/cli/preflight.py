@@ -33,7 +33,7 @@ from app.store.store import Store
 from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
 from app.terminal.colours import Colour, coloured
-from app.terminal.command_journal import adapter_of, open_store_or_notify
+from app.terminal.command_journal import adapter_of, closing_store, open_store_or_notify
 from app.terminal.connection import Conversation, LinkTrouble, connected, link_trouble, module_is_silent
 from app.terminal.interruption import Interruption
 from app.terminal.stored_history import may_be_another
@@ -58,16 +58,13 @@ def run(args: argparse.Namespace) -> int:
     if args.report is not None:
         (check_target if is_one else check_set_target)(args.report)
     store = open_store_or_notify(tr("Not kept."))
-    try:
+    with closing_store(store):
         checks = [_PortCheck(args, port, profile, store) for port in ports]
         if not is_one:
             return _check_several(args, checks)
         (check,) = checks
         check.gather()
         filed = check.file()
-    finally:
-        if store is not None:
-            store.close()
     code = _conclude(args, filed, check.trouble, args.report)
     return console.ANSWER_NO if check.is_refused and code == console.SUCCESS else code
 

@@ -77,12 +77,19 @@ def adapter_of(port: str) -> str:
 
 
 @contextmanager
-def records_of(port: str, adapter: str = "") -> Iterator[Records]:
-    opened = _opened()
-    store = None if isinstance(opened, StoreTrouble) else opened
+def closing_store(store: Store | None) -> Iterator[None]:
+    """Of what is to be logged; what could not be written in time is said."""
     try:
-        known_as = KnownAs(run=new_run())
-        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter, known_as=known_as), store, port)
+        yield
     finally:
         if store is not None and store.close():
             notify(tr("The audit log is incomplete."))
+
+
+@contextmanager
+def records_of(port: str, adapter: str = "") -> Iterator[Records]:
+    opened = _opened()
+    store = None if isinstance(opened, StoreTrouble) else opened
+    known_as = KnownAs(run=new_run())
+    with closing_store(store):
+        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter, known_as=known_as), store, port)

@@ -9,7 +9,6 @@ that are left. Exit code 0 if all names are given, 1 if not, 4 if a file could n
 import argparse
 import time
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -28,7 +27,7 @@ from app.store.store import Store, open_store
 from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
 from app.terminal.colours import Colour, LargeLine, coloured
-from app.terminal.command_journal import adapter_of
+from app.terminal.command_journal import adapter_of, closing_store
 from app.terminal.connection import Conversation, LinkTrouble, connected
 from app.terminal.interruption import Interruption
 from app.terminal.setting_words import typed
@@ -52,7 +51,8 @@ def run(args: argparse.Namespace) -> int:
     if not args.enable_triggers and not batch.enables_triggers:
         return console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
-    with closing(open_store()) as store:
+    store = open_store()
+    with closing_store(store):
         bench = Bench(batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new,
                       accepted=frozenset(batch.changes if args.accept_risk else ()))  # fmt: skip
         trouble: BaseException | None = None

@@ -12,7 +12,7 @@ from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
-from app.store.store import open_store
+from app.store.store import Store, open_store
 from app.system.folders import data_folder
 from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, run_here
@@ -147,3 +147,11 @@ def test_without_an_audit_log_it_is_ready_and_not_activated(
     assert printed.out.startswith("READY")
     assert "Nothing was sent" in printed.err
     assert "activation" not in _sets(wire)
+
+
+def test_an_audit_log_that_is_not_written_in_time_is_said(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    close = Store.close
+    monkeypatch.setattr(Store, "close", lambda store: close(store) + 1)
+    assert "The audit log is incomplete." in run_here(capsys, [*ACTIVATE, "--port", port]).err
