@@ -25,8 +25,8 @@ _LEFT_BUTTON: Final = Qt.MouseButton.LeftButton
 class Scene(pg.GraphicsScene):  # type: ignore[misc]
     """Without hover events of pyqtgraph's own, which nothing here uses and which take long with each move."""
 
-    def sendHoverEvents(self, *_: object) -> None:
-        pass
+    def sendHoverEvents(self, *_: object, **_options: object) -> None:
+        """With options where the mouse leaves."""
 
 
 class Front(pg.ViewBox):  # type: ignore[misc]

@@ -3,7 +3,7 @@
 from unittest.mock import Mock
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
@@ -111,6 +111,13 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     assert bench.lane.scale[:2] == (0, 90)
     qtbot.keyClick(view, Qt.Key.Key_Tab)
     assert not view.hasFocus()
+
+
+def test_the_mouse_leaves_the_plots(bench: Bench) -> None:
+    """An error in here ended the program: Qt calls it while Python handles the event."""
+    for widget in (bench.view.viewport(), bench.view):
+        for kind in (QEvent.Type.Enter, QEvent.Type.Leave):
+            QApplication.sendEvent(widget, QEvent(kind))
 
 
 def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
