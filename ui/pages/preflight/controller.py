@@ -213,8 +213,6 @@ class PreflightController(QObject):
         """Another module may be connected: discard the check, a running one too."""
         self._filing.cancel()
         self._reread_timer.stop()
-        self._job.drop()
-        self._rereading.drop()
         self._by_verdict.clear()
         self._evidence, self._log = Evidence(), FrameLog()
         self.filed = self.void = self.trouble = None
