@@ -44,7 +44,6 @@ ROOMS = (
     "app/flight_logs",
     "app/flight_analysis",
     "app/simulator",
-    "app/simulator/servers",
     "app/port_urls",
     "app/terminal",
     "app/cli",

@@ -32,9 +32,9 @@ from app.settings.profiles import NO_PROFILE, Profile
 from app.store.store import Store
 from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
-from app.terminal.colours import Colour, coloured
 from app.terminal.command_journal import adapter_of, closing_store, open_store_or_notify
 from app.terminal.connection import Conversation, LinkTrouble, connected, link_trouble, module_is_silent
+from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
 from app.terminal.stored_history import may_be_another
 from app.text.i18n import tr

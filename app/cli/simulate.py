@@ -10,9 +10,7 @@ from types import FrameType
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.servers.endpoint import Endpoint, Loop
-from app.simulator.servers.pty_server import PtyEndpoint
-from app.simulator.servers.tcp_server import TcpEndpoint
+from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
 from app.simulator.setup import OPTIONS, Group, Option, Setup, default_text, parse_value
 from app.terminal import console
 from app.terminal.arguments import expected

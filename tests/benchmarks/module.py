@@ -16,8 +16,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.servers.endpoint import Loop
-from app.simulator.servers.pty_server import PtyEndpoint
+from app.simulator.endpoints import Loop, PtyEndpoint
 from app.simulator.setup import Setup, parse_options
 from protocol.catalogue import LOCK
 from tests.support.processes import ENVIRONMENT, ROOT

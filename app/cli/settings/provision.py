@@ -26,9 +26,9 @@ from app.store.database import StoreTrouble
 from app.store.store import Store, open_store
 from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
-from app.terminal.colours import Colour, LargeLine, coloured
 from app.terminal.command_journal import adapter_of, closing_store
 from app.terminal.connection import Conversation, LinkTrouble, connected
+from app.terminal.console import Colour, LargeLine, coloured
 from app.terminal.interruption import Interruption
 from app.terminal.setting_words import typed
 from app.text.i18n import tr

@@ -23,9 +23,9 @@ from app.safety.interlocks import Interlock, Refusal
 from app.safety.permit import Origin, Permit
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
-from app.terminal.colours import Colour, coloured
 from app.terminal.command_journal import adapter_of, records_of
 from app.terminal.connection import LinkTrouble, connected
+from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr

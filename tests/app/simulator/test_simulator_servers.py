@@ -20,8 +20,7 @@ from app.cli import simulate
 from app.cli.commands import BY_NAME
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
-from app.simulator.servers.endpoint import Endpoint, Loop
-from app.simulator.servers.tcp_server import TcpEndpoint
+from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
 from app.simulator.setup import OPTIONS
 from app.terminal.console import Refused
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
@@ -72,7 +71,7 @@ def test_tcp_streams() -> None:
 
 
 def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
-    from app.simulator.servers.pty_server import PtyEndpoint
+    from app.simulator.endpoints import PtyEndpoint
 
     return PtyEndpoint(link, baud_rate=baud_rate)
 

@@ -10,7 +10,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.simulator.bench import SimulatedBench
-from app.simulator.servers.tcp_server import TcpEndpoint
+from app.simulator.endpoints import TcpEndpoint
 from app.store.database import FILE_NAME
 from app.store.left_active import left_active
 from app.store.store import open_store

@@ -1,1 +1,0 @@
-"""The simulated module on a pseudo-terminal and on TCP."""
