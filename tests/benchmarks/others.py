@@ -143,12 +143,12 @@ def draw_ours(length_s: float, rate_hz: int, draws: int) -> list[float]:
     plot = TimePlot(lanes(data, LimitsInUse()), Texts(), wall_offset_s=0.0)
     plot.resize(_WIDTH, _HEIGHT)
     plot.show()
-    plot.sight.choose_length(length_s)
+    plot.time_range.choose_length(length_s)
     app.processEvents()
     took = []
     now_s = float(times[-1])
     for _ in range(draws):
-        now_s += plot.sight.pixel_s
+        now_s += plot.time_range.pixel_s
         data.tilt.append(np.array([now_s]), np.array([40.0]))
         data.acceleration.append(np.array([now_s]), np.array([1.0]))
         began = time.process_time()

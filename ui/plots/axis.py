@@ -1,17 +1,16 @@
-"""The axes of the time plots: labels of pyqtgraph, kept as pictures, which makes a redraw six times as fast."""
+"""The axes of the plots: labels of pyqtgraph that never touch each other."""
 
 import math
 import time
-from collections.abc import Iterable
-from typing import Final
+from typing import Any, Final
 
 import pyqtgraph as pg
-from PySide6.QtGui import QColor, QFontMetricsF, QPen
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem
 
 from app.text.i18n import tr
-from ui.plots.lanes import Tick
-from ui.style.theme import Size, current, font
+from ui.style.theme import Size, current, font, scaled
 
 # Distances between ticks, in seconds.
 _STEPS_S: Final = (
@@ -25,63 +24,85 @@ _GAP_PX: Final = 4
 
 
 class LabelAxis(pg.AxisItem):  # type: ignore[misc]
-    """An axis of labels only."""
+    """An axis of labels only. It is kept as a picture, which makes a redraw six times as fast, unless its width follows
+    its labels: those would be cut off."""
 
     def __init__(self, side: str, view: pg.ViewBox, *, is_cached: bool = True) -> None:
         super().__init__(side, linkView=view)
         self.enableAutoSIPrefix(False)
-        self.setStyle(tickLength=0, tickAlpha=0, hideOverlappingLabels=_MARGIN_PX, autoExpandTextSpace=False)
+        self.setStyle(tickLength=0, tickAlpha=0, autoExpandTextSpace=False, maxTickLevel=0)
+        self._taken = QRectF()
         if is_cached:
             self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
-
-    def show_labels(self, labels: list[Tick]) -> None:
-        """Making the picture of an axis takes as long as a redraw of all lanes."""
-        if [labels] != self._tickLevels:
-            self.setTicks([labels])
 
     def apply_theme(self, line: QPen | None) -> None:
         self.setTickFont(font(Size.SMALL))
         self.setTextPen(QColor(current().muted))
         self.setPen(line)
 
+    def boundingRect(self) -> QRectF:
+        """Also for labels beyond its ends; that of pyqtgraph takes longer than drawing them."""
+        x, y = (0, _MARGIN_PX) if self.orientation == "left" else (_MARGIN_PX, 0)
+        return QRectF(self.rect()).adjusted(-x, -y, x, y)
 
-def times(length_s: float, most: int, end_wall_s: float | None = None) -> list[Tick]:
-    """At most as many ticks, counted back from the end of a span; with that end in seconds since 1970, at round times
-    of day."""
-    step_s = next((step for step in _STEPS_S if length_s / step <= most), _STEPS_S[-1])
-    decimals = max(0, math.ceil(-math.log10(step_s) - 1e-9)) if step_s < 1 else 0
-    end_s = end_wall_s or 0.0
-    numbers = range(math.ceil((end_s - length_s) / step_s - 1e-6), math.floor(end_s / step_s + 1e-6) + 1)
-    if end_wall_s is None:
-        return [(n * step_s, _ago(-n * step_s, step_s, decimals)) for n in numbers]
-    return [(n * step_s - end_s, clock_text(n * step_s, decimals)) for n in numbers]
+    def keep_off(self, room: QRectF) -> None:
+        """Shows no label that would touch a room in the scene."""
+        if room != self._taken:
+            self._taken, self.picture = room, None
+            self.update()
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        return [text.replace("-", "−") for text in super().tickStrings(values, scale, spacing)]
+
+    def generateDrawSpecs(self, painter: QPainter) -> Any:
+        """Leaves out labels that would touch others: the last one is the most important, then those from the first
+        on. At the left end it would touch those of the axis there: that of the very beginning is moved."""
+        specs = super().generateDrawSpecs(painter)
+        if specs is None:
+            return None
+        line, ticks, labels = specs
+        rooms, shown = [self.mapRectFromScene(self._taken)], []
+        for room, flags, text in (*labels[-1:], *labels[:-1]):
+            if self.orientation == "bottom" and room.left() < 0:
+                if room.center().x() >= 1:
+                    continue
+                room.moveLeft(0.0)
+            around = room.adjusted(-_GAP_PX / 2, -1, _GAP_PX / 2, 1)
+            if not any(around.intersects(other) for other in rooms):
+                rooms.append(around)
+                shown.append((room, flags, text))
+        return line, ticks, shown
 
 
-def fitting_times(
-    ticks: Iterable[Tick], length_s: float, second_px: float, taken: Iterable[tuple[float, float]]
-) -> list[Tick]:
-    """The ticks whose labels have room; that at the very beginning is moved for it. `taken` as below."""
-    metrics, begin_s = QFontMetricsF(font(Size.SMALL)), -length_s
-    moved = []
-    for time_s, label in ticks:
-        half_s = (metrics.horizontalAdvance(label) + _GAP_PX) / 2 / second_px
-        moved.append((begin_s + half_s if time_s < begin_s + 1 / second_px else time_s, label))
-    return apart_from_each_other(moved, second_px, [(-math.inf, begin_s * second_px - 0.5), *taken])
+class TimeAxis(LabelAxis):
+    """Seconds before the end of the time span, or times of day."""
 
+    def __init__(self, view: pg.ViewBox) -> None:
+        super().__init__("bottom", view)
+        self._end_wall_s: float | None = None
+        self._shown: object = None
+        self._times: list[float] = []
 
-def apart_from_each_other(
-    labels: Iterable[Tick], unit_px: float, taken: Iterable[tuple[float, float]] = ()
-) -> list[Tick]:
-    """Those of `labels`, the most important first, that touch none before them and no place that is `taken`, in pixels
-    from the zero of the axis; `unit_px` is its scale."""
-    metrics, rooms, shown = QFontMetricsF(font(Size.SMALL)), list(taken), list[Tick]()
-    for place, label in labels:
-        half = (metrics.horizontalAdvance(label) + _GAP_PX) / 2
-        left, right = place * unit_px - half, place * unit_px + half
-        if all(right <= other_left or other_right <= left for other_left, other_right in rooms):
-            rooms.append((left, right))
-            shown.append((place, label))
-    return shown
+    def show_span(self, length_s: float, end_wall_s: float | None) -> list[float]:
+        """`end_wall_s`: the end of the span in seconds since 1970, for times of day. Returns the times of the ticks."""
+        shown = length_s, end_wall_s, self.width(), scaled(Size.SMALL)
+        if shown != self._shown:
+            self._shown, self._end_wall_s, self.picture = shown, end_wall_s, None
+            self._times = self.tickValues(-length_s, 0.0, self.width())[0][1]
+            self.update()
+        return self._times
+
+    def tickSpacing(self, begin_s: float, end_s: float, _size: float) -> list[tuple[float, float]]:
+        """As many as there is room for, at round times."""
+        most = max(2, int(self.width() / QFontMetricsF(font(Size.SMALL)).horizontalAdvance("00:00:00.000")))
+        step_s = next((step for step in _STEPS_S if int((end_s - begin_s) / step) <= most), _STEPS_S[-1])
+        return [(step_s, -(self._end_wall_s or 0.0) % step_s)]
+
+    def tickStrings(self, values: list[float], _scale: float, step_s: float) -> list[str]:
+        decimals = max(0, math.ceil(-math.log10(step_s) - 1e-9)) if step_s < 1 else 0
+        if self._end_wall_s is None:
+            return [_ago(-value, step_s, decimals) for value in values]
+        return [clock_text(self._end_wall_s + value, decimals) for value in values]
 
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:

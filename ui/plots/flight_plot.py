@@ -92,8 +92,8 @@ class FlightPlot(QWidget):
     def look_at(self, moment_s: float) -> None:
         """Shows the seconds around a moment."""
         if self.plot is not None:
-            self.plot.sight.choose_length(_WINDOW_S)
-            self.plot.sight.show_instant(moment_s)
+            self.plot.time_range.choose_length(_WINDOW_S)
+            self.plot.time_range.show_instant(moment_s)
 
     def retranslate(self) -> None:
         if self._path is not None:
@@ -124,7 +124,7 @@ class FlightPlot(QWidget):
     def _save_picture(self) -> None:
         if self.plot is None:
             return
-        drawing, image = self.plot.svg(), self.plot.picture().toImage()
+        drawing, image = self.plot.canvas.svg(), self.plot.canvas.grab().toImage()
 
         def save(path: Path) -> None:
             self._save(path, iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image))
@@ -134,7 +134,7 @@ class FlightPlot(QWidget):
     def _save_values(self, log: FlightLog) -> None:
         if self.plot is None:
             return
-        span = self.plot.sight.span
+        span = self.plot.time_range.span
         save = partial(self._save, parts=values_csv(log, span))
         self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"), save)
 

@@ -4,36 +4,28 @@ Times are drawn relative to the end of the span, so that the range of the view, 
 the curve moves below them.
 """
 
-import math
-from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF, QPainter, QTransform
-from PySide6.QtWidgets import (
-    QGraphicsItem,
-    QGraphicsScene,
-    QGraphicsSceneMouseEvent,
-    QStyleOptionGraphicsItem,
-    QWidget,
-)
+from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QStyleOptionGraphicsItem, QWidget
 
 from app.samples.ring_buffers import Envelope
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from ui.plots.axis import LabelAxis
-from ui.plots.lanes import Lane, Limit, Scale, Span, Tick, fitting_scale, value_text
-from ui.plots.words import PAD_PX, Words, apart
+from ui.plots.lanes import Lane, Limit, Scale, Span, fitting_scale, value_text
+from ui.plots.overlay import Overlay, apart
 from ui.style.painted_widget import pen
 from ui.style.theme import Size, current, font
 
 _MAX_BUCKETS: Final = 1000
 # One and a half logical pixels at 200 %; more would take longer than a person notices.
 _MAX_PX: Final = 3
-_EDGE_PX: Final = 2
+EDGE_PX: Final = 2
 """Of the view around the box, so that lines on its edge are whole."""
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
@@ -65,7 +57,7 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
 class Curve(pg.PlotCurveItem):  # type: ignore[misc]
     """Lines somewhere in `bounds`, which is the view: to look for their own takes long."""
 
-    line_px = 0
+    line_px = 1
     """Lines of one pixel side by side, which are far cheaper than a wider pen."""
 
     def __init__(self) -> None:
@@ -85,23 +77,6 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
         for x, y in ((1, 0), (0, 1)) * (min(_MAX_PX, round(self.line_px * ratio)) - 1):
             painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(x / ratio, y / ratio))
             painter.drawPath(path)
-
-
-class ValueAxis(LabelAxis):
-    """Labels at the left of a lane, which zoom it when they are dragged."""
-
-    dragged = Signal(float)
-    """By so many pixels, downwards if positive."""
-    double_clicked = Signal()
-
-    def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        event.setAccepted(event.button() == Qt.MouseButton.LeftButton)
-
-    def mouseMoveEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        self.dragged.emit(event.pos().y() - event.lastPos().y())
-
-    def mouseDoubleClickEvent(self, _event: QGraphicsSceneMouseEvent) -> None:
-        self.double_clicked.emit()
 
 
 class _Segment(NamedTuple):
@@ -173,14 +148,11 @@ class LaneView:
         self._least_scale = 0
         self._span = Span(-1.0, 0.0)
         self._range: object = None
-        self._grid: object = None
+        """What range and grid depend on."""
         self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
         self.view.disableAutoRange()
         self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
-        self.values = ValueAxis("left", self.view)
-        self.values.setCursor(Qt.CursorShape.SizeVerCursor)
-        self.values.dragged.connect(lambda way_px: self.zoom(1.01**way_px))
-        self.values.double_clicked.connect(lambda: self.fit(is_chosen_too=True))
+        self.values = LabelAxis("left", self.view)
         self.curve, self.grid = Curve(), Curve()  # the grid of an axis would be a picture as large as the lane
         self.limits = [LimitLine(limit, limit.steps) for limit in lane.limits]
         self.limits += [LimitLine(limit, limit.stale) for limit in lane.limits if limit.stale is not None]
@@ -202,18 +174,16 @@ class LaneView:
         for line in self.limits:
             line.apply_theme(ratio)
 
-    def place(self, box: QRectF, title_top: float) -> None:
-        """Puts the lane at `box`, with the labels of its values at the left."""
-        self.box, self.title_top = box, title_top
-        whole = box.adjusted(0, -_EDGE_PX, _EDGE_PX, _EDGE_PX)
-        self.values.setWidth(box.left())
-        self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
-        self.view.setGeometry(whole)
-        self._range = None
-
-    def set_visible(self, is_visible: bool) -> None:
+    def place(self, box: QRectF | None) -> None:
+        """Puts the lane at `box`, with the labels of its values at the left; None: hides it."""
         for item in (self.view, self.values):
-            item.setVisible(is_visible)
+            item.setVisible(box is not None)
+        if box is not None:
+            self.box, self._range = box, None
+            whole = box.adjusted(0, -EDGE_PX, EDGE_PX, EDGE_PX)
+            self.values.setWidth(box.left())
+            self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
+            self.view.setGeometry(whole)
 
     def fit(self, *, is_chosen_too: bool = False) -> None:
         """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
@@ -228,7 +198,7 @@ class LaneView:
         half = min(max(half, (whole.high - whole.low) / 1000), whole.high - whole.low)
         self._chosen = Scale(middle - half, middle + half, 0.0)
 
-    def draw(self, span: Span, ticks: Sequence[Tick]) -> None:
+    def draw(self, span: Span, times: list[float]) -> None:
         """Draws curve and limits of a time span, grows the scale where it must, and lines at these times."""
         lane, self._span = self.lane, span
         envelope = lane.series.decimated(*span, min(_MAX_BUCKETS, max(50, int(self.box.width()))))
@@ -246,41 +216,26 @@ class LaneView:
         fitting = fitting_scale(lane.scales[self._least_scale :], min(seen), max(seen))
         self._least_scale = lane.scales.index(fitting)
         self.scale = self._chosen or fitting
-        if (self.scale, span.length_s) != self._range:
-            self._range, self._grid = (self.scale, span.length_s), None
-            self._set_range()
-        if ticks != self._grid:
-            self._grid = ticks
-            across = [place for value, _ in self._value_ticks for place in ((-span.length_s, value), (0.0, value))]
-            down = [(time_s, end) for time_s, _ in ticks for end in self.scale[:2]]
-            x, y = np.array(across + down, np.float64).reshape(-1, 2).T
-            self.grid.setData(x, y, connect="pairs")
+        if (self.scale, span.length_s, times) != self._range:
+            self._range = self.scale, span.length_s, times
+            self._draw_grid(times)
 
-    def _set_range(self) -> None:
-        length_s, (low, high, _) = self._span.length_s, self.scale
-        across = _EDGE_PX * length_s / max(1.0, self.box.width())
-        up = _EDGE_PX * (high - low) / max(1.0, self.box.height())
+    def _draw_grid(self, times: list[float]) -> None:
+        length_s, (low, high, step) = self._span.length_s, self.scale
+        across = EDGE_PX * length_s / max(1.0, self.box.width())
+        up = EDGE_PX * (high - low) / max(1.0, self.box.height())
         self.view.setRange(
             xRange=(-length_s, across), yRange=(low - up, high + up), padding=0.0, disableAutoRange=False
         )
         for line in self._lines:
             line.prepareGeometryChange()
             line.bounds = self.view.viewRect()
-        self._value_ticks = self._ticks_of_values()
-        self.values.setTicks([self._value_ticks])
-
-    def _ticks_of_values(self) -> list[Tick]:
-        """Ticks at the steps of the scale; where there is no room, only the ends are labelled."""
-        low, high, step = self.scale
-        if not step:  # set by a person
-            step, values = self.values.tickValues(low, high, max(1.0, self.box.height()))[0]
-        else:
-            values = [low + n * step for n in range(round((high - low) / step) + 1)]
-        line_px, last = QFontMetricsF(font(Size.SMALL)).height(), len(values) - 1
-        decimals = 0 if float(step).is_integer() else max(1, math.ceil(-math.log10(step)))
-        has_room, has_both = self.box.height() >= line_px * last, self.box.height() >= line_px
-        labelled = range(last + 1) if has_room else (0, last) if has_both else (last,)
-        return [(value, value_text(value, decimals) if n in labelled else "") for n, value in enumerate(values)]
+        self.values.setTickSpacing(levels=[(step, 0.0)] if step else None)
+        values = self.values.tickValues(low, high, self.box.height())[0][1]
+        lines = [place for value in values for place in ((-length_s, value), (0.0, value))]
+        lines += [(time_s, end) for time_s in times for end in (low, high)]
+        x, y = np.array(lines, np.float64).reshape(-1, 2).T
+        self.grid.setData(x, y, connect="pairs")
 
     def x(self, time_s: float) -> float:
         """The place of a time in the scene."""
@@ -293,51 +248,33 @@ class LaneView:
 
     # Words
 
-    @property
-    def words_key(self) -> object:
-        """What the words depend on, beside the cursor; places are relative to the end of the span."""
-        return (
-            self.scale,
-            self._wide_gaps(),
-            [part if part.word else part[2:] for line in self.limits for part in line.segments],
-        )
-
-    def _wide_gaps(self) -> list[tuple[float, float]]:
-        """Left and right of the gaps that have room for their word."""
-        if not self.gaps:
-            return []
-        first, last = self.box.left(), self.box.right()
-        least_px = QFontMetricsF(font(Size.SMALL)).horizontalAdvance(tr("no data")) + 2 * PAD_PX
-        ends = ((max(first, self.x(gap.start_s)), min(last, self.x(gap.end_s))) for gap in self.gaps)
-        return [(left, right) for left, right in ends if right - left > least_px]
-
-    def name_limits(self, words: Words) -> None:
+    def name_limits(self, overlay: Overlay) -> None:
         """Names the current limits beside the lane, apart from each other."""
-        named = []
-        for line in self.limits:
-            for part in (part for part in line.segments if part.is_current):
-                text = tr(line.limit.label, value=value_text(part.value, line.limit.decimals))
-                named.append((self.y(part.value), words.made(text, line.ink(), is_bold=True)))
-        height = QFontMetricsF(font(Size.SMALL, is_bold=True)).height()
-        middles = apart([y for y, _ in named], height, self.box.top(), self.box.bottom())
-        for middle, (_, word) in zip(middles, named, strict=True):
-            words.put(word, QPointF(self.box.right() + 6, middle - height / 2), is_above=True)
+        lines = [(line, part.value) for line in self.limits for part in line.segments if part.is_current]
+        height = QFontMetricsF(overlay.fonts[True]).height()
+        middles = apart([self.y(value) for _, value in lines], height, self.box.top(), self.box.bottom())
+        for middle, (line, value) in zip(middles, lines, strict=True):
+            text = tr(line.limit.label, value=value_text(value, line.limit.decimals))
+            place = QPointF(self.box.right() + 6, middle - height / 2)
+            overlay.put(text, line.ink(), place, is_bold=True, is_above=True)
 
-    def name_past(self, words: Words) -> None:
+    def name_past(self, overlay: Overlay) -> None:
         """Names past and stale limits at their ends and writes "no data" into gaps, where there is room."""
+        end_s, box = self._span.end_s, self.box
         for line in self.limits:
             for part in (part for part in line.segments if part.word):
-                word = words.made(part.word, line.ink(), is_bold=True)
-                size, right, y = word.boundingRect(), self.x(part.end_s + self._span.end_s), self.y(part.value)
-                if right - self.x(part.start_s + self._span.end_s) > size.width() + 8:
-                    left = right - 4 - size.width()
-                    words.put(word, QPointF(left, y - size.height() - 1), QPointF(left, y + 1))
-        for left, right in self._wide_gaps():
-            word = words.made(tr("no data"), current().text, ground=current().surface)
-            size = word.boundingRect()
-            x = (left + right - size.width()) / 2
-            tops = (self.box.top() + part * self.box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
-            words.put(word, *(QPointF(x, top) for top in tops))
+                size = overlay.size(part.word, is_bold=True)
+                left, y = self.x(part.end_s + end_s) - 4 - size.width(), self.y(part.value)
+                if left > self.x(part.start_s + end_s) + 4:
+                    places = QPointF(left, y - size.height() - 1), QPointF(left, y + 1)
+                    overlay.put(part.word, line.ink(), *places, is_bold=True)
+        for gap in self.gaps:
+            left, right = max(box.left(), self.x(gap.start_s)), min(box.right(), self.x(gap.end_s))
+            size = overlay.size(tr("no data"), is_on_ground=True)
+            if right - left > size.width():
+                tops = (box.top() + part * box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
+                middles = (QPointF((left + right - size.width()) / 2, top) for top in tops)
+                overlay.put(tr("no data"), current().text, *middles, ground=current().surface)
 
     def limit_labels_px(self) -> float:
         """Width of the widest label of a limit."""

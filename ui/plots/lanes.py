@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from app.limits.out_of_limits import Outside
-from app.samples.ring_buffers import Readable
+from app.samples.ring_buffers import Extent, Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from ui.style.icons import Icon
@@ -91,13 +91,20 @@ def value_text(value: float, decimals: int) -> str:
     return f"{value:.{decimals}f}".replace("-", "−")
 
 
-def reading(lane: Lane, at_s: float, span: Span) -> str:
-    """The value at a time with its unit, a range where only that was kept, or "no data"."""
-    near = lane.series.around(at_s, within_s=min(lane.gap_s, max(0.002, span.length_s / 50)))
+class Reading(NamedTuple):
+    """What is read at a time: its text, and the sample."""
+
+    text: str
+    near: Extent | None
+
+
+def reading(lane: Lane, at_s: float) -> Reading:
+    """The value at a time with its unit, a range where only that was kept, or "no data" where no curve is drawn."""
+    near = lane.series.around(at_s, within_s=lane.gap_s / 2)
     if near is None:
-        return tr("no data")
+        return Reading(tr("no data"), None)
     low, high = value_text(near.low, lane.decimals), value_text(near.high, lane.decimals)
     gap = "" if lane.unit == "°" else " "
     text = f"{low}{gap}{lane.unit}" if low == high else f"{low} … {high}{gap}{lane.unit}"
     outside = None if lane.outside is None else lane.outside(near.low, at_s) or lane.outside(near.high, at_s)
-    return text if outside is None else outside.beside(text)
+    return Reading(text if outside is None else outside.beside(text), near)

@@ -14,7 +14,6 @@ from app.text.i18n import tr
 from app.text.sentences import labelled
 from protocol.frame import Reason
 from protocol.translatable import marked
-from ui.plots.axis import apart_from_each_other
 from ui.plots.static_plot import StaticPlot
 from ui.style.theme import Meaning, Theme, current, scaled
 
@@ -73,16 +72,12 @@ class Histogram(StaticPlot):
         heights = np.where(counts, np.maximum(counts, most * _LEAST), 0)
         self.add(_bars(QColor(theme.curves[0]), x=middles, height=heights, width=0.9))
         self.set_range((0.0, len(counts)), (0.0, most * _HEAD))
-        unit_px = self.width() / len(counts)
-        # A share that is wider than its bar must not reach into a higher one.
-        shares = [
-            (middles[n], percent_text(counts[n] / total))
-            for n in np.argsort(-counts, kind="stable")
-            if counts[n] * 20 >= total
-            and (unit_px > scaled(_SHARE_PX) or counts[n] >= counts[max(0, n - 1) : n + 2].max())
-        ]
-        for place, share in apart_from_each_other(shares, unit_px):
-            self.add_text(share, theme.text, (place, heights[int(place)]), (0.5, 1.0))
+        # A share that is wider than its bar must not reach into a higher one, or another share.
+        reach = scaled(_SHARE_PX) * len(counts) // max(1, self.width())
+        for n in np.flatnonzero(counts * 20 >= total).tolist():
+            first = max(0, n - reach)
+            if first + counts[first : n + reach + 1].argmax() == n:
+                self.add_text(percent_text(counts[n] / total), theme.text, (middles[n], heights[n]), (0.5, 1.0))
         bounds = enumerate((one.up_to_ms for one in self._classes), 1)
         self.show_ticks("bottom", [(n, f"{ms:g}") for n, ms in bounds if ms in _TICK_MS])
 

@@ -1,4 +1,4 @@
-"""The canvas of the time plots: lanes below each other in one scene of pyqtgraph, their words, and the keyboard."""
+"""The canvas of the time plots: lanes below each other in one scene of pyqtgraph, mouse and keyboard."""
 
 from collections import deque
 from collections.abc import Hashable, Sequence
@@ -6,18 +6,26 @@ from typing import ClassVar, Final
 
 import pyqtgraph as pg
 from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt
-from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QKeyEvent, QPainter, QPen, QResizeEvent
+from PySide6.QtGui import (
+    QAccessible,
+    QColor,
+    QFontMetricsF,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPen,
+    QResizeEvent,
+    QWheelEvent,
+)
 from PySide6.QtSvg import QSvgGenerator
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsPixmapItem, QGraphicsView
+from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsItem, QGraphicsView, QWidget
 
 from app.text.i18n import tr
-from ui.plots.axis import LabelAxis, ago_text, clock_text, fitting_times, times
-from ui.plots.front import Front, Scene
-from ui.plots.lane_view import LaneView
-from ui.plots.lanes import Lane, Mark, reading
-from ui.plots.sight import Sight
-from ui.plots.words import GAP_PX, Dot, Words, beside
-from ui.style import icons
+from ui.plots.axis import TimeAxis, ago_text, clock_text
+from ui.plots.lane_view import EDGE_PX, LaneView
+from ui.plots.lanes import Lane, Mark, Reading, reading
+from ui.plots.overlay import GAP_PX, ICON_PX, Overlay, beside
+from ui.plots.time_range import TimeRange
 from ui.style.painted_widget import mixed
 from ui.style.theme import Size, current, font
 
@@ -27,54 +35,53 @@ _MIN_LANES: Final = 2
 _MIN_LINES: Final = 2.5
 """Minimum height of a lane in lines of text, below which the labels of limits overlap; one line for the first two
 lanes."""
-_ICON_PX: Final = 14
-_EDGE_PX: Final = 2
-"""Of the view in front around the lanes, for the frame of the focus."""
 _NEAR_PX: Final = 6
 """A mark as near to the cursor is named there."""
+_DRAG_PX: Final = 3
+_LEFT_BUTTON: Final = Qt.MouseButton.LeftButton
 
 
 class PlotView(pg.GraphicsView):  # type: ignore[misc]
-    """Draws what is in `sight`. `wall_offset_s` added to the samples' monotonic time gives seconds since 1970."""
+    """Draws what is in `time_range`. `wall_offset_s` added to the samples' monotonic time gives seconds since 1970.
+
+    Mouse and wheel are handled here and never reach the scene: pyqtgraph's prints errors instead of raising them, and
+    looks for what is below the pointer with each move.
+    """
 
     accessible_role: ClassVar = QAccessible.Role.Chart
 
-    def __init__(self, lanes: Sequence[Lane], sight: Sight, wall_offset_s: float) -> None:
+    def __init__(self, lanes: Sequence[Lane], time_range: TimeRange, wall_offset_s: float) -> None:
         self._is_styled = False
         super().__init__()
-        self.sceneObj = Scene(parent=self)
-        self.setScene(self.sceneObj)
         self.setObjectName("time-plot-canvas")
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         # With marks in sight the least region has hundreds of corners, which costs more than it saves.
         self.setViewportUpdateMode(QGraphicsView.ViewportUpdateMode.FullViewportUpdate)
         self.viewport().setObjectName("time-plot-viewport")
-        self.sight, self.wall_offset_s = sight, wall_offset_s
+        self.viewport().setMouseTracking(True)
+        self.time_range, self.wall_offset_s = time_range, wall_offset_s
         self.marks: deque[Mark] = deque(maxlen=_MAX_MARKS)
         self.shows_clock = False
         self.cursor_time = ""
         """The age and the time of day at the cursor, and the events there."""
-        self.readings: list[str] = []
+        self.readings: list[Reading] = []
         """The values at the cursor, also of lanes that a low window does not show."""
-        self.words, self.cursor_words = Words(self.scene()), Words(self.scene())
-        self.front = Front(sight)
         self.all_lanes = [LaneView(lane, self.scene()) for lane in lanes]
-        for lane_view in self.all_lanes:
-            lane_view.values.dragged.connect(lambda _way_px: sight.changed.emit())
-            lane_view.values.double_clicked.connect(sight.changed.emit)
         self.lanes = self.all_lanes
         """Those in sight: only the first ones where there is no room for all."""
-        self.times = LabelAxis("bottom", self.front)
-        for item in (self.front, self.times):
+        self.bounds = QRectF()
+        """Of all lanes in sight."""
+        self.times, self.overlay = TimeAxis(self.lanes[0].view), Overlay()
+        for item in (self.times, self.overlay):
             self.scene().addItem(item)
         self._drawn: Hashable = None
         """What the last picture depended on; None: it has to be drawn again."""
         self._seen = (0.0, False)
         """The length drawn last, and whether it was live."""
-        self._written: object = None
-        """What the words, beside those at the cursor, depended on when they were written."""
-        self._labelled: object = None
-        """What the labels of the time line depended on when they were chosen."""
+        self._pressed = self._last = QPointF()
+        """Where the mouse was pressed, and where it was last."""
+        self._zoomed: LaneView | None = None
+        """The lane whose axis of values was pressed."""
 
     def apply_theme(self) -> None:
         theme = current()
@@ -102,18 +109,17 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             if room * self.lanes[-1].lane.weight / weights >= least * line:
                 break
         top = 0.0
-        for lane in self.all_lanes:
-            lane.set_visible(lane in self.lanes)
-            if lane in self.lanes:
-                height = round(room * lane.lane.weight / weights)
-                lane.place(QRectF(round(left), top + title, round(right - left), height), top + 2)
-                top += title + height
+        for lane in self.lanes:
+            height = round(room * lane.lane.weight / weights)
+            lane.place(QRectF(round(left), top + title, round(right - left), height))
+            top += title + height
+        for lane in self.all_lanes[len(self.lanes) :]:
+            lane.place(None)
+        self.overlay.setRect(whole)
         self.times.setHeight(line + 4)
-        self.times.setGeometry(QRectF(round(left), top - 1, round(right - left) + 2, line + 4))
-        self.sight.width_px = max(1.0, self.lanes[0].box.width() * self.devicePixelRatioF())
-        boxes = self.lanes[0].box.united(self.lanes[-1].box)
-        self.front.setGeometry(boxes.adjusted(-_EDGE_PX, -_EDGE_PX, _EDGE_PX, _EDGE_PX))
-        self._labelled = self._written = None
+        self.times.setGeometry(QRectF(round(left), top - 1, round(right - left) + EDGE_PX, line + 4))
+        self.bounds = self.lanes[0].box.united(self.lanes[-1].box)
+        self.time_range.width_px = max(1.0, self.bounds.width() * self.devicePixelRatioF())
 
     def fit(self, *, is_chosen_too: bool = False) -> None:
         """Lets the vertical scales shrink with the next draw."""
@@ -132,185 +138,233 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
 
     def _appearance_key(self, now_s: float) -> Hashable:
         """What the picture depends on and may change by itself."""
-        span = self.sight.span_at(now_s)
+        span = self.time_range.span_at(now_s)
         lanes = [lane.lane for lane in self.all_lanes]
         limits = tuple(
             (limit.steps.value, None if limit.stale is None else limit.stale.value)
             for lane in lanes
             for limit in lane.limits
         )
-        if self.sight.is_live:  # new samples are within the last pixel
+        if self.time_range.is_live:  # new samples are within the last pixel
             return span, limits
         newest = (lane.series.last for lane in lanes)
         return span, limits, tuple(None if sample is None else min(sample.time_s, span.end_s) for sample in newest)
 
     def draw(self) -> None:
         """Draws all anew, unless it is hidden."""
-        sight, span, cursor_s = self.sight, self.sight.span, self.sight.cursor_s
+        time_range, span, cursor_s = self.time_range, self.time_range.span, self.time_range.cursor_s
         marks = [mark for mark in self.marks if span.start_s <= mark.time_s <= span.end_s]
-        self.readings = [] if cursor_s is None else [reading(lane.lane, cursor_s, span) for lane in self.all_lanes]
+        self.readings = [] if cursor_s is None else [reading(lane.lane, cursor_s) for lane in self.all_lanes]
         self.cursor_time = "" if cursor_s is None else self._time_text(cursor_s, marks)
         if not self.isVisible():
             self.forget()
             return
-        self._drawn = self._appearance_key(sight.now_s)
-        seen, self._seen = self._seen, (span.length_s, sight.is_live)
-        if seen[0] != span.length_s or sight.is_live > seen[1]:
+        self._drawn = self._appearance_key(time_range.now_s)
+        seen, self._seen = self._seen, (span.length_s, time_range.is_live)
+        if seen[0] != span.length_s or time_range.is_live > seen[1]:
             self.fit()
-        box = self.lanes[-1].box
-        most = max(2, int(box.width() / QFontMetricsF(font(Size.SMALL)).horizontalAdvance("00:00:00.000")))
         # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
-        is_clock = self.shows_clock or not sight.is_live
-        ticks = times(span.length_s, most, span.end_s + self.wall_offset_s if is_clock else None)
+        is_clock = self.shows_clock or not time_range.is_live
+        times = self.times.show_span(span.length_s, span.end_s + self.wall_offset_s if is_clock else None)
         for lane in self.lanes:
-            lane.draw(span, ticks)
-        placed = [(mark, mark.time_s - span.end_s) for mark in marks]
-        written = self.hasFocus(), placed, [lane.words_key for lane in self.lanes]
-        if written != self._written:
-            self._written = written
-            self._write(marks)
-        labelled = ticks, span.length_s, self._write_cursor()
-        if labelled != self._labelled:
-            self._labelled, second_px = labelled, max(1.0, box.width()) / span.length_s
-            self.front.setXRange(-span.length_s - _EDGE_PX / second_px, _EDGE_PX / second_px, padding=0.0)
-            self.times.show_labels(fitting_times(ticks, span.length_s, second_px, labelled[-1]))
+            lane.draw(span, times)
+        self.overlay.clear(self.bounds, has_focus=self.hasFocus())
+        self._write(marks)
+        self.times.keep_off(QRectF() if cursor_s is None else self._write_cursor(cursor_s))
 
     def svg(self) -> bytes:
-        """All as lines and texts, without the pictures that axes and words are kept as. The exporter of pyqtgraph 0.14
-        fails at each path that Qt 6.11 closes."""
+        """All as lines and texts, without the pictures that axes are kept as. The exporter of pyqtgraph 0.14 fails at
+        each path that Qt 6.11 closes."""
         data, drawing = QByteArray(), QSvgGenerator()
         drawing.setOutputDevice(QBuffer(data))
         drawing.setSize(self.size())
         drawing.setResolution(self.logicalDpiX())  # the labels of the axes would be scaled by that
         drawing.setViewBox(self.rect())
-        kept = [item for item in self.scene().items() if item.cacheMode() != QGraphicsItem.CacheMode.NoCache]
-        for item in kept:
-            item.setCacheMode(QGraphicsItem.CacheMode.NoCache)
+        axes = (self.times, *(lane.values for lane in self.all_lanes))
+        for axis in axes:
+            axis.setCacheMode(QGraphicsItem.CacheMode.NoCache)
         painter = QPainter(drawing)
         self.render(painter)
         painter.end()
-        for item in kept:
-            item.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        for axis in axes:
+            axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         return bytes(data.data())
 
     def _time_text(self, cursor_s: float, marks: Sequence[Mark]) -> str:
-        decimals = 1 if self.sight.span.length_s > 3 else 3
+        decimals = 1 if self.time_range.span.length_s > 3 else 3
         text = clock_text(cursor_s + self.wall_offset_s, decimals)
-        if self.sight.is_live:
-            text = f"{ago_text(max(0.0, self.sight.now_s - cursor_s), decimals)} · {text}"
-        near_s = _NEAR_PX * self.devicePixelRatioF() * self.sight.pixel_s
+        if self.time_range.is_live:
+            text = f"{ago_text(max(0.0, self.time_range.now_s - cursor_s), decimals)} · {text}"
+        near_s = _NEAR_PX * self.devicePixelRatioF() * self.time_range.pixel_s
         return " · ".join((text, *(tr(mark.word) for mark in marks if abs(mark.time_s - cursor_s) < near_s)))
+
+    def _title_top(self, lane: LaneView) -> float:
+        return lane.box.top() - QFontMetricsF(self.overlay.fonts[True]).height() - 4
 
     def _write(self, marks: Sequence[Mark]) -> None:
         """The important words first, since none may cover another."""
-        words, theme = self.words, current()
-        words.clear()
-        self.front.setBorder(pg.mkPen(theme.information.ink, width=2) if self.hasFocus() else None)
-        boxes = self.lanes[0].box.united(self.lanes[-1].box)
+        overlay, theme = self.overlay, current()
         for lane in self.lanes:
-            lane.name_limits(words)
-        lefts = [boxes.left(), *self._write_marks(marks)]  # the first title is in the row of the marks
+            lane.name_limits(overlay)
+        first = self.lanes[0].box.left()
+        lefts = [first, *self._write_marks(marks)]  # the first title is in the row of the marks
         for lane in self.lanes:
-            title = words.made(tr(lane.lane.title), lane.ink, is_bold=True)
-            placed = words.put(title, *(QPointF(left, lane.title_top) for left in lefts))
-            if placed is not None:
-                words.put(words.made(lane.lane.unit, theme.muted), QPointF(placed.right() + 6, lane.title_top))
-            lefts = lefts[:1]
+            top = self._title_top(lane)
+            title = overlay.put(tr(lane.lane.title), lane.ink, *(QPointF(left, top) for left in lefts), is_bold=True)
+            if title is not None:
+                overlay.put(lane.lane.unit, theme.muted, QPointF(title.right() + 6, top))
+            lefts = [first]
         for lane in self.lanes:
-            lane.name_past(words)
+            lane.name_past(overlay)
         hidden = ", ".join(tr(lane.lane.title) for lane in self.all_lanes[len(self.lanes) :])
         if hidden:
-            note = words.made(tr("A higher window also shows: {plots}", plots=hidden), theme.muted)
-            place = QPointF(boxes.left(), self.viewport().height() - note.boundingRect().height() - 2)
-            words.put(note, place, is_above=True)
+            note = tr("A higher window also shows: {plots}", plots=hidden)
+            top = self.viewport().height() - overlay.size(note).height() - 2
+            overlay.put(note, theme.muted, QPointF(first, top), is_above=True)
 
     def _write_marks(self, marks: Sequence[Mark]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
-        words, theme, first, end_s = self.words, current(), self.lanes[0], self.sight.span.end_s
-        shown, ends, columns, lines = [], [], set[int](), []
+        overlay, theme, first = self.overlay, current(), self.lanes[0]
+        shown, ends, columns, top = [], [], set[int](), self._title_top(first)
         for mark in sorted(marks, key=lambda mark: (mark.rank, -mark.time_s)):
             x, ink = first.x(mark.time_s), theme.ink(mark.meaning)
             if round(x) not in columns:
                 columns.add(round(x))
                 # Fainter than cursor and curves; mixed, since transparent pens are slow.
-                lines.append((mark.time_s - end_s, ink if theme.line_px > 1 else mixed(ink, theme.surface, 0.4)))
-            icon = QGraphicsPixmapItem(icons.pixmap(mark.icon, _ICON_PX, ink, ratio=self.devicePixelRatioF()))
-            room = words.put(icon, QPointF(x - _ICON_PX / 2, first.title_top))
+                overlay.lines.append((x, ink if theme.line_px > 1 else mixed(ink, theme.surface, 0.4)))
+            room = overlay.put(mark.icon, ink, QPointF(x - ICON_PX / 2, top))
             if room is not None:
                 shown.append((mark, room))
-        self.front.show_marks(lines)
         for mark, room in shown:
-            word = words.made(tr(mark.word), theme.ink(mark.meaning).name(), is_bold=True)
-            fits = room.right() + GAP_PX + 1 + word.boundingRect().width() < self.viewport().width()
-            placed = words.put(word, QPointF(room.right() + GAP_PX + 1, first.title_top)) if fits else None
+            left, word = room.right() + GAP_PX + 1, tr(mark.word)
+            fits = left + overlay.size(word, is_bold=True).width() < self.viewport().width()
+            placed = overlay.put(word, theme.ink(mark.meaning), QPointF(left, top), is_bold=True) if fits else None
             ends.append((placed or room).right() + 2 * GAP_PX)
         return sorted(ends)
 
-    def _write_cursor(self) -> list[tuple[float, float]]:
-        """Its line, the values beside the samples, and the time below. Returns what that takes of the row of the times,
-        in pixels from its end: a label that it covered partly would show another time."""
-        words, theme, cursor_s, span = self.cursor_words, current(), self.sight.cursor_s, self.sight.span
-        if words.shown:
-            words.clear()
-        self.front.show_cursor(None if cursor_s is None else cursor_s - span.end_s)
-        if cursor_s is None:
-            return []
+    def _write_cursor(self, cursor_s: float) -> QRectF:
+        """Its line, the values beside the samples, and the time below. Returns the room of the time: a label that it
+        covered partly would show another one."""
+        overlay, theme = self.overlay, current()
         x, last = self.lanes[0].x(cursor_s), self.lanes[-1].box
-        for lane, value in zip(self.lanes, self.readings, strict=False):
-            near = lane.lane.series.around(cursor_s, within_s=lane.lane.gap_s)
-            if near is not None:
-                dot = Dot(lane.ink)
-                words.put(dot, QPointF(x, lane.y(near.high)) + dot.boundingRect().topLeft(), is_above=True)
-            tag = words.made(value, theme.window, is_bold=True, ground=theme.text)
-            y = lane.box.top() + 12 if near is None else lane.y(near.high) - 14
-            words.put(tag, beside(x, y, tag.boundingRect().size(), lane.box), is_above=True)
-        tag = words.made(self.cursor_time, theme.window, is_bold=True, ground=theme.text)
-        size = tag.boundingRect().size()
-        row = QRectF(last.left(), last.bottom() + 2, self.viewport().width() - last.left(), size.height())
-        room = words.put(tag, beside(x, row.center().y(), size, row), is_above=True)
-        return [] if room is None else [(room.left() - last.right(), room.right() - last.right())]
 
-    # Keyboard
+        def tag(text: str, y: float, within: QRectF) -> QRectF:
+            size = overlay.size(text, is_bold=True, is_on_ground=True)
+            place = beside(x, y, size, within)
+            return overlay.put(text, theme.window, place, is_bold=True, ground=theme.text, is_above=True) or QRectF()
+
+        overlay.lines.append((x, theme.text))
+        for lane, (text, near) in zip(self.lanes, self.readings, strict=False):
+            y = lane.box.top() + 26 if near is None else lane.y(near.high)
+            if near is not None and last.left() <= lane.x(near.time_s) <= last.right():
+                overlay.dots.append((QPointF(lane.x(near.time_s), y), lane.ink))
+            tag(text, y - 14, lane.box)
+        row = QRectF(last.left(), last.bottom() + 2, self.viewport().width() - last.left(), self.times.height())
+        return tag(self.cursor_time, row.center().y(), row)
+
+    # Mouse and keyboard
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        event.setAccepted(event.button() == _LEFT_BUTTON)
+        self._pressed = self._last = event.position()
+        self._zoomed = self._lane_at(event.position())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        place, way, width, cursor = event.position(), event.position() - self._last, self.bounds.width(), None
+        if not event.buttons() & _LEFT_BUTTON:
+            cursor = Qt.CursorShape.ArrowCursor if self._lane_at(place) is None else Qt.CursorShape.SizeVerCursor
+            self.time_range.point(self._part(place) if self.bounds.contains(place) else None)
+        elif self._zoomed is not None:
+            self._zoomed.zoom(1.01 ** way.y())
+            self.time_range.changed.emit()
+        elif (place - self._pressed).manhattanLength() >= _DRAG_PX and way.x():
+            cursor = Qt.CursorShape.ClosedHandCursor
+            self.time_range.pan(-way.x() / width, self._part(place))
+        if cursor is not None:
+            self.viewport().setCursor(cursor)
+        self._last = place
+
+    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+        self.viewport().unsetCursor()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        lane = self._lane_at(event.position())
+        if lane is None:
+            self.time_range.back_to_live()
+        else:
+            lane.fit(is_chosen_too=True)
+            self.time_range.changed.emit()
+
+    def leaveEvent(self, _event: QEvent) -> None:
+        self.time_range.point(None)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zooms with Ctrl, after a click, and where nothing else can be scrolled."""
+        way, is_meant = event.angleDelta(), self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier
+        event.setAccepted(bool(is_meant) or not _page_scrolls(self))
+        if event.isAccepted() and way.x():
+            self.time_range.pan(-way.x() / 1200)
+        elif event.isAccepted():
+            self.time_range.zoom(0.8 ** (way.y() / 120), self._part(event.position()))
+
+    def _part(self, place: QPointF) -> float:
+        """As a part of the width of the lanes."""
+        return min(1.0, max(0.0, (place.x() - self.bounds.left()) / self.bounds.width()))
+
+    def _lane_at(self, place: QPointF) -> LaneView | None:
+        """The lane whose axis of values is there."""
+        return next((lane for lane in self.lanes if lane.values.geometry().contains(place)), None)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        time_range, is_shifted = self.time_range, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        part = 1.0 if time_range.cursor is None else time_range.cursor
+        match event.key():
+            case Qt.Key.Key_Left | Qt.Key.Key_Right:
+                sign = -1 if event.key() == Qt.Key.Key_Left else 1
+                if is_shifted:
+                    time_range.point(part + sign / max(50.0, self.bounds.width() / 4))
+                else:
+                    time_range.pan(sign * 0.1)
+            case Qt.Key.Key_Up | Qt.Key.Key_Down if is_shifted:
+                for lane in self.lanes:
+                    lane.zoom(0.8 if event.key() == Qt.Key.Key_Up else 1.25)
+                time_range.changed.emit()
+            case Qt.Key.Key_Plus | Qt.Key.Key_Equal | Qt.Key.Key_Minus:
+                time_range.zoom(1.25 if event.key() == Qt.Key.Key_Minus else 0.8, part)
+            case Qt.Key.Key_Space:
+                time_range.toggle_pause()
+            case Qt.Key.Key_Home:
+                self.fit(is_chosen_too=True)
+                time_range.changed.emit()
+            case Qt.Key.Key_End:
+                time_range.back_to_live()
+            case _:
+                event.ignore()
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        event.ignore()
+
+    # Qt
 
     def event(self, event: QEvent) -> bool:
         if event.type() == QEvent.Type.DevicePixelRatioChange and self._is_styled:
             self.apply_theme()
         is_handled = bool(super().event(event))
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
-            self.sight.changed.emit()
+            self.time_range.changed.emit()
         return is_handled
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         if self._is_styled:
             self.arrange()
-            self.sight.changed.emit()
+            self.time_range.changed.emit()
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        sight, is_shifted = self.sight, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        part = 1.0 if sight.cursor is None else sight.cursor
-        match event.key():
-            case Qt.Key.Key_Left | Qt.Key.Key_Right:
-                sign = -1 if event.key() == Qt.Key.Key_Left else 1
-                if is_shifted:
-                    sight.point(part + sign / max(50.0, self.lanes[0].box.width() / 4))
-                else:
-                    sight.pan(sign * 0.1)
-            case Qt.Key.Key_Up | Qt.Key.Key_Down if is_shifted:
-                for lane in self.lanes:
-                    lane.zoom(0.8 if event.key() == Qt.Key.Key_Up else 1.25)
-                sight.changed.emit()
-            case Qt.Key.Key_Plus | Qt.Key.Key_Equal | Qt.Key.Key_Minus:
-                sight.zoom(1.25 if event.key() == Qt.Key.Key_Minus else 0.8, part)
-            case Qt.Key.Key_Space:
-                sight.toggle_pause()
-            case Qt.Key.Key_Home:
-                self.fit(is_chosen_too=True)
-                sight.changed.emit()
-            case Qt.Key.Key_End:
-                sight.back_to_live()
-            case _:
-                event.ignore()
 
-    def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        event.ignore()
+def _page_scrolls(view: QWidget) -> bool:
+    above = view.parentWidget()
+    while above is not None:
+        if isinstance(above, QAbstractScrollArea) and above.verticalScrollBar().maximum() > 0:
+            return True
+        above = above.parentWidget()
+    return False

@@ -6,28 +6,35 @@ after the window's first paint.
 
 import time
 from collections.abc import Sequence
+from typing import Final
 
-from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QGuiApplication, QKeySequence, QPixmap
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QGuiApplication, QKeySequence, QResizeEvent
+from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
+from app.text.durations import duration
 from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.plots.header import PlotHeader
 from ui.plots.lanes import Lane, Mark, Span
 from ui.plots.plot_view import PlotView
-from ui.plots.sight import Sight
-from ui.style.theme import Space
-from ui.widgets.controls import named
-from ui.widgets.layouts import in_column
+from ui.plots.time_range import TimeRange
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space, scaled
+from ui.widgets.controls import ChoiceButton, control, named
+from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
+
+_LENGTHS_S: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}
+_LEAST_PX: Final = 144
 
 
 class TimePlot(QWidget):
     """The stack of plots with its controls.
 
     `lanes` from top to bottom. `wall_offset_s` added to the samples' monotonic time gives seconds since 1970. `bounds`
-    are those of a recording; see `Sight`. The page may add controls to `header`.
+    are those of a recording; see `TimeRange`.
     """
 
     save_values_wanted = Signal()
@@ -44,109 +51,171 @@ class TimePlot(QWidget):
     ) -> None:
         super().__init__()
         self.setObjectName("time-plot")
-        self.sight = Sight(bounds)
+        self.time_range = TimeRange(bounds)
         self.reading = ""
         """The values at the cursor in words."""
         self.menu = named(QMenu(self), "time_plot_menu")
         offset_s = time.time() - time.monotonic() if wall_offset_s is None else wall_offset_s
-        self._view = PlotView(lanes, self.sight, offset_s)
-        self._head = PlotHeader(texts, self.sight)
-        self.header, self.pause = self._head.row, self._head.pause
-        in_column(self._head, (self._view, 1), of=self, spacing=Space.XS, margins=0)
-        self.setMinimumHeight(144)
-        texts.bind(self._view.setAccessibleName, "Plots")
-        texts.bind(self._view.setWhatsThis, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
-        self._view.customContextMenuRequested.connect(self._show_menu)
+        self.canvas = PlotView(lanes, self.time_range, offset_s)
+        self._head = PlotHeader(texts, self.time_range)
+        self.pause = self._head.pause
+        in_column(self._head, (self.canvas, 1), of=self, spacing=Space.XS, margins=0)
+        texts.bind(self.canvas.setAccessibleName, "Plots")
+        texts.bind(self.canvas.setWhatsThis, "Arrow keys move, + and − zoom, Shift with arrow keys reads off")
+        self.canvas.customContextMenuRequested.connect(self._show_menu)
         self._head.clock.toggled.connect(self._show_clock_time)
-        self.sight.changed.connect(self._redraw)
+        self.time_range.changed.connect(self._redraw)
         self.apply_theme()
         VisibilityTimer(self, self._redraw, retranslate=self._retranslate, restyle=self.apply_theme)
 
     def be_at(self, wall_offset_s: float) -> None:
         """Sets the offset of wall time for new samples; see the class."""
-        self._view.wall_offset_s = wall_offset_s
-        self._view.forget()
+        self.canvas.wall_offset_s = wall_offset_s
+        self.canvas.forget()
 
     def add_marks(self, marks: Sequence[Mark]) -> None:
         """Adds marks, drawn with the next `draw`."""
         if marks:
-            self._view.marks.extend(marks)
-            self._view.forget()
+            self.canvas.marks.extend(marks)
+            self.canvas.forget()
 
     def reset(self) -> None:
         """Removes all marks and goes back to live, for another module."""
-        self._view.marks.clear()
-        self._view.fit(is_chosen_too=True)
-        self.sight.back_to_live()
+        self.canvas.marks.clear()
+        self.canvas.fit(is_chosen_too=True)
+        self.time_range.back_to_live()
 
     def draw(self, now_s: float) -> None:
         """Draws everything as of a monotonic time."""
-        self.sight.follow(now_s)
+        self.time_range.follow(now_s)
         self._redraw()
-
-    def is_due(self, now_s: float) -> bool:
-        """Whether `draw` would change the picture."""
-        return self._view.is_due(now_s)
 
     def show_age(self, now_s: float) -> None:
         """Updates how far a paused picture is behind, without drawing."""
-        self.sight.follow(now_s)
+        self.time_range.follow(now_s)
         self._head.refresh()
 
-    def fit(self) -> None:
-        """Shows all values vertically."""
-        self._view.fit(is_chosen_too=True)
+    def _fit(self) -> None:
+        self.canvas.fit(is_chosen_too=True)
         self._redraw()
-
-    def picture(self) -> QPixmap:
-        """The plots as a picture."""
-        picture: QPixmap = self._view.grab()
-        return picture
-
-    def svg(self) -> bytes:
-        """The plots as a drawing."""
-        return self._view.svg()
 
     def apply_theme(self) -> None:
         """Applies the theme in use."""
-        self._view.apply_theme()
+        self.setMinimumHeight(scaled(_LEAST_PX))
+        self.canvas.apply_theme()
         self._redraw()
 
     def _retranslate(self) -> None:
-        self._view.arrange()
+        self.canvas.arrange()
         self._redraw()
 
     def _show_clock_time(self, shows_clock: bool, /) -> None:
         """Labels the time line with the time of day, or with seconds before now."""
-        self._view.shows_clock = shows_clock
+        self.canvas.shows_clock = shows_clock
         self._redraw()
 
     def _redraw(self) -> None:
-        self._view.draw()
+        self.canvas.draw()
         values = (
-            f"{tr(lane.lane.title)} {value}"
-            for lane, value in zip(self._view.all_lanes, self._view.readings, strict=False)
+            f"{tr(lane.lane.title)} {reading.text}"
+            for lane, reading in zip(self.canvas.all_lanes, self.canvas.readings, strict=False)
         )
-        self.reading = ", ".join(filter(None, (self._view.cursor_time, *values)))
-        if self._view.hasFocus():
-            self._view.setAccessibleDescription(self.reading)
+        self.reading = ", ".join(filter(None, (self.canvas.cursor_time, *values)))
+        if self.canvas.hasFocus():
+            self.canvas.setAccessibleDescription(self.reading)
         self._head.refresh()
 
     def _show_menu(self, place: QPoint) -> None:
         """Made anew each time, in the language in use."""
-        menu, sight = self.menu, self.sight
+        menu, time_range = self.menu, self.time_range
         menu.clear()
         menu.addAction(tr("Save picture…"), self.save_picture_wanted.emit)
         menu.addAction(tr("Save values…"), self.save_values_wanted.emit)
-        menu.addAction(tr("Copy picture"), lambda: QGuiApplication.clipboard().setPixmap(self.picture()))
+        menu.addAction(tr("Copy picture"), lambda: QGuiApplication.clipboard().setPixmap(self.canvas.grab()))
         menu.addSeparator()
-        fit = menu.addAction(tr("Fit vertically"), self.fit)
+        fit = menu.addAction(tr("Fit vertically"), self._fit)
         fit.setShortcut(QKeySequence(Qt.Key.Key_Home))
-        live = menu.addAction(tr("All") if sight.is_recorded else tr("Live"), sight.back_to_live)
+        live = menu.addAction(tr("All") if time_range.is_recorded else tr("Live"), time_range.back_to_live)
         live.setShortcut(QKeySequence(Qt.Key.Key_End))
-        live.setEnabled(not (sight.is_live or sight.is_whole))
-        if not sight.is_recorded:
+        live.setEnabled(not (time_range.is_live or time_range.is_whole))
+        if not time_range.is_recorded:
             clock = menu.addAction(tr("Time of day"), self._head.clock.toggle)
             clock.setCheckable(True)
             clock.setChecked(self._head.clock.isChecked())
-        menu.popup(self._view.viewport().mapToGlobal(place))
+        menu.popup(self.canvas.viewport().mapToGlobal(place))
+
+
+class PlotHeader(QWidget):
+    """Above the plots: state, time span, pause."""
+
+    def __init__(self, texts: Texts, time_range: TimeRange) -> None:
+        super().__init__()
+        self.setObjectName("time-plot-header")
+        self._time_range, self._texts = time_range, texts
+        self._shown: object = None
+        self._offers_pause: bool | None = None
+        self.chip = named(StateChip(tr("Plots")), "time-plot-state")
+        texts.bind(self.chip.set_caption, "Plots")
+        self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day", picture=Icon.CLOCK,
+                             role="segment", is_checkable=True)  # fmt: skip
+        self._lengths = {length_s: self._segment(length_s) for length_s in _LENGTHS_S}
+        self._whole = control(QToolButton(), texts, "time-plot-whole", "All", key="End", role="segment",
+                              is_checkable=True, slot=time_range.back_to_live)  # fmt: skip
+        self.pause = control(QPushButton(), texts, "time-plot-pause", slot=time_range.toggle_pause)
+        self.pause.setAutoDefault(False)
+        self.row = FlowRow(self, spacing_px=Space.XS)
+        self.row.add(self.chip)
+        self.row.add_right(self.clock, *self._lengths.values(), self._whole, self.pause)
+        self._whole.setVisible(time_range.is_recorded)
+        for button in (self.pause, self.clock):
+            button.setVisible(not time_range.is_recorded)
+
+    def _segment(self, length_s: float) -> QToolButton:
+        return control(ChoiceButton(), self._texts, f"time-plot-window-{length_s:g}", _LENGTHS_S[length_s],
+                       says="Length of the time line", tip="Length of the time line", role="segment",
+                       slot=lambda: self._time_range.choose_length(length_s))  # fmt: skip
+
+    def refresh(self) -> None:
+        """Shows the length in sight and how far it is behind now."""
+        time_range = self._time_range
+        for length_s, segment in self._lengths.items():
+            segment.setChecked(not time_range.is_whole and abs(time_range.span.length_s - length_s) < 1e-6)
+        self._whole.setChecked(time_range.is_whole)
+        if time_range.is_live != self._offers_pause:
+            self._offers_pause = time_range.is_live
+            if time_range.is_live:
+                control(self.pause, self._texts, "time-plot-pause", "Pause", tip="Pause; recording continues",
+                        key="Space", picture=Icon.PAUSE)  # fmt: skip
+            else:
+                control(self.pause, self._texts, "time-plot-pause", "Live", key="End", picture=Icon.TO_LIVE)
+        if time_range.is_recorded:
+            self._show_state(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
+            return
+        self.chip.setVisible(not time_range.is_live)  # the title of the page says it
+        if time_range.is_live:
+            self._show_state(tr("live"), tr("live"), Icon.LIVE, None)
+        else:
+            behind = tr("paused, {time} behind", time=duration(max(0.0, time_range.now_s - time_range.span.end_s)))
+            self._show_state(behind, tr("paused"), Icon.PAUSE, Meaning.ATTENTION)
+
+    def _show_state(self, whole: str, short: str, picture: Icon, meaning: Meaning | None) -> None:
+        """Shows the whole text if the row has room for it, else the short one, else only the icon."""
+        if (whole, self.width()) == self._shown:
+            return
+        self._shown = whole, self.width()
+        self.chip.show_state(whole, picture, meaning)
+        spoken = self.chip.accessibleName()
+        for word in (short, ""):
+            if not self.isVisible() or self.row.sizeHint().width() <= self.width():
+                break
+            self.chip.show_state(word, picture, meaning)
+        self.chip.announce(spoken, name=f"{tr('Plots')}: {short}")  # without the delay, which changes all the time
+        self.chip.setToolTip(spoken)
+
+    def minimumSizeHint(self) -> QSize:
+        """No minimum width: the text of the state never makes the page wider."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._shown = None  # the text may fit now, or no longer

@@ -222,7 +222,7 @@ def test_a_recording_marks_them_under_the_cursor(
         desk.storage.recordings.open(desk.library.entries()[0])
         desk.until(lambda: desk.live.recording is not None)
         plot, panel = desk.live.plot, desk.live.panel
-        plot.sight.show_instant(1005.0)
+        plot.time_range.show_instant(1005.0)
         desk.live.refresh()
         bay_open, low = ("伞仓打开", "电压低") if is_chinese else ("bay open", "low")
         assert panel.light.meaning is panel.cell.meaning is Meaning.ATTENTION

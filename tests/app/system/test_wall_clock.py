@@ -81,7 +81,7 @@ def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QAppl
         assert bench.page.data.tilt.last == (1000.02, 9.0)
         assert len(bench.page.data.tilt) == 1
         assert bench.page._origin().wall_offset_s == clock.wall_offset_s
-        assert bench.page.plot._view.wall_offset_s == clock.wall_offset_s
+        assert bench.page.plot.canvas.wall_offset_s == clock.wall_offset_s
 
 
 def last_of(bench: Bench) -> Batch:

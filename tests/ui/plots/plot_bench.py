@@ -2,13 +2,9 @@
 
 import numpy as np
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtGui import QPainter, QPicture, QWheelEvent
 from PySide6.QtWidgets import (
     QApplication,
-    QGraphicsEllipseItem,
-    QGraphicsItem,
-    QGraphicsPixmapItem,
-    QGraphicsSimpleTextItem,
     QLineEdit,
     QPushButton,
     QScrollArea,
@@ -22,11 +18,13 @@ from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
 from tests.support.window.steps import find
 from ui.core.texts import Texts
+from ui.plots.axis import LabelAxis
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Scale, Span
+from ui.plots.overlay import Shown
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
-from ui.style import icons, theme
+from ui.style import theme
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 from ui.widgets.readout import StateChip
@@ -36,10 +34,13 @@ LEFT = Qt.MouseButton.LeftButton
 NONE, CONTROL = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ControlModifier
 
 
-def text_of(item: QGraphicsItem) -> str:
-    """The text of a word, also of one on a ground."""
-    words = [one for one in (item, *item.childItems()) if isinstance(one, QGraphicsSimpleTextItem)]
-    return "".join(word.text() for word in words)
+def labels_of(axis: LabelAxis) -> list[tuple[str, QRectF]]:
+    """What an axis shows, and where on it."""
+    picture = QPicture()
+    painter = QPainter(picture)
+    _, _, labels = axis.generateDrawSpecs(painter)
+    painter.end()
+    return [(text, room) for room, _, text in sorted(labels, key=lambda label: label[0].left())]
 
 
 class Bench:
@@ -96,33 +97,34 @@ class Bench:
         return chip.word
 
     @property
-    def written(self) -> list[tuple[QGraphicsItem, QRectF]]:
-        """Words, grounds of words and icons in the plots, the most important first, and where they are."""
-        return [(item, item.sceneBoundingRect()) for item in self.view.words.shown]
+    def written(self) -> list[Shown]:
+        """Words and icons in the plots, the most important first."""
+        return self.view.overlay.shown
 
     @property
     def words(self) -> dict[str, QRectF]:
         """What is written into the plots, and where."""
-        items = [*self.view.words.shown, *self.view.cursor_words.shown]
-        return {text_of(item): item.sceneBoundingRect() for item in items if text_of(item)}
+        return {shown.what: shown.room for shown in self.written if isinstance(shown.what, str)}
 
     @property
     def dots(self) -> list[QPointF]:
         """Those at the cursor."""
-        items = self.view.cursor_words.shown
-        return [item.sceneBoundingRect().center() for item in items if isinstance(item, QGraphicsEllipseItem)]
+        return [place for place, _ in self.view.overlay.dots]
+
+    @property
+    def times(self) -> list[str]:
+        """The labels below the plots."""
+        return [text for text, _ in labels_of(self.view.times)]
 
     def icon(self, icon: Icon, meaning: Meaning) -> QRectF | None:
         """Where the icon of a mark is."""
-        key = icons.pixmap(icon, 14, theme.current().ink(meaning), ratio=self.view.devicePixelRatioF()).cacheKey()
-        pictures = ((item, room) for item, room in self.written if isinstance(item, QGraphicsPixmapItem))
-        return next((room for item, room in pictures if item.pixmap().cacheKey() == key), None)
+        ink = theme.current().ink(meaning)
+        return next((shown.room for shown in self.written if (shown.what, shown.ink) == (icon, ink)), None)
 
     @property
     def lines(self) -> list[float]:
         """The places of the lines of marks and cursor, across."""
-        visible = (line for line in (*self.view.front.marks, self.view.front.cursor_line) if line.isVisible())
-        return [self.view.front.mapViewToScene(QPointF(line.value(), 0)).x() for line in visible]
+        return [x for x, _ in self.view.overlay.lines]
 
     def button(self, name: str) -> QPushButton | QToolButton:
         button = self.plot.findChild(QPushButton, name) or self.plot.findChild(QToolButton, name)

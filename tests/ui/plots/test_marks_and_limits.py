@@ -3,18 +3,18 @@
 from itertools import combinations, pairwise
 
 import pytest
-from PySide6.QtCore import QPointF
+from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QApplication, QGraphicsScene, QGraphicsSimpleTextItem
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
 from tests.support.window.steps import find
-from tests.ui.plots.plot_bench import NOW_S, Bench, text_of
+from tests.ui.plots.plot_bench import NOW_S, Bench
 from ui.plots.lanes import Lane, Mark, Scale
+from ui.plots.overlay import Overlay, apart
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
-from ui.plots.words import Words, apart
 from ui.style import appearance, theme
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
@@ -69,8 +69,8 @@ def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
     for seconds in range(0, 30, 3):
         bench.plot.draw(NOW_S + seconds)
         count += len({"no data", "stale"} & set(bench.words))
-        for (one, room), (other, other_room) in combinations(bench.written, 2):
-            assert not room.intersects(other_room), (text_of(one), text_of(other))
+        for first, second in combinations(bench.written, 2):
+            assert not first.room.intersects(second.room), (first.what, second.what)
     assert {"Tilt", "Acceleration"} <= set(bench.words)
     assert count > 10
 
@@ -85,17 +85,17 @@ def test_labels_of_limits_never_overlap(places: list[float]) -> None:
 
 
 def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
-    words = Words(QGraphicsScene())
-    first, second, third = (words.made(text, LIGHT.muted) for text in ("first", "second", "third"))
-    assert words.put(first, QPointF(0, 0))
-    below = words.put(second, QPointF(1, 1), QPointF(1, 40))
+    overlay = Overlay()
+    overlay.clear(QRectF(), has_focus=False)
+    assert overlay.put("first", LIGHT.muted, QPointF(0, 0))
+    below = overlay.put("second", LIGHT.muted, QPointF(1, 1), QPointF(1, 40))
     assert below is not None
     assert below.top() == 40
-    assert words.put(third, QPointF(2, 2), QPointF(2, 41)) is None
-    assert words.put(third, QPointF(2, 2), is_above=True) is not None
-    assert [text_of(item) for item in words.shown] == ["first", "second", "third"]
-    words.clear()
-    assert words.shown == []
+    assert overlay.put("third", LIGHT.muted, QPointF(2, 2), QPointF(2, 41)) is None
+    assert overlay.put("third", LIGHT.muted, QPointF(2, 2), is_above=True) is not None
+    assert [shown.what for shown in overlay.shown] == ["first", "second", "third"]
+    overlay.clear(QRectF(), has_focus=False)
+    assert overlay.shown == []
 
 
 # Limits
@@ -131,9 +131,8 @@ def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> N
     bench.stale.put(NOW_S, 60)
     bench.plot.draw(NOW_S + 30)
     assert {"60° fires", "stale"} <= set(bench.words)
-    label = next(item for item, _ in bench.written if text_of(item) == "60° fires")
-    assert isinstance(label, QGraphicsSimpleTextItem)
-    assert label.brush().color().name().upper() == LIGHT.muted.upper()
+    label = next(shown for shown in bench.written if shown.what == "60° fires")
+    assert label.ink == LIGHT.muted
     firm, stale = bench.lane.limits
     assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
     assert stale.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
@@ -152,7 +151,7 @@ def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> Non
     bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
     bench.plot.draw(NOW_S + 90)  # the peak is out of sight
     assert bench.lane.scale[:2] == (0, 180)
-    bench.plot.sight.choose_length(10)
+    bench.plot.time_range.choose_length(10)
     assert bench.lane.scale[:2] == (0, 90)
 
 
@@ -176,7 +175,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         plot.resize(600, height)
         QApplication.processEvents()
         seen[height] = [lane.lane.title for lane in view.lanes]
-        plot.sight.point_at(plot.sight.span.start_s + 1)
+        plot.time_range.point_at(plot.time_range.span.start_s + 1)
         assert all(f"{title} no data" in plot.reading for title in weights)
         for lane in view.lanes:  # an item beyond its bounds is not drawn
             assert all(line.boundingRect() == lane.view.viewRect() for line in (lane.curve, lane.grid, *lane.limits))
@@ -184,7 +183,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
         assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))
         hidden = ", ".join(title for title in weights if title not in seen[height])
-        notes = [text_of(item) for item in view.words.shown if text_of(item).startswith("A higher window")]
+        notes = [shown.what for shown in view.overlay.shown if str(shown.what).startswith("A higher window")]
         assert notes == ([f"A higher window also shows: {hidden}"] if hidden else [])
     assert seen[600] == list(weights)
     assert seen[240] == ["Tilt", "Acceleration"]

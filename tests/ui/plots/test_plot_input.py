@@ -2,6 +2,7 @@
 
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QPainter
@@ -34,19 +35,19 @@ def test_the_wheel_zooms_with_ctrl_after_a_click_and_where_nothing_scrolls(bench
     bench.area.resize(830, 300)  # the page can scroll
     QApplication.processEvents()
     assert not bench.wheel(0.5, 1)
-    assert bench.plot.sight.is_live
+    assert bench.plot.time_range.is_live
     assert bench.wheel(0.5, 1, CONTROL)
-    assert bench.plot.sight.span.length_s == pytest.approx(48)
-    bench.plot.sight.back_to_live()
+    assert bench.plot.time_range.span.length_s == pytest.approx(48)
+    bench.plot.time_range.back_to_live()
     qtbot.mouseClick(bench.view.viewport(), LEFT, pos=bench.at(0.5))
     assert bench.wheel(0.25, -1)
-    assert bench.plot.sight.span.length_s == pytest.approx(75)
-    bench.plot.sight.back_to_live()
+    assert bench.plot.time_range.span.length_s == pytest.approx(75)
+    bench.plot.time_range.back_to_live()
     bench.other.setFocus()
     bench.area.resize(830, 600)
     QApplication.processEvents()
     assert bench.wheel(0.5, 1)
-    assert bench.plot.sight.span.length_s == pytest.approx(48)
+    assert bench.plot.time_range.span.length_s == pytest.approx(48)
 
 
 def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, qtbot: QtBot) -> None:
@@ -54,12 +55,12 @@ def test_dragging_moves_into_the_past_and_the_picture_stays_there(bench: Bench, 
     qtbot.mousePress(viewport, LEFT, pos=bench.at(0.2))
     qtbot.mouseMove(viewport, bench.at(0.7))
     qtbot.mouseRelease(viewport, LEFT, pos=bench.at(0.7))
-    moved = bench.plot.sight.span
+    moved = bench.plot.time_range.span
     assert moved.end_s == pytest.approx(NOW_S - 30, abs=1)
     bench.plot.draw(NOW_S + 3)
-    assert bench.plot.sight.span == moved
+    assert bench.plot.time_range.span == moved
     qtbot.mouseDClick(viewport, LEFT, pos=bench.at(0.5))
-    assert bench.plot.sight.is_live
+    assert bench.plot.time_range.is_live
 
 
 def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,8 +69,8 @@ def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot, monke
     monkeypatch.setattr(bench.lane, "draw", draws)
     qtbot.mouseMove(bench.view.viewport(), bench.at(0.7))
     draws.assert_called_once()
-    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
-    assert bench.plot.sight.cursor_s == pytest.approx(bench.plot.sight.span.start_s + 0.7 * 60, abs=0.3)
+    assert bench.plot.time_range.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
+    assert bench.plot.time_range.cursor_s == pytest.approx(bench.plot.time_range.span.start_s + 0.7 * 60, abs=0.3)
 
 
 def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: Bench, qtbot: QtBot) -> None:
@@ -80,7 +81,7 @@ def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: 
     qtbot.mouseRelease(viewport, LEFT, pos=place - QPoint(0, 40))
     low, high = bench.lane.scale[:2]
     assert 0 < low < 45 < high < 90
-    assert bench.plot.sight.is_live
+    assert bench.plot.time_range.is_live
     assert bench.view.lanes[1].scale[:2] == (0, 2)
     bench.plot.draw(NOW_S + 5)
     assert bench.lane.scale[:2] == (low, high)
@@ -92,16 +93,16 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     view, shift = bench.view, Qt.KeyboardModifier.ShiftModifier
     view.setFocus()
     qtbot.keyClick(view, Qt.Key.Key_Space)
-    assert not bench.plot.sight.is_live
+    assert not bench.plot.time_range.is_live
     qtbot.keyClick(view, Qt.Key.Key_End)
-    assert bench.plot.sight.is_live
+    assert bench.plot.time_range.is_live
     qtbot.keyClick(view, Qt.Key.Key_Left)
-    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S - 6, abs=0.1)
+    assert bench.plot.time_range.span.end_s == pytest.approx(NOW_S - 6, abs=0.1)
     qtbot.keyClick(view, Qt.Key.Key_Right)
     qtbot.keyClick(view, Qt.Key.Key_Plus)
-    assert bench.plot.sight.span.length_s == pytest.approx(48)
+    assert bench.plot.time_range.span.length_s == pytest.approx(48)
     qtbot.keyClick(view, Qt.Key.Key_Minus)
-    assert bench.plot.sight.span.length_s == pytest.approx(60)
+    assert bench.plot.time_range.span.length_s == pytest.approx(60)
     qtbot.keyClick(view, Qt.Key.Key_Left, shift)
     assert "Tilt 12°" in bench.plot.reading
     assert view.accessibleDescription() == bench.plot.reading
@@ -136,15 +137,15 @@ def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
         with qtbot.waitSignal(getattr(bench.plot, signal)):
             actions[text].trigger()
     actions["Copy picture"].trigger()
-    assert QGuiApplication.clipboard().pixmap().size() == bench.plot.picture().size()
+    assert QGuiApplication.clipboard().pixmap().size() == bench.plot.canvas.grab().size()
     actions["Time of day"].trigger()
     assert bench.button("time-plot-clock").isChecked()
 
 
 def test_the_drawing_is_the_picture_as_svg(bench: Bench) -> None:
-    svg = bench.plot.svg()
+    svg = bench.plot.canvas.svg()
     assert all(word in svg.decode() for word in ("60° fires", "Tilt", "−30 s", "90"))
-    picture = bench.plot.picture().toImage()
+    picture = bench.plot.canvas.grab().toImage()
     drawing = QImage(picture.size(), QImage.Format.Format_RGB32)
     drawing.fill(QColor(LIGHT.window))
     painter = QPainter(drawing)
@@ -182,20 +183,31 @@ def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
     bench.plot.draw(NOW_S + 10)
     assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
     assert " · triggered, Tilt 12°" in bench.plot.reading
-    bench.plot.sight.point(None)
+    bench.plot.time_range.point(None)
     assert bench.plot.reading == ""
     assert not bench.dots
 
 
 def test_the_cursor_of_a_recording_stays_where_the_pointer_left(recorded: Bench) -> None:
-    recorded.plot.sight.point(0.5)
-    recorded.plot.sight.point(None)
-    assert recorded.plot.sight.cursor_s == pytest.approx(NOW_S - 150)
+    recorded.plot.time_range.point(0.5)
+    recorded.plot.time_range.point(None)
+    assert recorded.plot.time_range.cursor_s == pytest.approx(NOW_S - 150)
 
 
 def test_the_cursor_does_not_invent_what_was_not_measured(bench: Bench) -> None:
     bench.tilt.append([NOW_S + 20, NOW_S + 21], [5, 5])
     bench.plot.draw(NOW_S + 21)
-    bench.plot.sight.point_at(NOW_S + 11)
+    bench.plot.time_range.point_at(NOW_S + 11)
     assert bench.plot.reading.endswith("Tilt no data, Acceleration no data")
     assert not bench.dots
+
+
+def test_the_cursor_reads_wherever_a_curve_is_drawn(bench: Bench) -> None:
+    """Between slow samples it said "no data" beside a dot."""
+    bench.acc.append(np.arange(NOW_S + 1, NOW_S + 10), np.ones(9))
+    bench.plot.draw(NOW_S + 9)
+    bench.plot.time_range.choose_length(10)
+    for at_s in (NOW_S + 4.45, NOW_S + 4.55):
+        bench.plot.time_range.point_at(at_s)
+        assert bench.plot.reading.endswith("Acceleration 1.0 g")
+        assert bench.dots[-1].x() == pytest.approx(bench.lane.x(round(at_s)), abs=1)  # the sample that is read

@@ -7,13 +7,13 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Envelope
 from tests.support.window.steps import find
-from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
-from ui.plots.axis import clock_text, times
+from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench, labels_of
+from ui.plots.axis import TimeAxis, clock_text
 from ui.plots.lane_view import points
 from ui.plots.lanes import Scale, Span, fitting_scale
 from ui.style import appearance
@@ -40,10 +40,10 @@ PIXEL_S = 0.1
 
 
 def test_a_live_plot_follows(bench: Bench) -> None:
-    assert bench.plot.sight.is_live
+    assert bench.plot.time_range.is_live
     assert bench.state == "live"
     bench.plot.draw(NOW_S + 5)
-    assert bench.plot.sight.span == pytest.approx((NOW_S - 55, NOW_S + 5), abs=PIXEL_S)
+    assert bench.plot.time_range.span == pytest.approx((NOW_S - 55, NOW_S + 5), abs=PIXEL_S)
     assert bench.lane.view.viewRange()[0] == pytest.approx([-60, 0], abs=0.5)
 
 
@@ -53,12 +53,12 @@ def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: Qt
     bench.tilt.append(NOW_S + 12, 99)
     bench.plot.draw(NOW_S + 12)
     assert bench.state == "paused, 12 s behind"
-    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S, abs=PIXEL_S)
+    assert bench.plot.time_range.span.end_s == pytest.approx(NOW_S, abs=PIXEL_S)
     assert bench.lane.scale[:2] == (0, 90)
     assert (pause.text(), pause.accessibleName()) == ("Live", "Live")
     qtbot.mouseClick(pause, LEFT)
     assert (bench.state, pause.text()) == ("live", "Pause")
-    assert bench.plot.sight.span.end_s == pytest.approx(NOW_S + 12, abs=PIXEL_S)
+    assert bench.plot.time_range.span.end_s == pytest.approx(NOW_S + 12, abs=PIXEL_S)
     assert bench.lane.scale[:2] == (0, 180)
 
 
@@ -67,9 +67,9 @@ def test_the_length_of_the_time_line_is_chosen(bench: Bench, qtbot: QtBot, windo
     button = bench.button(f"time-plot-window-{window_s}")
     assert button.text() == word
     qtbot.mouseClick(button, LEFT)
-    assert bench.plot.sight.span.length_s == window_s
+    assert bench.plot.time_range.span.length_s == window_s
     assert button.isChecked()
-    assert bench.plot.sight.is_live
+    assert bench.plot.time_range.is_live
 
 
 def test_a_button_is_pressed_only_while_its_length_is_in_sight(bench: Bench) -> None:
@@ -79,59 +79,59 @@ def test_a_button_is_pressed_only_while_its_length_is_in_sight(bench: Bench) -> 
     assert pressed() == [60]
     bench.wheel(0.5, 1, CONTROL)
     assert pressed() == []
-    bench.plot.sight.choose_length(10)
-    assert (pressed(), bench.plot.sight.is_live) == ([10], False)
-    bench.plot.sight.back_to_live()
+    bench.plot.time_range.choose_length(10)
+    assert (pressed(), bench.plot.time_range.is_live) == ([10], False)
+    bench.plot.time_range.back_to_live()
     assert pressed() == [10]
 
 
 def test_zooming_keeps_the_place_and_its_bounds(bench: Bench) -> None:
     plot = bench.plot
     bench.wheel(0.25, 1, CONTROL)
-    assert plot.sight.span.length_s == pytest.approx(48)
-    assert plot.sight.span.start_s + 0.25 * 48 == pytest.approx(NOW_S - 45, abs=0.2)
+    assert plot.time_range.span.length_s == pytest.approx(48)
+    assert plot.time_range.span.start_s + 0.25 * 48 == pytest.approx(NOW_S - 45, abs=0.2)
     for _ in range(50):
         bench.wheel(0.25, 1, CONTROL)
-    assert 0.02 < plot.sight.span.length_s < 0.04
+    assert 0.02 < plot.time_range.span.length_s < 0.04
     for _ in range(100):
         bench.wheel(0.25, -1, CONTROL)
-    assert plot.sight.span.end_s <= NOW_S + PIXEL_S
-    assert plot.sight.span.length_s == pytest.approx(36000)
+    assert plot.time_range.span.end_s <= NOW_S + PIXEL_S
+    assert plot.time_range.span.length_s == pytest.approx(36000)
 
 
 def test_panning_never_goes_beyond_now(bench: Bench, qtbot: QtBot) -> None:
-    bench.plot.sight.pan(-0.5)
-    assert bench.plot.sight.span == pytest.approx((NOW_S - 90, NOW_S - 30), abs=PIXEL_S)
-    bench.plot.sight.pan(9)
-    assert bench.plot.sight.span == pytest.approx((NOW_S - 60, NOW_S), abs=PIXEL_S)
-    assert not bench.plot.sight.is_live
+    bench.plot.time_range.pan(-0.5)
+    assert bench.plot.time_range.span == pytest.approx((NOW_S - 90, NOW_S - 30), abs=PIXEL_S)
+    bench.plot.time_range.pan(9)
+    assert bench.plot.time_range.span == pytest.approx((NOW_S - 60, NOW_S), abs=PIXEL_S)
+    assert not bench.plot.time_range.is_live
 
 
 def test_a_recording_is_shown_whole_and_bounds_the_view(recorded: Bench) -> None:
     plot, first_s = recorded.plot, NOW_S - 300
-    assert plot.sight.span == Span(first_s, NOW_S)
-    assert (plot.sight.is_live, plot.sight.is_recorded, plot.sight.is_whole) == (False, True, True)
-    plot.sight.choose_length(60)
-    assert plot.sight.span == Span(first_s + 120, first_s + 180)  # around its middle
-    assert not plot.sight.is_whole
-    recorded.plot.sight.pan(-99)
-    assert plot.sight.span == Span(first_s, first_s + 60)
-    plot.sight.show_instant(first_s + 100)
-    assert plot.sight.span == Span(first_s + 70, first_s + 130)
-    assert plot.sight.cursor_s == pytest.approx(first_s + 100)
+    assert plot.time_range.span == Span(first_s, NOW_S)
+    assert (plot.time_range.is_live, plot.time_range.is_recorded, plot.time_range.is_whole) == (False, True, True)
+    plot.time_range.choose_length(60)
+    assert plot.time_range.span == Span(first_s + 120, first_s + 180)  # around its middle
+    assert not plot.time_range.is_whole
+    recorded.plot.time_range.pan(-99)
+    assert plot.time_range.span == Span(first_s, first_s + 60)
+    plot.time_range.show_instant(first_s + 100)
+    assert plot.time_range.span == Span(first_s + 70, first_s + 130)
+    assert plot.time_range.cursor_s == pytest.approx(first_s + 100)
     for _ in range(20):
         recorded.wheel(0.5, -1, CONTROL)
-    assert plot.sight.is_whole
+    assert plot.time_range.is_whole
     recorded.wheel(0.5, 3, CONTROL)
-    plot.sight.back_to_live()
-    assert plot.sight.span == Span(first_s, NOW_S)
+    plot.time_range.back_to_live()
+    assert plot.time_range.span == Span(first_s, NOW_S)
 
 
 def test_a_recording_of_a_single_report_has_a_view(qapp: QApplication, qtbot: QtBot) -> None:
     bench = Bench(qtbot, bounds=Span(NOW_S, NOW_S))
-    assert bench.plot.sight.span.start_s < NOW_S < bench.plot.sight.span.end_s
-    bench.plot.sight.choose_length(600)
-    assert bench.plot.sight.is_whole
+    assert bench.plot.time_range.span.start_s < NOW_S < bench.plot.time_range.span.end_s
+    bench.plot.time_range.choose_length(600)
+    assert bench.plot.time_range.is_whole
 
 
 # What is drawn
@@ -158,7 +158,7 @@ def test_curves_are_wider_than_a_hairline_in_the_colours_of_the_theme(
     for lane, colour in zip(bench.view.lanes, theme.curves, strict=False):  # type: ignore[attr-defined]
         assert lane.curve.opts["pen"].color().name().upper() == colour.upper()
         assert lane.curve.line_px >= 2
-    image = bench.plot.picture().toImage()
+    image = bench.plot.canvas.grab().toImage()
     assert image.pixelColor(2, 2).name().upper() == theme.surface.upper()  # type: ignore[attr-defined]
     x = round(bench.lane.box.center().x())
     rows = [y for y in range(image.height()) if image.pixelColor(x, y).name().upper() == theme.curves[0].upper()]  # type: ignore[attr-defined]
@@ -172,8 +172,8 @@ def test_a_slope_is_as_wide_and_has_no_gap(bench: Bench, rises: bool) -> None:
     for value in np.arange(0, 91) if rises else np.arange(90, -1, -1):
         bench.tilt.append(NOW_S + 60 + length_s * (value if rises else 90 - value) / 90, value)
     bench.plot.draw(NOW_S + 60 + length_s)
-    bench.plot.sight.choose_length(60)
-    image, x = bench.plot.picture().toImage(), round(bench.lane.x(NOW_S + 60 + length_s / 2))
+    bench.plot.time_range.choose_length(60)
+    image, x = bench.plot.canvas.grab().toImage(), round(bench.lane.x(NOW_S + 60 + length_s / 2))
     for column in range(x - 5, x + 6):
         rows = [y for y in range(image.height()) if image.pixelColor(column, y).name() == LIGHT.curves[0].lower()]
         rows = [y for y in rows if bench.lane.box.contains(column, y)]
@@ -183,7 +183,7 @@ def test_a_slope_is_as_wide_and_has_no_gap(bench: Bench, rises: bool) -> None:
 
 def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
     """Draws less than a pixel apart show the same span, and the next one is a pixel further on."""
-    pixel_s = bench.plot.sight.pixel_s
+    pixel_s = bench.plot.time_range.pixel_s
     aligned_s = math.floor(NOW_S / pixel_s + 1) * pixel_s
 
     def newest_x(pixels: float) -> float:
@@ -192,7 +192,7 @@ def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
 
     first = newest_x(0.2)
     bench.plot.add_marks([])
-    assert not bench.plot.is_due(aligned_s + 0.8 * pixel_s)
+    assert not bench.plot.canvas.is_due(aligned_s + 0.8 * pixel_s)
     assert newest_x(0.8) == first
     assert newest_x(1.2) == pytest.approx(first - pixel_s, abs=1e-6)
 
@@ -202,8 +202,8 @@ def test_following_leaves_range_ticks_and_steady_limits_alone(bench: Bench, monk
     calls = Mock()
     for lane in bench.view.lanes:
         monkeypatch.setattr(lane.view, "setRange", calls)
-        for item in (bench.view.times, lane.values):
-            monkeypatch.setattr(item, "setTicks", calls)
+        for axis in (bench.view.times, lane.values):
+            monkeypatch.setattr(axis, "generateDrawSpecs", calls)
         for item in (lane.grid, *lane.limits):
             monkeypatch.setattr(item, "setData", calls)
     for second in range(10):
@@ -222,13 +222,13 @@ def test_hidden_plots_draw_nothing(bench: Bench, qtbot: QtBot) -> None:
 
 
 def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
-    bench.plot.sight.toggle_pause()
+    bench.plot.time_range.toggle_pause()
     bench.plot.draw(NOW_S + 12)
     chip = find(bench.plot, StateChip, "time-plot-state")
     assert bench.state == "paused, 12 s behind"
     beside_px = bench.window.width() - bench.plot.width()
     for word in ("paused", "", "paused, 12 s behind"):
-        needed_px = bench.plot.header.sizeHint().width()
+        needed_px = find(bench.plot, QWidget, "time-plot-header").sizeHint().width()
         bench.window.resize(700 if "12 s" in word else needed_px - 2 + beside_px, 520)
         QApplication.processEvents()
         bench.plot.draw(NOW_S + 12)
@@ -241,9 +241,9 @@ def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
 
 def test_an_empty_plot_draws(qapp: QApplication, qtbot: QtBot) -> None:
     empty = Bench(qtbot, seconds=0)
-    assert empty.plot.sight.is_live
+    assert empty.plot.time_range.is_live
     assert len(empty.lane.curve.getData()[0]) == 0
-    empty.plot.sight.point(0.5)
+    empty.plot.time_range.point(0.5)
     assert empty.plot.reading.endswith("Tilt no data, Acceleration no data")
 
 
@@ -269,24 +269,30 @@ def test_the_smallest_scale_that_holds_everything_is_taken() -> None:
 
 
 def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
-    def labels() -> list[str]:
-        return [text for level in bench.view.times._tickLevels for _, text in level]
-
-    assert labels()[-1] == "now"
+    assert bench.times[-1] == "now"
     qtbot.mouseClick(bench.button("time-plot-clock"), LEFT)
-    assert all(text.count(":") == 2 for text in labels())
+    assert all(text.count(":") == 2 for text in bench.times)
 
 
-def test_ticks_before_now_are_counted_from_the_end() -> None:
-    ticks = times(60, 7)
+def ticks_of(bench: Bench, length_s: float, end_wall_s: float | None = None) -> list[tuple[float, str]]:
+    """Those of a span, and their labels, on an axis with room for six."""
+    axis: TimeAxis = bench.view.times
+    axis.resize(6.5 * QFontMetricsF(font(Size.SMALL)).horizontalAdvance("00:00:00.000"), 20)
+    times = axis.show_span(length_s, end_wall_s)
+    ((step_s, _),) = axis.tickSpacing(-length_s, 0, 0)
+    return list(zip(times, axis.tickStrings(times, 1, step_s), strict=True))
+
+
+def test_ticks_before_now_are_counted_from_the_end(bench: Bench) -> None:
+    ticks = ticks_of(bench, 60)
     assert [label for _, label in ticks] == [*(f"−{n} s" for n in range(60, 0, -10)), "now"]
     assert [time_s for time_s, _ in ticks] == list(range(-60, 10, 10))
-    assert times(600, 6)[-2][1] == "−2 min"
-    assert times(0.1, 6)[-2][1] == "−0.02 s"
+    assert ticks_of(bench, 600)[-2][1] == "−2 min"
+    assert ticks_of(bench, 0.1)[-2][1] == "−0.02 s"
 
 
-def test_ticks_of_the_clock_are_at_round_times() -> None:
-    ticks = times(60, 7, 1_700_000_060.65)
+def test_ticks_of_the_clock_are_at_round_times(bench: Bench) -> None:
+    ticks = ticks_of(bench, 60, 1_700_000_060.65)
     assert len(ticks) == 6
     assert all(((time_s + 60.4 + 1_700_000_000.25) % 10) == pytest.approx(0, abs=1e-6) for time_s, _ in ticks)
     assert all(label.endswith("0") and len(label) == 8 for _, label in ticks)
@@ -300,27 +306,18 @@ def test_the_times_below_the_plots_never_touch(bench: Bench, width_px: int, is_c
     bench.button("time-plot-clock").setChecked(is_clock)
     bench.window.resize(width_px, 520)
     QApplication.processEvents()
-    metrics = QFontMetricsF(font(Size.SMALL))
-    lane = bench.view.lanes[-1]
-    second_px = lane.box.width() / 60
-    rooms = [
-        (lane.box.right() + at_s * second_px - metrics.horizontalAdvance(text) / 2, metrics.horizontalAdvance(text))
-        for at_s, text in sorted(bench.view.times._tickLevels[0])
-    ]
+    rooms = [room for _, room in labels_of(bench.view.times)]
     assert len(rooms) > 1
-    assert rooms[0][0] >= lane.box.left()
-    assert all(left + width + 4 <= other for (left, width), (other, _) in pairwise(rooms))
+    assert rooms[0].left() >= 0
+    assert all(earlier.right() + 4 <= later.left() for earlier, later in pairwise(rooms))
 
 
 def test_the_cursor_time_covers_no_tick_label_partly(bench: Bench) -> None:
     """A label that it would touch is not there."""
 
-    def labels() -> list[str]:
-        return [text for level in bench.view.times._tickLevels for _, text in level]
-
-    assert "−30 s" in labels()
-    bench.plot.sight.point_at(NOW_S - 31)
-    assert "−30 s" not in labels()
-    assert {"−60 s", "now"} <= set(labels())
-    bench.plot.sight.point(None)
-    assert "−30 s" in labels()
+    assert "−30 s" in bench.times
+    bench.plot.time_range.point_at(NOW_S - 31)
+    assert "−30 s" not in bench.times
+    assert {"−60 s", "now"} <= set(bench.times)
+    bench.plot.time_range.point(None)
+    assert "−30 s" in bench.times

@@ -14,7 +14,6 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.flight_set import FireMap
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.plots.axis import apart_from_each_other
 from ui.plots.static_plot import StaticPlot
 from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
@@ -172,12 +171,8 @@ class FireMapView(StaticPlot):
         self.numbers.setFont(font(Size.SMALL, is_bold=True))
         self.numbers.fill = pg.mkBrush(theme.surface)
         self.add(self.image, *self.cross, self.handle, self.numbers)
-        line_px = self.fontMetrics().height()
-        every = 1 if self.view.height() > (len(_TILTS_DEG) + 1) * line_px else 2
-        self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in _TILTS_DEG[::every]], tr("Attitude threshold"))
-        times = [(time_s, f"{time_s:g} s") for time_s in _TIMES_S]
-        unit_px = self.view.width() / (last - first)
-        self.show_ticks("bottom", apart_from_each_other(times, unit_px), tr("Free-fall time"))
+        self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in _TILTS_DEG], tr("Attitude threshold"))
+        self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in _TIMES_S], tr("Free-fall time"))
         self._draw_frame()
         self.fit_to_view()
         self._draw_legend(theme)

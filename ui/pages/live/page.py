@@ -136,7 +136,7 @@ class LivePage(StreamPage):
         self._process_waiting()
         if not self.is_empty:
             self.plot.draw(self._connector.clock())
-            self._connector.set_drawing_interval(self.plot.sight.pixel_s)
+            self._connector.set_drawing_interval(self.plot.time_range.pixel_s)
 
     def show_recording(self, recording: Recording) -> None:
         """Shows `recording` in place of the module, which stays connected."""
@@ -207,7 +207,7 @@ class LivePage(StreamPage):
         is_turn = now_s - self._refreshed_at >= REFRESH_EVERY_S
         if is_turn:
             self.refresh()
-        if not self.is_empty and self.plot.is_due(now_s):
+        if not self.is_empty and self.plot.canvas.is_due(now_s):
             self.draw()
         elif is_turn:
             self.plot.show_age(now_s)
@@ -236,9 +236,9 @@ class LivePage(StreamPage):
             self.fired.bind(self.recording, wall_offset_s=self.recording.wall_offset_s)
 
     def _show_instant(self, at_s: float) -> None:
-        if self.plot.sight.span.length_s > _CLOSE_UP_S:
-            self.plot.sight.choose_length(_CLOSE_UP_S)
-        self.plot.sight.show_instant(at_s)
+        if self.plot.time_range.span.length_s > _CLOSE_UP_S:
+            self.plot.time_range.choose_length(_CLOSE_UP_S)
+        self.plot.time_range.show_instant(at_s)
 
     def _leave_deleted(self, paths: object) -> None:
         if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:
@@ -251,7 +251,7 @@ class LivePage(StreamPage):
     def _excerpt(self) -> Excerpt:
         self._process_waiting()
         source = self.data if self.recording is None else self.recording
-        return source.excerpt(*self.plot.sight.span)
+        return source.excerpt(*self.plot.time_range.span)
 
     def _origin(self) -> Origin:
         if self.recording is not None:
@@ -263,10 +263,10 @@ class LivePage(StreamPage):
         return picture_with_footer(self._seen, foot)
 
     def _drawing(self) -> bytes:
-        return self.plot.svg()
+        return self.plot.canvas.svg()
 
     def _toggle_pause(self) -> None:
-        self.plot.sight.toggle_pause()  # of the plots in sight
+        self.plot.time_range.toggle_pause()  # of the plots in sight
 
     # Construction
 

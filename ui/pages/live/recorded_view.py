@@ -104,7 +104,7 @@ class RecordedView:
         plot.add_marks([mark_of(marker) for marker in recording.markers])
         last = recording.tilt.last
         if last is not None:
-            plot.sight.point_at(last.time_s)
+            plot.time_range.point_at(last.time_s)
         self._plots.addWidget(plot)
         self._plots.setCurrentWidget(plot)
         self.banner.show_recording(recording)
@@ -126,7 +126,7 @@ class RecordedView:
         """Shows the numbers at the cursor, if it moved."""
         if self.recording is None or self.plot is None:
             return
-        at_s = self.plot.sight.cursor_s
+        at_s = self.plot.time_range.cursor_s
         if at_s is None or at_s != self._read_s:
             self._read_s = at_s
             show_moment(self._panel, self.recording, at_s, self._in_use)

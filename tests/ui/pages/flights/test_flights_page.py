@@ -307,8 +307,8 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     outcome = page.work.outcomes()[0]
     assert "after the loss of control" in page.flight.verdict.text()
     assert "m lower" in page.flight.verdict.text()
-    assert plot.sight.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
-    assert plot.sight.span.start_s < outcome.direct.at_s < plot.sight.span.end_s
+    assert plot.time_range.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
+    assert plot.time_range.span.start_s < outcome.direct.at_s < plot.time_range.span.end_s
     suggested: list[Path] = []
     for name, signal in (("v.csv", plot.save_values_wanted), ("p.svg", plot.save_picture_wanted)):
         saved = tmp_path / name
@@ -325,8 +325,8 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert path not in suggested  # the log itself
     rows = list(csv.DictReader((tmp_path / "v.csv").read_text("utf-8-sig").splitlines()))
     times = [float(row["time_s"]) for row in rows]
-    assert plot.sight.span.start_s <= times[0] < plot.sight.span.start_s + 0.1
-    assert plot.sight.span.end_s - 0.1 < times[-1] <= plot.sight.span.end_s + 0.1
+    assert plot.time_range.span.start_s <= times[0] < plot.time_range.span.start_s + 0.1
+    assert plot.time_range.span.end_s - 0.1 < times[-1] <= plot.time_range.span.end_s + 0.1
     assert max(float(row["tilt_deg"]) for row in rows if row["tilt_deg"]) > 60
     assert (tmp_path / "p.svg").read_text("utf-8").startswith("<?xml")
     assert page.on_escape()

@@ -130,22 +130,22 @@ def test_polled_and_silent_differ(live: Bench) -> None:
 def test_pause_holds_the_picture_and_nothing_is_lost(live: Bench) -> None:
     live.say()
     live.click("time-plot-pause")
-    held = live.page.plot.sight.span
+    held = live.page.plot.time_range.span
     live.now_s += 5
     live.say(tilt_deg=44)
-    assert live.page.plot.sight.span == held
+    assert live.page.plot.time_range.span == held
     assert live.page.data.tilt.last is not None
     assert live.page.data.tilt.last.value == 44
     live.qtbot.keyClick(live.page, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
-    assert live.page.plot.sight.is_live
-    assert live.page.plot.sight.span.end_s == pytest.approx(live.now_s, abs=0.1)
+    assert live.page.plot.time_range.is_live
+    assert live.page.plot.time_range.span.end_s == pytest.approx(live.now_s, abs=0.1)
 
 
 def test_events_are_marked_on_the_time_line(live: Bench) -> None:
     live.say()
     live.now_s += 1
     live.say(active=True)
-    live.page.plot.sight.point_at(live.now_s)
+    live.page.plot.time_range.point_at(live.now_s)
     assert "· activated" in live.page.plot.reading
     assert "Tilt 12°" in live.page.plot.reading
 
@@ -231,15 +231,15 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
         qtbot.waitUntil(lambda: bench.state().is_streaming)
         assembly.window.go_to("diagnosis")
         qtbot.waitUntil(lambda: not page.isVisible())  # the other page may have to be made first
-        span, count = page.plot.sight.span, len(page.data.tilt)
+        span, count = page.plot.time_range.span, len(page.data.tilt)
         asked: list[Path] = []
         page.save.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
         qtbot.keyClick(assembly.window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
         assert asked == []  # the key belongs to the page in sight
         qtbot.waitUntil(lambda: len(page.data.tilt) > count + 5)
-        assert page.plot.sight.span == span
+        assert page.plot.time_range.span == span
         assembly.window.go_to("live")
-        qtbot.waitUntil(lambda: page.plot.sight.span.end_s > span.end_s)
+        qtbot.waitUntil(lambda: page.plot.time_range.span.end_s > span.end_s)
 
 
 def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(

@@ -68,7 +68,7 @@ def watched(qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize(("length_s", "seconds"), [(60, 4.0), (600, 12.0)])
 def test_a_paint_for_each_pixel(watched: Watched, length_s: int, seconds: float) -> None:
     watched.choose(length_s)
-    pixels = seconds / watched.bench.page.plot.sight.pixel_s
+    pixels = seconds / watched.bench.page.plot.time_range.pixel_s
     assert 4 < pixels < seconds * 20
     assert watched.run(seconds) == pytest.approx(pixels, abs=1.5)
 
@@ -101,7 +101,7 @@ def test_changes_other_than_time_are_painted_at_once(watched: Watched) -> None:
 
 def test_a_paused_plot_is_not_painted_and_shows_its_delay(watched: Watched) -> None:
     watched.choose(10)
-    watched.bench.page.plot.sight.toggle_pause()
+    watched.bench.page.plot.time_range.toggle_pause()
     watched.run(0.2)
     watched.values.clear()
     assert watched.run(2.2) == 0
@@ -113,7 +113,7 @@ def test_a_late_report_is_painted_in_a_paused_plot(watched: Watched) -> None:
     bench = watched.bench
     bench.now_s += 1
     bench.page.plot.draw(bench.now_s)
-    bench.page.plot.sight.toggle_pause()
+    bench.page.plot.time_range.toggle_pause()
     QApplication.processEvents()
     bench.page.data.tilt.append([bench.now_s - 0.5], [33])
     assert watched.tick() == 1

@@ -223,8 +223,8 @@ def test_a_click_on_a_row_shows_it_in_the_plots(live: Bench) -> None:
     place = listed.visualItemRect(listed.item(0)).center()
     live.qtbot.mouseClick(listed.viewport(), Qt.MouseButton.LeftButton, pos=place)
     plot = live.page.plot
-    assert not plot.sight.is_live
-    assert plot.sight.cursor_s == pytest.approx(at_s, abs=0.02)
+    assert not plot.time_range.is_live
+    assert plot.time_range.cursor_s == pytest.approx(at_s, abs=0.02)
 
 
 def test_drafts_are_lines_in_the_plots(live: Bench) -> None:
@@ -234,7 +234,7 @@ def test_drafts_are_lines_in_the_plots(live: Bench) -> None:
     assert lines.attitude.value is None
     retype(live, ATTITUDE, "75")
     assert lines.attitude.value == 75
-    (line,) = (line for line in live.page.plot._view.lanes[0].limits if line.limit.is_draft)
+    (line,) = (line for line in live.page.plot.canvas.lanes[0].limits if line.limit.is_draft)
     assert line.getData()[0].tolist() == [-60, 0]  # all over
     assert line.getData()[1].tolist() == [75, 75]
     retype(live, ATTITUDE, "60")  # what the module has
@@ -274,7 +274,7 @@ def test_by_keyboard(live: Bench) -> None:
     listed.setFocus()
     live.qtbot.keyClick(listed, Qt.Key.Key_Home)
     live.qtbot.keyClick(listed, Qt.Key.Key_Return)
-    assert not live.page.plot.sight.is_live
+    assert not live.page.plot.time_range.is_live
 
 
 def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:

@@ -136,14 +136,14 @@ def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
 def test_a_recording_is_shown_whole_and_never_as_live(opened: Desk) -> None:
     live, recording = opened.live, opened.live.recording
     assert recording is not None
-    assert live.plot.sight.span == Span(recording.start_s, recording.end_s)
-    assert not live.plot.sight.is_live
-    assert live.plot.sight.is_recorded
+    assert live.plot.time_range.span == Span(recording.start_s, recording.end_s)
+    assert not live.plot.time_range.is_live
+    assert live.plot.time_range.is_recorded
     assert live.banner.isVisible()
     assert live.banner.label.text().startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M}, ")
     assert live.banner.label.text().endswith("not live")
     assert "Left wing" in live.banner.label.text()
-    words = [one.word for one in live.plot._view.marks]
+    words = [one.word for one in live.plot.canvas.marks]
     assert words[0] == "connected"
     assert words[1:] == ["activated", "triggered", "trigger ended"]
 
@@ -154,7 +154,7 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
     panel = live.panel
     assert panel.tilt.accessibleName() == "Tilt: 10°, limit 60°"  # of the last report
     assert panel.activation.accessibleName() == "Activation: ACTIVE"
-    live.plot.sight.show_instant(1000.0 + SECONDS / 2 + 0.5)
+    live.plot.time_range.show_instant(1000.0 + SECONDS / 2 + 0.5)
     live.refresh()
     assert panel.tilt.accessibleName() == "Tilt: 75°, limit 60°, over 60°"
     assert panel.trigger.accessibleName() == "Trigger: TRIGGERED"
@@ -163,7 +163,7 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
     at = f"{NOON.astimezone():%H:%M}"[:2]
     assert panel.moment.accessibleName().startswith(f"Time under the cursor: {at}:01:00.5")
     assert not panel.stream.isVisible()
-    live.plot.sight.show_instant(1010.0)
+    live.plot.time_range.show_instant(1010.0)
     live.refresh()
     assert panel.activation.accessibleName() == "Activation: LOCKED"
 
@@ -171,28 +171,28 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
 def test_it_is_zoomed_and_panned_within_its_bounds(opened: Desk) -> None:
     plot = opened.live.plot
     canvas = find(plot, QWidget, "time-plot-canvas")
-    whole = plot.sight.span
+    whole = plot.time_range.span
     canvas.setFocus()
     for _ in range(8):
         opened.qtbot.keyClick(canvas, Qt.Key.Key_Plus)
-    zoomed = plot.sight.span
+    zoomed = plot.time_range.span
     assert zoomed.length_s < whole.length_s / 4
     for _ in range(80):
         opened.qtbot.keyClick(canvas, Qt.Key.Key_Left)
-    assert plot.sight.span.start_s == whole.start_s
-    assert plot.sight.span.length_s == pytest.approx(zoomed.length_s)
+    assert plot.time_range.span.start_s == whole.start_s
+    assert plot.time_range.span.length_s == pytest.approx(zoomed.length_s)
     for _ in range(40):
         opened.qtbot.keyClick(canvas, Qt.Key.Key_Minus)
-    assert plot.sight.span.length_s == pytest.approx(whole.length_s)
+    assert plot.time_range.span.length_s == pytest.approx(whole.length_s)
     opened.click(find(plot, QToolButton, "time-plot-window-10"))
-    assert plot.sight.span.length_s == pytest.approx(10)
+    assert plot.time_range.span.length_s == pytest.approx(10)
     opened.qtbot.keyClick(canvas, Qt.Key.Key_Space)  # nothing to pause
     opened.click(find(plot, QToolButton, "time-plot-whole"))
-    assert plot.sight.span == whole
+    assert plot.time_range.span == whole
 
 
 def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
-    opened.live.plot.sight.choose_length(10.0)
+    opened.live.plot.time_range.choose_length(10.0)
     saving, path = opened.live.save, tmp_path / "seen.csv"
     suggested: list[Path] = []
 
@@ -353,7 +353,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         desk.click(live.banner.back)
         desk.until(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°, limit 60°")
         assert live.panel.tilt.freshness is Freshness.FRESH
-        assert live.plot.sight.is_live
+        assert live.plot.time_range.is_live
         assert not live.panel.moment.isVisible()
         connector.current.disconnect_port()
         desk.until(lambda: assembly.connector.current.recording.sign.since is None)

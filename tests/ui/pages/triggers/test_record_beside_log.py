@@ -49,7 +49,7 @@ def test_a_moment_is_proposed_shown_and_confirmed(rig: OnBench, tmp_path: Path) 
     assert "powered on 98 s before the start of the log" in beside.said.text()
     plot = beside.chart.plot
     assert plot is not None
-    assert plot.sight.cursor_s == pytest.approx(10.0, abs=0.05)
+    assert plot.time_range.cursor_s == pytest.approx(10.0, abs=0.05)
     assert not beside.moments.isVisible()  # there is one only
     rig.assembly.appearance.zoom(200)
     assert not beside.chart.isVisible()

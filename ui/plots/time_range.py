@@ -1,4 +1,4 @@
-"""The time span of the plots that is in sight, and the cursor in it."""
+"""The visible time span of the plots, and the cursor in it."""
 
 import math
 from typing import Final
@@ -13,7 +13,7 @@ _LONGEST_S: Final = 10 * 3600.0
 """Limit of panning back: what a series keeps."""
 
 
-class Sight(QObject):
+class TimeRange(QObject):
     """The only place that moves span and cursor.
 
     Live the span ends now and is as long as was chosen; pausing, panning and zooming hold a span until `back_to_live`.
