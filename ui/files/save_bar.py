@@ -1,4 +1,4 @@
-"""Save bar of the Live page: saves CSV and pictures, and shows the outcome."""
+"""Saves values and pictures of plots, and shows the outcome."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QBuffer, QByteArray, QEvent, QIODevice, QRectF, QStandardPaths, Qt
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QIODevice, QRectF, QStandardPaths, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
@@ -17,7 +17,7 @@ from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts
-from ui.files.file_dialogs import AskPath, ThenPath, ask_path, default_name
+from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control, named
@@ -79,24 +79,89 @@ def png_parts(image: QImage) -> Iterator[bytes]:
     yield bytes(data.data())
 
 
-class Note(QWidget):
-    """One line with an icon, elided in the middle."""
+class SaveNote(QWidget):
+    """Saves values and pictures of plots. Its line, elided in the middle, shows the progress and the outcome."""
 
-    def __init__(self) -> None:
+    busy_changed = Signal(bool)
+
+    def __init__(self, name: str) -> None:
         super().__init__()
+        self.ask_path: AskPath = ask_path
         self.meaning: Meaning | None = None
-        self._icon = IconLabel("live_note_icon", _ICON_PX)
-        self._label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "live_note", "small")
+        self._folder: Path | None = None
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
+        self._icon = IconLabel(f"{name}_icon", _ICON_PX)
+        self._label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), name, "small")
         self._make_text: Callable[[], str] = str
         in_row(self._icon, (self._label, 1), of=self, spacing=Space.XS, margins=0)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.hide()  # until there is something to say
         VisibilityTimer(self, self._write)
 
     @property
     def text(self) -> str:
         return self._label.text()
 
-    def show_message(self, make_text: Callable[[], str], meaning: Meaning | None = None) -> None:
+    @property
+    def is_saving(self) -> bool:
+        return self._saving.is_running
+
+    def save_values(
+        self, place: Path, parts: Iterable[bytes], count: int = 1, saved: Callable[[Path], str] | None = None
+    ) -> None:
+        """Asks for a path beginning with `place`. `parts` is iterated in the background, `count` of them; `saved` makes
+        the message."""
+        self._ask(tr("Save values…"), place, tr("Table (*.csv)"), lambda _path: parts, count, saved)
+
+    def save_picture(self, place: Path, image: QImage, drawing: bytes) -> None:
+        """As PNG, or the drawing as SVG where that is chosen."""
+
+        def parts(path: Path) -> Iterable[bytes]:
+            return (drawing,) if path.suffix.lower() == ".svg" else png_parts(image)
+
+        self._ask(tr("Save picture…"), place, f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}", parts)
+
+    def stop(self) -> None:
+        self._saving.stop()
+
+    def clear(self) -> None:
+        """Removes the outcome of what was saved last."""
+        if not self.is_saving:
+            self._show(str)
+
+    def refresh(self) -> None:
+        """Shows the progress; called by the page's timer."""
+        if self.is_saving:
+            percent = f"{(self._saving.share or 0.0) * 100:.0f}"
+            self._show(lambda: tr("Saving… {percent} %", percent=percent))
+
+    def _ask(
+        self, title: str, place: Path, kinds: str, make_parts: Callable[[Path], Iterable[bytes]], count: int = 1,
+        saved: Callable[[Path], str] | None = None,
+    ) -> None:  # fmt: skip
+        def save(path: Path) -> None:
+            def write(running: Running) -> None:
+                write_parts(path, make_parts(path), count, on_progress=running.set_progress,
+                            is_cancelled=running.is_cancelled)  # fmt: skip
+
+            def fail(error: Exception) -> None:
+                meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION
+                self._end(lambda: not_saved_text(path, error), meaning)
+
+            self._folder = path.parent
+            make_text = partial(saved, path) if saved is not None else lambda: tr("Saved to {path}.", path=path)
+            self._saving.run(write, lambda _none: self._end(make_text, Meaning.GOOD), fail)
+            self.busy_changed.emit(True)
+            self.refresh()
+
+        if not self.is_saving:
+            self.ask_path(self, title, (self._folder or place.parent) / place.name, kinds, save)
+
+    def _end(self, make_text: Callable[[], str], meaning: Meaning | None) -> None:
+        self.busy_changed.emit(False)
+        self._show(make_text, meaning)
+
+    def _show(self, make_text: Callable[[], str], meaning: Meaning | None = None) -> None:
         """`make_text` is called again when the language changes."""
         self.meaning, self._make_text = meaning, make_text
         self._write()
@@ -106,7 +171,9 @@ class Note(QWidget):
             self._icon.show_icon(MEANING_ICONS[meaning], meaning)
 
     def _write(self) -> None:
-        self._label.setText(self._make_text())
+        text = self._make_text()
+        self._label.setText(text)
+        self.setVisible(bool(text))
 
 
 class SaveBar(QWidget):
@@ -124,24 +191,21 @@ class SaveBar(QWidget):
     ) -> None:
         super().__init__()
         self.setObjectName("live_save")
-        self.ask_path: AskPath = ask_path
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
         self._take_drawing = take_drawing
-        self._folder: Path | None = None
-        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
-        self.note = Note()
+        self.note = SaveNote("live_note")
         self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
                            key="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
         self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", key="Ctrl+Shift+S",
                            picture=Icon.CAMERA, slot=self.save_png)  # fmt: skip
-        self.stop = control(
-            QPushButton(), texts, "live_save_cancel", "Cancel", picture=Icon.CROSS, slot=self._saving.stop
-        )
+        self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", picture=Icon.CROSS, slot=self.note.stop)
         self.stop.hide()
-        buttons = FlowRow()
-        buttons.add_right(self.stop, self.csv, self.png)
-        self._row = in_row((self.note, 1), (buttons, 3), of=self, spacing=Space.S, margins=0)
-        self._buttons = buttons
+        self.note.busy_changed.connect(self.stop.setVisible)
+        for button in (self.csv, self.png):
+            self.note.busy_changed.connect(button.setDisabled)
+        self._buttons = FlowRow()
+        self._buttons.add_right(self.stop, self.csv, self.png)
+        self._row = in_row((self.note, 1), (self._buttons, 3), of=self, spacing=Space.S, margins=0)
 
     def event(self, event: QEvent) -> bool:
         """The buttons take two lines only where one has no room for them."""
@@ -150,84 +214,30 @@ class SaveBar(QWidget):
             self._row.setStretch(1, 0 if self.width() >= needed else 3)
         return super().event(event)
 
-    @property
-    def is_saving(self) -> bool:
-        return self._saving.is_running
-
     def save_csv(self) -> None:
         """Saves the samples in sight."""
-        if self.is_saving:
-            return
-        excerpt, origin = self._take_excerpt(), self._find_origin()
-
-        def save(path: Path) -> None:
-            parts, count = csv_parts(excerpt, wall_offset_s=origin.wall_offset_s), part_count(excerpt)
-            self._save(path, parts, count, partial(_saved_text, path, excerpt))
-
-        self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"), origin, save)
+        if not self.note.is_saving:
+            excerpt, origin = self._take_excerpt(), self._find_origin()
+            parts = csv_parts(excerpt, wall_offset_s=origin.wall_offset_s)
+            self.note.save_values(_place(origin, ".csv"), parts, part_count(excerpt), partial(_saved_text, excerpt))
 
     def save_png(self) -> None:
         """Saves a picture of what is in sight."""
-        if self.is_saving:
-            return
-        origin = self._find_origin()
-        image, drawing = self._take_picture(footer_text(origin, datetime.now().astimezone())), self._take_drawing()
-
-        def save(path: Path) -> None:
-            parts = iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image)
-            self._save(path, parts, 1, lambda: tr("Saved to {path}.", path=path))
-
-        kinds = f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}"
-        self._choose(tr("Save picture…"), ".png", kinds, origin, save)
-
-    def end_note(self) -> None:
-        """Of what was saved last."""
-        if not self.is_saving:
-            self.note.show_message(str)
-
-    def refresh(self) -> None:
-        """Shows the progress of saving; called by the page's timer."""
-        if self.is_saving:
-            percent = f"{(self._saving.share or 0.0) * 100:.0f}"
-            self.note.show_message(lambda: tr("Saving… {percent} %", percent=percent))
-
-    def _save(self, path: Path, parts: Iterable[bytes], count: int, saved: Callable[[], str]) -> None:
-        """`parts` is iterated in the background."""
-        self._folder = path.parent
-
-        def write(running: Running) -> None:
-            write_parts(path, parts, count, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
-
-        def fail(error: Exception) -> None:
-            meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION
-            self._end(lambda: not_saved_text(path, error), meaning)
-
-        self._saving.run(write, lambda _none: self._end(saved, Meaning.GOOD), fail)
-        self._set_busy(is_busy=True)
-        self.refresh()
-
-    def _end(self, make_text: Callable[[], str], meaning: Meaning | None) -> None:
-        self._set_busy(is_busy=False)
-        self.note.show_message(make_text, meaning)
-
-    def _set_busy(self, *, is_busy: bool) -> None:
-        self.csv.setEnabled(not is_busy)
-        self.png.setEnabled(not is_busy)
-        self.stop.setVisible(is_busy)
-
-    def _choose(self, title: str, suffix: str, name_filter: str, origin: Origin, save: ThenPath) -> None:
-        folder = self._folder or _documents()
-        when = (origin.recorded_at or datetime.now(UTC)).astimezone()
-        name = default_name(origin.port, suffix, when)
-        self.ask_path(self, title, folder / name, name_filter, save)
+        if not self.note.is_saving:
+            origin = self._find_origin()
+            image = self._take_picture(footer_text(origin, datetime.now().astimezone()))
+            self.note.save_picture(_place(origin, ".png"), image, self._take_drawing())
 
 
-def _saved_text(path: Path, excerpt: Excerpt) -> str:
+def _saved_text(excerpt: Excerpt, path: Path) -> str:
     rows = f"{excerpt.row_count:,}"
     if excerpt.is_whole:
         return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
     return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
 
 
-def _documents() -> Path:
-    return Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation) or Path.home())
+def _place(origin: Origin, suffix: str) -> Path:
+    """Proposed for a file."""
+    documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
+    when = (origin.recorded_at or datetime.now(UTC)).astimezone()
+    return Path(documents or Path.home()) / default_name(origin.port, suffix, when)

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -15,7 +15,6 @@ from app.firing.judge import MAX_GAP_S, TriggerLimits
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import FlightLog, Floats
 from app.flight_logs.read_log import read_flight_log
-from app.recordings.export import not_saved_text, write_parts
 from app.samples.ring_buffers import RecordedSeries, bucket_firsts
 from app.samples.step_function import StepFunction
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
@@ -25,8 +24,7 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
-from ui.files.file_dialogs import AskPath, ThenPath, ask_path
-from ui.files.save_bar import png_parts
+from ui.files.save_bar import SaveNote
 from ui.plots.lanes import Lane, Limit, Scale, Span
 from ui.plots.time_plot import TimePlot
 from ui.style.theme import Meaning, Space
@@ -53,11 +51,7 @@ class FlightPlot(QWidget):
         self._trouble: UserError | None = None
         """Why the file could not be read."""
         self._reading: BackgroundTask[tuple[FlightLog, object]] = BackgroundTask("dps-s flight", self)
-        self._saving: BackgroundTask[None] = BackgroundTask("dps-s flight save", self, finished_at_close=True)
-        self.ask_path: AskPath = ask_path
-        self.saved = text_label(f"{name}_saved", "small")
-        """The outcome of saving."""
-        self.saved.hide()
+        self.saved = SaveNote(f"{name}_saved")
         self.waiting = text_label(f"{name}_waiting", "muted")
         self.waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         card = named(QFrame(), f"{name}_card", "card")
@@ -77,11 +71,11 @@ class FlightPlot(QWidget):
             log = read_flight_log(path, columns)
             return log, judge(log)
 
-        self._reading.run(read, partial(self._show, limits), self._fail)
+        self._reading.run(read, partial(self._show, path, limits), self._fail)
 
     def close_log(self) -> None:
         self._reading.cancel()
-        self.saved.hide()
+        self.saved.clear()
         self._path = None
         if self.plot is not None:
             self._room.removeWidget(self.plot)
@@ -102,15 +96,15 @@ class FlightPlot(QWidget):
                 else labelled(self._path.name, self._trouble.sentence)
             )  # fmt: skip
 
-    def _show(self, limits: TriggerLimits, read: tuple[FlightLog, object]) -> None:
+    def _show(self, path: Path, limits: TriggerLimits, read: tuple[FlightLog, object]) -> None:
         log, judged = read
         self.waiting.hide()
         end_s = max(log.duration_s, float(log.time_s[-1]))
         plot = self.plot = TimePlot(
             lanes_of(log, limits), self._texts, wall_offset_s=_MIDNIGHT_S, bounds=Span(0.0, end_s)
         )
-        plot.save_picture_wanted.connect(self._save_picture)
-        plot.save_values_wanted.connect(partial(self._save_values, log))
+        plot.save_picture_wanted.connect(partial(self._save_picture, path, plot))
+        plot.save_values_wanted.connect(partial(self._save_values, path, plot, log))
         self._room.addWidget(plot, 1)
         self.shown.emit(judged)
         plot.draw(end_s)
@@ -121,38 +115,12 @@ class FlightPlot(QWidget):
         self._trouble = error
         self.retranslate()
 
-    def _save_picture(self) -> None:
-        if self.plot is None:
-            return
-        drawing, image = self.plot.canvas.svg(), self.plot.canvas.grab().toImage()
+    def _save_picture(self, path: Path, plot: TimePlot) -> None:
+        image, drawing = plot.canvas.grab().toImage(), plot.canvas.svg()
+        self.saved.save_picture(path.with_name(f"{path.stem}-plot.png"), image, drawing)
 
-        def save(path: Path) -> None:
-            self._save(path, iter((drawing,)) if path.suffix.lower() == ".svg" else png_parts(image))
-
-        self._choose(tr("Save picture…"), ".png", f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}", save)
-
-    def _save_values(self, log: FlightLog) -> None:
-        if self.plot is None:
-            return
-        span = self.plot.time_range.span
-        save = partial(self._save, parts=values_csv(log, span))
-        self._choose(tr("Save values…"), ".csv", tr("Table (*.csv)"), save)
-
-    def _choose(self, title: str, suffix: str, kinds: str, save: ThenPath) -> None:
-        if self._path is not None and not self._saving.is_running:
-            name = f"{self._path.stem}-plot{suffix}"
-            self.ask_path(self, title, self._path.with_name(name), kinds, save)
-
-    def _save(self, path: Path, parts: Iterable[bytes]) -> None:
-        def finish(text: str) -> None:
-            self.saved.setText(text)
-            self.saved.show()
-
-        self._saving.run(
-            lambda _running: write_parts(path, parts, 1),
-            lambda _none: finish(tr("Saved to {path}.", path=path)),
-            lambda error: finish(not_saved_text(path, error)),
-        )
+    def _save_values(self, path: Path, plot: TimePlot, log: FlightLog) -> None:
+        self.saved.save_values(path.with_name(f"{path.stem}-plot.csv"), values_csv(log, plot.time_range.span))
 
 
 def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:

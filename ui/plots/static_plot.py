@@ -113,5 +113,12 @@ class StaticPlot(PaintedWidget):
             axis.setHeight((metrics.height() + _GAP_PX if labels else 2) + title_px)
         axis.setTicks([list(labels)])
 
+    def sizeHint(self) -> QSize:
+        """As high as the labels need in the size of text in use."""
+        return QSize(self.usual.width(), scaled(self.usual.height()))
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(self.least.width(), scaled(self.least.height()))
+
     def resizeEvent(self, _event: QEvent) -> None:
         self.redraw()

@@ -101,7 +101,7 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     page.resize(876, 500)
     page.show()
     yield bench
-    qtbot.waitUntil(lambda: not page.save.is_saving)
+    qtbot.waitUntil(lambda: not page.save.note.is_saving)
     page.hide()
     appearance.choose(Choice.LIGHT)
     appearance.deleteLater()  # its connections would keep the page alive

@@ -38,9 +38,9 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
         if path is not None:
             then(path)
 
-    live.page.save.ask_path = choose
+    live.page.save.note.ask_path = choose
     live.click(name)
-    live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
     live.page.refresh()
     return suggested
 
@@ -72,9 +72,9 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
         live.say(tilt_deg=99)  # acquisition goes on behind the dialog
         then(path)
 
-    live.page.save.ask_path = choose_late
+    live.page.save.note.ask_path = choose_late
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
     assert ",99," not in path.read_text("utf-8-sig")
     assert ",12," in path.read_text("utf-8-sig")
 
@@ -83,7 +83,7 @@ def test_no_file_without_a_choice(live: Bench, tmp_path: Path) -> None:
     live.say()
     save(live, "live_save_csv", None)
     assert live.page.save.note.text == ""
-    assert not live.page.save.is_saving
+    assert not live.page.save.note.is_saving
 
 
 def test_the_outcome_follows_the_language(live: Bench, tmp_path: Path) -> None:
@@ -121,10 +121,10 @@ def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
 def test_the_picture_has_its_key(live: Bench, tmp_path: Path) -> None:
     live.say()
     path = tmp_path / "key.png"
-    live.page.save.ask_path = choosing(path)
+    live.page.save.note.ask_path = choosing(path)
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, both)
-    live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
     assert path.read_bytes().startswith(b"\x89PNG")
 
 
@@ -137,13 +137,13 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     live.say()
     monkeypatch.setattr("ui.files.save_bar.csv_parts", lambda *_, **__: repeat(b"row"))
     path = tmp_path / "values.csv"
-    live.page.save.ask_path = choosing(path)
+    live.page.save.note.ask_path = choosing(path)
     live.click("live_save_csv")
-    assert live.page.save.is_saving
+    assert live.page.save.note.is_saving
     assert not live.page.save.png.isEnabled()
     assert live.page.save.note.text.startswith("Saving…")
     live.click("live_save_cancel")
-    live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
     assert live.page.save.note.text == "Cancelled."
     assert list(tmp_path.iterdir()) == []
     assert live.page.save.csv.isEnabled()

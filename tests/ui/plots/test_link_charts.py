@@ -1,5 +1,7 @@
 """The charts of the link: texts overlap nothing, and the ground is that of the theme in use."""
 
+from itertools import combinations
+
 import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QSize
@@ -7,7 +9,10 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_statistics import TripClass
-from ui.plots.link_charts import Histogram, percent_text
+from tests.ui.plots.plot_bench import labels_of
+from ui.plots.link_charts import Histogram, OverTime, Stretch, percent_text
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
 
 CLASSES = tuple(TripClass(bound, count) for bound, count in ((1, 0), (2, 90), (4, 10), (8, 0), (16, 0), (None, 0)))
 
@@ -31,3 +36,22 @@ def test_the_ground_is_not_kept_over_a_change_of_theme(qtbot: QtBot) -> None:
     qtbot.addWidget(chart)
     chart.show()
     assert chart.view.getViewWidget().cacheMode() == pg.GraphicsView.CacheModeFlag.CacheNone
+
+
+@pytest.mark.parametrize("percent", [100, 200])
+def test_over_time_names_each_of_its_bands_at_every_size_of_text(
+    qtbot: QtBot, qapp: QApplication, percent: int
+) -> None:
+    """At 200 % the three labels lay on each other."""
+    looks = Appearance(qapp, Choice.LIGHT)
+    looks.zoom(percent)
+    chart = OverTime()
+    qtbot.addWidget(chart)
+    chart.show_stretch(Stretch(100.0, 60.0, ()))
+    chart.resize(chart.minimumSizeHint())
+    chart.show()
+    QApplication.processEvents()
+    labels = labels_of(chart.axes["left"])
+    looks.zoom(100)
+    assert {text.split("\n")[0] for text, _ in labels} == {"Slowest answer", "Without reply", "Invalid bytes"}
+    assert not any(one.intersects(other) for (_, one), (_, other) in combinations(labels, 2))

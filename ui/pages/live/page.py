@@ -167,7 +167,7 @@ class LivePage(StreamPage):
         self._process_waiting()
         now_s, data = self._connector.clock(), self.data
         self._refreshed_at = now_s
-        self.save.refresh()
+        self.save.note.refresh()
         self.fired.refresh()
         if self.recording is not None:
             self._recorded.refresh()
@@ -294,7 +294,7 @@ class LivePage(StreamPage):
 
     def end_notices(self, *, is_page_left: bool = False) -> None:
         super().end_notices(is_page_left=is_page_left)
-        self.save.end_note()
+        self.save.note.clear()
 
     def on_escape(self) -> bool:
         """Back to live."""
