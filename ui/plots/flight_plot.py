@@ -25,9 +25,9 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
 from ui.files.save_bar import SaveNote
-from ui.plots.lanes import Lane, Limit, Scale, Span
+from ui.plots.lanes import Lane, Scale, Span, Steps, acceleration_lane, tilt_lane
 from ui.plots.time_plot import TimePlot
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Space
 from ui.widgets.controls import named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column
@@ -136,24 +136,18 @@ def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
 
 def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
     """A lane per quantity in the log, with its thresholds."""
-    start_s = float(log.time_s[0])
+
+    def steps(value: float) -> Steps:
+        constant = StepFunction()
+        constant.put(float(log.time_s[0]), value)
+        return constant, None
+
+    fires, rearms = steps(limits.attitude_threshold_deg), steps(limits.reset_angle_deg)
+    falls = steps(limits.freefall_acceleration_g)
     lanes = [
-        Lane(
-            marked("Tilt"), "°", _series(log.time_s, log.tilt_deg), (Scale(0, 90, 30), Scale(0, 180, 45)),
-            (
-                Limit(_standing(start_s, limits.attitude_threshold_deg), marked("{value}° fires"), Meaning.DANGER),
-                Limit(_standing(start_s, limits.reset_angle_deg), marked("{value}° rearms"), Meaning.INFORMATION),
-            ),
-            weight=3, gap_s=MAX_GAP_S,
-        ),
-        Lane(
-            marked("Acceleration"), "g", _series(log.time_s, log.specific_force_g),
-            (Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)),
-            (Limit(_standing(start_s, limits.freefall_acceleration_g), marked("{value} g free fall"), Meaning.DANGER,
-                   1),),
-            decimals=1, weight=2, gap_s=MAX_GAP_S,
-        ),
-    ]  # fmt: skip
+        tilt_lane(_series(log.time_s, log.tilt_deg), fires, rearms, gap_s=MAX_GAP_S),
+        acceleration_lane(_series(log.time_s, log.specific_force_g), falls, gap_s=MAX_GAP_S),
+    ]
     if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
         known = log.altitude_m[np.isfinite(log.altitude_m)]
         series = _series(log.time_s, log.altitude_m)
@@ -167,16 +161,10 @@ def _series(time_s: Floats, values: Floats) -> RecordedSeries:
     return RecordedSeries(times, known, bucket_firsts(times))
 
 
-def _standing(start_s: float, value: float) -> StepFunction:
-    steps = StepFunction()
-    steps.put(start_s, value)
-    return steps
-
-
 def _scale_of(values: Floats) -> Scale:
     """A scale with round ends that contains all values."""
     low, high = float(values.min()), float(values.max())
-    step = next(one for one in _STEPS_M if (high - low) / one <= 3)
+    step = next(step for step in _STEPS_M if (high - low) / step <= 3)
     first = np.floor(low / step) * step
     count = max(1.0, float(np.ceil((high - first) / step + 0.1)))  # not on the edge
     return Scale(float(first), float(first + count * step), step)

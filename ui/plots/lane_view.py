@@ -18,7 +18,7 @@ from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from ui.plots.axis import LabelAxis
 from ui.plots.lanes import Lane, Limit, Scale, Span, fitting_scale, value_text
-from ui.plots.overlay import Overlay, apart
+from ui.plots.overlay import Overlay
 from ui.style.painted_widget import pen
 from ui.style.theme import Size, current, font
 
@@ -27,6 +27,8 @@ _MAX_BUCKETS: Final = 1000
 _MAX_PX: Final = 3
 EDGE_PX: Final = 2
 """Of the view around the box, so that lines on its edge are whole."""
+_FURTHEST_PX: Final = 60
+"""The label of a limit from its line."""
 _DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
 """Distinguishable from the module's own limits without colour."""
@@ -121,7 +123,7 @@ class LimitLine(Curve):
             if change.value is None:
                 continue
             later = changes[number + 1 :]
-            following = next((one.value for one in later if one.value is not None), None)
+            following = next((change.value for change in later if change.value is not None), None)
             # An equal value that follows is named at its own end.
             word = value_text(change.value, limit.decimals) if later and change.value != following else ""
             word = tr("stale") if self.is_stale else word
@@ -249,14 +251,13 @@ class LaneView:
     # Words
 
     def name_limits(self, overlay: Overlay) -> None:
-        """Names the current limits beside the lane, apart from each other."""
-        lines = [(line, part.value) for line in self.limits for part in line.segments if part.is_current]
-        height = QFontMetricsF(overlay.fonts[True]).height()
-        middles = apart([self.y(value) for _, value in lines], height, self.box.top(), self.box.bottom())
-        for middle, (line, value) in zip(middles, lines, strict=True):
-            text = tr(line.limit.label, value=value_text(value, line.limit.decimals))
-            place = QPointF(self.box.right() + 6, middle - height / 2)
-            overlay.put(text, line.ink(), place, is_bold=True, is_above=True)
+        """Names the current limits beside the lane, as near to their lines as there is room."""
+        for line in self.limits:
+            for part in (part for part in line.segments if part.is_current):
+                text = tr(line.limit.label, value=value_text(part.value, line.limit.decimals))
+                left, top = self.box.right() + 6, self.y(part.value) - overlay.size(text, is_bold=True).height() / 2
+                ways = (sign * way for way in range(_FURTHEST_PX) for sign in (1, -1))
+                overlay.put(text, line.ink(), (QPointF(left, top + way) for way in ways), is_bold=True)
 
     def name_past(self, overlay: Overlay) -> None:
         """Names past and stale limits at their ends and writes "no data" into gaps, where there is room."""
@@ -267,14 +268,14 @@ class LaneView:
                 left, y = self.x(part.end_s + end_s) - 4 - size.width(), self.y(part.value)
                 if left > self.x(part.start_s + end_s) + 4:
                     places = QPointF(left, y - size.height() - 1), QPointF(left, y + 1)
-                    overlay.put(part.word, line.ink(), *places, is_bold=True)
+                    overlay.put(part.word, line.ink(), places, is_bold=True)
         for gap in self.gaps:
             left, right = max(box.left(), self.x(gap.start_s)), min(box.right(), self.x(gap.end_s))
             size = overlay.size(tr("no data"), is_on_ground=True)
             if right - left > size.width():
                 tops = (box.top() + part * box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
                 middles = (QPointF((left + right - size.width()) / 2, top) for top in tops)
-                overlay.put(tr("no data"), current().text, *middles, ground=current().surface)
+                overlay.put(tr("no data"), current().text, middles, ground=current().surface)
 
     def limit_labels_px(self) -> float:
         """Width of the widest label of a limit."""

@@ -8,6 +8,7 @@ from app.limits.out_of_limits import Outside
 from app.samples.ring_buffers import Extent, Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -79,6 +80,24 @@ class Mark:
 
 Tick = tuple[float, str]
 """A time before the end of the span, and its label."""
+
+
+Steps = tuple[StepFunction, StepFunction | None]
+"""A limit over time, and what was last known of it."""
+
+
+def tilt_lane(series: Readable, fires: Steps, rearms: Steps, *, gap_s: float = 1.0) -> Lane:
+    limits = (
+        Limit(fires[0], marked("{value}° fires"), Meaning.DANGER, stale=fires[1]),
+        Limit(rearms[0], marked("{value}° rearms"), Meaning.INFORMATION, stale=rearms[1]),
+    )
+    return Lane(marked("Tilt"), "°", series, (Scale(0, 90, 30), Scale(0, 180, 45)), limits, weight=3, gap_s=gap_s)
+
+
+def acceleration_lane(series: Readable, falls: Steps, *, gap_s: float = 1.0) -> Lane:
+    limit = Limit(falls[0], marked("{value} g free fall"), Meaning.DANGER, 1, stale=falls[1])
+    scales = Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)
+    return Lane(marked("Acceleration"), "g", series, scales, (limit,), decimals=1, weight=2, gap_s=gap_s)
 
 
 def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:

@@ -57,13 +57,13 @@ class Histogram(StaticPlot):
         if classes == self._classes:
             return
         self._classes = classes
-        total = sum(one.count for one in classes)
-        said = "; ".join(f"{_bound(one)}: {one.count}" for one in classes if one.count)
-        self.announce(tr("Round trips: {n}. {classes}", n=total, classes=said), name=tr("Round trips"))
+        total = sum(trips.count for trips in classes)
+        parts = "; ".join(f"{_bound(trips)}: {trips.count}" for trips in classes if trips.count)
+        self.announce(tr("Round trips: {n}. {classes}", n=total, classes=parts), name=tr("Round trips"))
         self.redraw()
 
     def draw(self, theme: Theme) -> None:
-        counts = np.array([one.count for one in self._classes])
+        counts = np.array([trips.count for trips in self._classes])
         total = counts.sum()
         if not total:
             self.show_nothing(tr("not measured yet"))
@@ -78,12 +78,12 @@ class Histogram(StaticPlot):
             first = max(0, n - reach)
             if first + counts[first : n + reach + 1].argmax() == n:
                 self.add_text(percent_text(counts[n] / total), theme.text, (middles[n], heights[n]), (0.5, 1.0))
-        bounds = enumerate((one.up_to_ms for one in self._classes), 1)
+        bounds = enumerate((trips.up_to_ms for trips in self._classes), 1)
         self.show_ticks("bottom", [(n, f"{ms:g}") for n, ms in bounds if ms in _TICK_MS])
 
 
-def _bound(one: TripClass) -> str:
-    return tr("longer") if one.up_to_ms is None else tr("up to {ms} ms", ms=f"{one.up_to_ms:g}")
+def _bound(trips: TripClass) -> str:
+    return tr("longer") if trips.up_to_ms is None else tr("up to {ms} ms", ms=f"{trips.up_to_ms:g}")
 
 
 class ReasonBars(StaticPlot):
@@ -97,8 +97,8 @@ class ReasonBars(StaticPlot):
         shown = tuple((reason, count) for reason, count in counts if count)
         if shown != self._counts or not self.accessibleName():
             self._counts = shown
-            said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown) or tr("none")
-            self.announce(labelled(tr("Invalid bytes"), said), name=tr("Invalid bytes"))
+            parts = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown) or tr("none")
+            self.announce(labelled(tr("Invalid bytes"), parts), name=tr("Invalid bytes"))
             self.redraw()
 
     def draw(self, theme: Theme) -> None:
@@ -154,8 +154,8 @@ class OverTime(StaticPlot):
                 "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
                 time=duration(stretch.length_s),
                 lanes="; ".join(f"{band.title} {band.text}" for band in reversed(self._bands())),
-                restarts=sum(one.counters.restarts for one in stretch.slices),
-                losses=sum(one.losses for one in stretch.slices),
+                restarts=sum(part.counters.restarts for part in stretch.slices),
+                losses=sum(part.losses for part in stretch.slices),
             )
         )
         self.redraw()
@@ -163,8 +163,8 @@ class OverTime(StaticPlot):
     def _bands(self) -> tuple[_Band, ...]:
         """From below upwards."""
         theme, slices = current(), self._stretch.slices
-        slowest, missed = [one.slowest_s or 0.0 for one in slices], [one.counters.time_outs for one in slices]
-        rejected, ink = [one.counters.rejected for one in slices], theme.ink(Meaning.ATTENTION)
+        slowest, missed = [part.slowest_s or 0.0 for part in slices], [part.counters.time_outs for part in slices]
+        rejected, ink = [part.counters.rejected for part in slices], theme.ink(Meaning.ATTENTION)
         worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "–"
         return (
             _Band(tr("Invalid bytes"), f"{sum(rejected):,}", rejected, ink),
@@ -174,7 +174,7 @@ class OverTime(StaticPlot):
 
     def draw(self, theme: Theme) -> None:
         stretch, bands = self._stretch, self._bands()
-        begins = np.array([one.begins_s for one in stretch.slices]) - stretch.now_s
+        begins = np.array([part.begins_s for part in stretch.slices]) - stretch.now_s
         widths = np.full(len(begins), max(1.0, _MIN_PX * stretch.length_s / max(1, self.width())))
         for number, band in enumerate(bands):
             self.add(pg.InfiniteLine(number, angle=0, pen=pg.mkPen(theme.divider, width=theme.border_px)))
@@ -182,10 +182,10 @@ class OverTime(StaticPlot):
             if values.any():
                 heights = np.where(values, np.maximum(values / values.max(), _LEAST), 0) * 0.8
                 self.add(_bars(band.ink, x0=begins, y0=number, width=widths, height=heights))
-        for place, one in zip(begins + 0.5, stretch.slices, strict=True):
-            if one.counters.restarts or one.losses:
-                ink = theme.ink(Meaning.DANGER if one.losses else Meaning.INFORMATION)
-                symbol = "s" if one.losses else "t"  # a square, or a triangle that points down
+        for place, part in zip(begins + 0.5, stretch.slices, strict=True):
+            if part.counters.restarts or part.losses:
+                ink = theme.ink(Meaning.DANGER if part.losses else Meaning.INFORMATION)
+                symbol = "s" if part.losses else "t"  # a square, or a triangle that points down
                 mark = pg.ScatterPlotItem([place], [len(bands)], symbol=symbol, size=scaled(8), brush=ink, pen=None)
                 self.add(pg.InfiniteLine(place, pen=pg.mkPen(ink, width=theme.line_px, dash=(4, 3))), mark)
         self.set_range((-stretch.length_s, 0.0), (0.0, len(bands) + 0.1))

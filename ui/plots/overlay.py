@@ -1,6 +1,6 @@
 """What lies in front of the lanes: words and icons, none of which covers another, lines through all lanes, and dots."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF, Qt
@@ -75,8 +75,8 @@ class Overlay(QGraphicsRectItem):
         return self._texts[text, is_bold]
 
     def put(
-        self, what: str | Icon, ink: QColor | str, *places: QPointF, is_bold: bool = False, ground: str = "",
-        is_above: bool = False,
+        self, what: str | Icon, ink: QColor | str, places: Iterable[QPointF], *, is_bold: bool = False,
+        ground: str = "", is_above: bool = False,
     ) -> QRectF | None:  # fmt: skip
         """Shows a word or an icon at the first of `places`, its upper left corners, where it is apart from all others,
         or where it `is_above` them. Returns its room, None where there is none."""
@@ -114,19 +114,6 @@ class Overlay(QGraphicsRectItem):
             painter.setPen(QColor(ink))
             corner = room.topLeft() + QPointF(PAD_PX, _PAD_Y_PX) if ground else room.topLeft()
             painter.drawStaticText(corner, self._laid_out(what, is_bold=is_bold))
-
-
-def apart(places: Sequence[float], distance: float, top: float, bottom: float) -> list[float]:
-    """`places` pushed apart to at least `distance`, between `top` and `bottom` if they fit."""
-    order, moved = sorted(range(len(places)), key=lambda n: places[n]), list(places)
-    least, most = top, bottom
-    for n in order:
-        moved[n] = max(moved[n], least)
-        least = moved[n] + distance
-    for n in reversed(order):
-        moved[n] = min(moved[n], most)
-        most = moved[n] - distance
-    return moved
 
 
 def beside(x: float, y: float, size: QSizeF, within: QRectF) -> QPointF:

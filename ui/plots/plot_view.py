@@ -210,9 +210,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         lefts = [first, *self._write_marks(marks)]  # the first title is in the row of the marks
         for lane in self.lanes:
             top = self._title_top(lane)
-            title = overlay.put(tr(lane.lane.title), lane.ink, *(QPointF(left, top) for left in lefts), is_bold=True)
+            title = overlay.put(tr(lane.lane.title), lane.ink, (QPointF(left, top) for left in lefts), is_bold=True)
             if title is not None:
-                overlay.put(lane.lane.unit, theme.muted, QPointF(title.right() + 6, top))
+                overlay.put(lane.lane.unit, theme.muted, [QPointF(title.right() + 6, top)])
             lefts = [first]
         for lane in self.lanes:
             lane.name_past(overlay)
@@ -220,7 +220,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         if hidden:
             note = tr("A higher window also shows: {plots}", plots=hidden)
             top = self.viewport().height() - overlay.size(note).height() - 2
-            overlay.put(note, theme.muted, QPointF(first, top), is_above=True)
+            overlay.put(note, theme.muted, [QPointF(first, top)], is_above=True)
 
     def _write_marks(self, marks: Sequence[Mark]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
@@ -232,13 +232,13 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
                 columns.add(round(x))
                 # Fainter than cursor and curves; mixed, since transparent pens are slow.
                 overlay.lines.append((x, ink if theme.line_px > 1 else mixed(ink, theme.surface, 0.4)))
-            room = overlay.put(mark.icon, ink, QPointF(x - ICON_PX / 2, top))
+            room = overlay.put(mark.icon, ink, [QPointF(x - ICON_PX / 2, top)])
             if room is not None:
                 shown.append((mark, room))
         for mark, room in shown:
             left, word = room.right() + GAP_PX + 1, tr(mark.word)
             fits = left + overlay.size(word, is_bold=True).width() < self.viewport().width()
-            placed = overlay.put(word, theme.ink(mark.meaning), QPointF(left, top), is_bold=True) if fits else None
+            placed = overlay.put(word, theme.ink(mark.meaning), [QPointF(left, top)], is_bold=True) if fits else None
             ends.append((placed or room).right() + 2 * GAP_PX)
         return sorted(ends)
 
@@ -251,7 +251,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         def tag(text: str, y: float, within: QRectF) -> QRectF:
             size = overlay.size(text, is_bold=True, is_on_ground=True)
             place = beside(x, y, size, within)
-            return overlay.put(text, theme.window, place, is_bold=True, ground=theme.text, is_above=True) or QRectF()
+            return overlay.put(text, theme.window, [place], is_bold=True, ground=theme.text, is_above=True) or QRectF()
 
         overlay.lines.append((x, theme.text))
         for lane, (text, near) in zip(self.lanes, self.readings, strict=False):

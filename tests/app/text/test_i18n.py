@@ -263,7 +263,7 @@ def test_wrapped_texts_without_height_are_found(qtbot: QtBot) -> None:
 ROOT = Path(__file__).parents[3]
 ONE_LANGUAGE = ("app/cli/", "app/terminal/", "app/__main__.py")
 """A command ends in the language in which it began."""
-OVERWRITTEN = {"ui/plots/header.py": "self.chip", "ui/widgets/readout.py": "self.word"}
+OVERWRITTEN = {"ui/plots/time_plot.py": "self.chip", "ui/widgets/readout.py": "self.word"}
 """Replaced before it is shown."""
 
 

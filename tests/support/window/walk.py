@@ -132,7 +132,7 @@ class Walk(Driver):
         self.until(lambda: self._value("tilt_deg") == 0)
         self.press("live_would_fire")
         panel = page.fired
-        panel.wanted.choose("freefall_acceleration_g", 0.6)
+        panel.drafts.choose("freefall_acceleration_g", 0.6)
         panel.about.click()
         yield self._stop("live, would it have fired")
         self.press("live_would_fire")

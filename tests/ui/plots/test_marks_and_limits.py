@@ -5,14 +5,16 @@ from itertools import combinations, pairwise
 import pytest
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QGraphicsScene
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
+from app.samples.step_function import StepFunction
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import NOW_S, Bench
-from ui.plots.lanes import Lane, Mark, Scale
-from ui.plots.overlay import Overlay, apart
+from ui.plots.lane_view import LaneView
+from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
+from ui.plots.overlay import Overlay
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
 from ui.style import appearance, theme
@@ -75,24 +77,32 @@ def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
     assert count > 10
 
 
-@pytest.mark.parametrize("places", [[50.0, 51.0], [2.0, 1.0, 3.0], [98.0, 99.0, 99.5], [0.0, 0.0], [10.0, 90.0], []])
-def test_labels_of_limits_never_overlap(places: list[float]) -> None:
-    moved = sorted(apart(places, 15, 0, 100))
-    assert all(lower - upper >= 14.99 for upper, lower in pairwise(moved))
-    assert all(-0.01 <= place <= 100.01 for place in moved)
-    if places == [10.0, 90.0]:
-        assert moved == places
+@pytest.mark.parametrize("values", [(60, 59, 58), (58, 59, 60), (0, 0, 0), (90, 89, 90), (10, 80, 45)])
+def test_labels_of_limits_never_overlap(qapp: QApplication, qtbot: QtBot, values: tuple[float, ...]) -> None:
+    scene, limits = QGraphicsScene(), []
+    for number, value in enumerate(values):
+        limits.append(Limit(StepFunction(), f"limit {number}", Meaning.DANGER))
+        limits[-1].steps.put(0.0, value)
+    lane = LaneView(Lane("Tilt", "°", Series(), (Scale(0, 90, 30),), tuple(limits)), scene)
+    lane.place(QRectF(0, 0, 500, 40))
+    lane.draw(Span(0.0, 60.0), [])
+    overlay = Overlay()
+    overlay.clear(lane.box, has_focus=False)
+    lane.name_limits(overlay)
+    assert [shown.what for shown in overlay.shown] == ["limit 0", "limit 1", "limit 2"]
+    assert not any(first.room.intersects(second.room) for first, second in combinations(overlay.shown, 2))
+    assert overlay.shown[0].room.center().y() == pytest.approx(lane.y(values[0]), abs=1)  # the most important one
 
 
 def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
     overlay = Overlay()
     overlay.clear(QRectF(), has_focus=False)
-    assert overlay.put("first", LIGHT.muted, QPointF(0, 0))
-    below = overlay.put("second", LIGHT.muted, QPointF(1, 1), QPointF(1, 40))
+    assert overlay.put("first", LIGHT.muted, [QPointF(0, 0)])
+    below = overlay.put("second", LIGHT.muted, [QPointF(1, 1), QPointF(1, 40)])
     assert below is not None
     assert below.top() == 40
-    assert overlay.put("third", LIGHT.muted, QPointF(2, 2), QPointF(2, 41)) is None
-    assert overlay.put("third", LIGHT.muted, QPointF(2, 2), is_above=True) is not None
+    assert overlay.put("third", LIGHT.muted, [QPointF(2, 2), QPointF(2, 41)]) is None
+    assert overlay.put("third", LIGHT.muted, [QPointF(2, 2)], is_above=True) is not None
     assert [shown.what for shown in overlay.shown] == ["first", "second", "third"]
     overlay.clear(QRectF(), has_focus=False)
     assert overlay.shown == []

@@ -72,10 +72,10 @@ class ColumnForm(QWidget):
         self.force = self._box("csv_force", marked("Acceleration"))
         self.altitude = self._box("csv_altitude", marked("Altitude"))
         self.armed = self._box("csv_armed", marked("Arming state"))
-        self.attitude_parts = [self._box(f"csv_attitude_{one}", marked("Attitude"))
-                               for one in range(_MAX_PARTS)]  # fmt: skip
-        self.force_parts = [self._box(f"csv_force_{one}", marked("Acceleration"))
-                            for one in range(_MAX_PARTS - 1)]  # fmt: skip
+        self.attitude_parts = [self._box(f"csv_attitude_{number}", marked("Attitude"))
+                               for number in range(_MAX_PARTS)]  # fmt: skip
+        self.force_parts = [self._box(f"csv_force_{number}", marked("Acceleration"))
+                            for number in range(_MAX_PARTS - 1)]  # fmt: skip
         self._labels = {box: named(QLabel(), f"{box.objectName()}_label")
                         for box in (*self.attitude_parts, *self.force_parts)}  # fmt: skip
         self.read = control(QPushButton(), texts, "csv_read", "Read", picture=Icon.CHECK, role="primary",
@@ -136,7 +136,7 @@ class ColumnForm(QWidget):
     def _fill(self, box: QComboBox, entries: Sequence[tuple[str, Any]], *, is_open: bool = False) -> None:
         """`is_open`: nothing is preselected."""
         row = box.currentIndex()
-        if [(box.itemText(one), box.itemData(one)) for one in range(box.count())] == list(entries):
+        if [(box.itemText(row), box.itemData(row)) for row in range(box.count())] == list(entries):
             return
         was = box.currentData()
         box.blockSignals(True)

@@ -220,22 +220,22 @@ class FlightsWork(QObject):
 
     def rows(self, outcomes: Iterable[FlightOutcome]) -> dict[FlightGroup, list[FlightRow]]:
         """Rows by list, unreadable files first."""
-        found: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
+        rows: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
         for unread in self._unread.values():
-            found[unread.group].append(FlightRow(unread.name, unread.group, None, -1.0, unread))
+            rows[unread.group].append(FlightRow(unread.name, unread.group, None, -1.0, unread))
         step = steps_of(self.limits.freefall_acceleration_g, TENTH_G.per_unit)
         for outcome in outcomes:
             fall_s = float(outcome.flight.direct.longest_fall_s[step])
-            found[outcome.group].append(FlightRow(outcome.flight.name, outcome.group, outcome, fall_s))
-        return found
+            rows[outcome.group].append(FlightRow(outcome.flight.name, outcome.group, outcome, fall_s))
+        return rows
 
     def maps(self) -> tuple[FireMap, FireMap]:
         """Maps of the chosen reading and of the other one, cached."""
-        wanted = (self.limits.freefall_acceleration_g, self.reading)
-        if self._maps is None or self._maps_of != wanted:
+        key = (self.limits.freefall_acceleration_g, self.reading)
+        if self._maps is None or self._maps_of != key:
             other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
             self._maps = self.flights.fire_map(self.limits, self.reading), self.flights.fire_map(self.limits, other)
-            self._maps_of = wanted
+            self._maps_of = key
         return self._maps
 
     def settings(self) -> Mapping[str, Value]:
@@ -301,15 +301,15 @@ class FlightsWork(QObject):
                 self.flights.remove(name)
         self._change()
 
-    def _on_loaded(self, one: LoadedLog) -> None:
-        name, flight, why = str(one.log.path), one.log.flight, one.log.why_not
+    def _on_loaded(self, loaded: LoadedLog) -> None:
+        name, flight, why = str(loaded.log.path), loaded.log.flight, loaded.log.why_not
         self._unread.pop(name, None)
         group = self._sides.setdefault(name, FlightGroup.MUST_NOT)
-        self._columns[name] = one.columns
+        self._columns[name] = loaded.columns
         if flight is not None:
             self.flights.add((flight,), group)
         elif why is not None:
-            self._unread[name] = UnreadLog(name, group, why, one.head)
+            self._unread[name] = UnreadLog(name, group, why, loaded.head)
 
     def _end_loading(self, ended: LoadEnded) -> None:
         self.poll()

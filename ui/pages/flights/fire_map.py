@@ -127,10 +127,10 @@ class FireMapView(StaticPlot):
             self._map, self._cells = shown, cells_of(shown, other)
             self.redraw()
 
-    def show_limits(self, limits: TriggerLimits, told: str) -> None:
-        """Moves the cross; `told` is the accessible text."""
+    def show_limits(self, limits: TriggerLimits, text: str) -> None:
+        """Moves the cross; `text` is the accessible text."""
         self._limits = limits
-        self.announce(told)
+        self.announce(text)
         self._move_cross()
 
     def place_of(self, tilt_deg: float, time_s: float) -> QPointF:
@@ -202,8 +202,8 @@ class FireMapView(StaticPlot):
         side = round(scaled(_SWATCH_PX) * ratio)
         any_differs = self._cells is not None and bool(self._cells.differs.any())
         for word, (wrong, missed, differs) in _LEGEND.items():
-            one = np.ones((1, 1))
-            cells = MapCells(one * wrong, one * missed, one * differs > 0)
+            cell = np.ones((1, 1))
+            cells = MapCells(cell * wrong, cell * missed, cell * differs > 0)
             pixels = map_pixels(cells, theme, QSize(side, side), ratio, has_must=not differs)
             pixels[[0, -1]] = pixels[:, [0, -1]] = _rgb(theme.border)
             picture = QPixmap(QImage(pixels.tobytes(), side, side, 3 * side, QImage.Format.Format_RGB888))

@@ -47,8 +47,8 @@ class FlightView(QWidget):
         self.chart.shown.connect(self._mark)
         head = in_row((self.name, 1), self.back, spacing=Space.M)
         head.addStrut(HEIGHT_PX)
-        said = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
-        in_column(head, said, self.problems, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
+        verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
+        in_column(head, verdict, self.problems, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
 
     def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
         """The file is read again in the background."""
@@ -65,15 +65,15 @@ class FlightView(QWidget):
         outcome = self._outcome
         if outcome is None:
             return
-        look = appearance_of(outcome.group, verdict_of(outcome))
-        self.picture.show_icon(look.icon, look.meaning)
+        appearance = appearance_of(outcome.group, verdict_of(outcome))
+        self.picture.show_icon(appearance.icon, appearance.meaning)
         self.name.setText(f"{short_name(outcome.flight.name)} · {tr(outcome.group.value)}")
         self.verdict.setText("\n".join(outcome_lines(outcome)))
         problems = [problem.translated() for problem in outcome.flight.problems]
         shown = problems[:_PROBLEMS_SHOWN]
         if len(problems) > len(shown):
             shown.append(tr("and {count} more", count=len(problems) - len(shown)))
-        self.problems.setText("\n".join(clean(one) for one in shown))
+        self.problems.setText("\n".join(clean(problem) for problem in shown))
         self.problems.setToolTip("\n".join(problems))
         self.problems.setVisible(bool(problems))
         self.chart.retranslate()
@@ -103,7 +103,7 @@ def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mar
         marks.append(Mark(flight.loss_s, marked("control lost (estimate)"), Icon.WARNING, Meaning.ATTENTION))
     if flight.impact_s is not None:
         marks.append(Mark(flight.impact_s, marked("impact"), Icon.DROP, None))
-    return sorted(marks, key=lambda one: one.time_s)
+    return sorted(marks, key=lambda mark: mark.time_s)
 
 
 def _moment(outcome: FlightOutcome) -> float | None:

@@ -142,11 +142,11 @@ class FlightTable(RowsTable[FlightRow]):
              self.move_wanted, bool(self.chosen())),
             ("remove", tr("Remove"), Icon.CROSS, self.remove_wanted, bool(self.chosen())),
         )  # fmt: skip
-        for name, text, picture, wanted, is_on in entries:
+        for name, text, picture, slot, is_on in entries:
             action = menu.addAction(icon(picture), text)
             action.setObjectName(f"{self.objectName()}_menu_{name}")
             action.setEnabled(is_on)
-            action.triggered.connect(wanted)
+            action.triggered.connect(slot)
         return menu
 
     def _show_menu(self, place: QPoint) -> None:
@@ -238,10 +238,10 @@ class FlightLists(QWidget):
         super().__init__()
         self.setObjectName("flights_lists")
         self.of: dict[FlightGroup, FlightList] = {group: FlightList(group, texts) for group in GROUPS}
-        in_column(*((one, 1) for one in self.of.values()), of=self, spacing=Space.S, margins=0)
+        in_column(*((part, 1) for part in self.of.values()), of=self, spacing=Space.S, margins=0)
 
     def show_rows(self, rows: dict[FlightGroup, list[FlightRow]]) -> None:
         has_problems = any(problem_count(row) for of_group in rows.values() for row in of_group)
-        for group, one in self.of.items():
-            one.show_rows(rows[group])
-            one.table.show_problems(has_problems=has_problems)  # the same columns in both
+        for group, part in self.of.items():
+            part.show_rows(rows[group])
+            part.table.show_problems(has_problems=has_problems)  # the same columns in both

@@ -134,9 +134,9 @@ class FlightsPage(Page):
     def _read_with(self, name: str, columns: CsvColumns) -> None:
         """Reads every file that has the same columns."""
         unread = self.work.unread()
-        heads = {one.name: one.head for one in unread}
+        heads = {log.name: log.head for log in unread}
         self._show_overview()
-        self.open_paths([Path(one.name) for one in unread if one.head == heads.get(name)], columns)
+        self.open_paths([Path(log.name) for log in unread if log.head == heads.get(name)], columns)
 
     def _cancel(self) -> None:
         self.work.loading.cancel()
@@ -144,7 +144,7 @@ class FlightsPage(Page):
     def _show_fired(self) -> None:
         """Shows the flights that fire with the chosen thresholds."""
         self.fired_only.setChecked(True)
-        first = next((one for one in self.lists.of.values() if one.table.filter.rowCount()), None)
+        first = next((part for part in self.lists.of.values() if part.table.filter.rowCount()), None)
         if first is not None:
             first.table.setFocus()
             select_row(first.table, 0)
@@ -161,7 +161,7 @@ class FlightsPage(Page):
         work = self.work
         outcomes = work.outcomes()
         self.lists.show_rows(work.rows(outcomes))
-        counts = tuple(one.caption.text() for one in self.lists.of.values())
+        counts = tuple(part.caption.text() for part in self.lists.of.values())
         self.map.show_limits(work.limits, labelled(limits_text(work.limits), " · ".join(counts)))  # fmt: skip
         if self.fired_only.isChecked():
             self._filter(is_wanted=True)
@@ -206,7 +206,7 @@ class FlightsPage(Page):
         first = unread[0]
         text = tr("{count} not read. {name}: {why}", count=len(unread), name=short_name(first.name),
                   why=clean(first.why.translated()))  # fmt: skip
-        table = next((one for one in unread if one.head), None)
+        table = next((log for log in unread if log.head), None)
         choices = () if table is None else (
             Choice("columns", tr("Choose columns…"), partial(self._show_form, table)),
         )  # fmt: skip
@@ -219,14 +219,14 @@ class FlightsPage(Page):
         """Hides the page's header for the flight and the form, which have their own."""
         self._stack.setCurrentWidget(widget)
         self.header.setVisible(widget in (self.empty, self._overview))
-        for one in (self.thresholds.reading, self.fired_only, self.header.more):
-            one.setVisible(widget is self._overview)
+        for part in (self.thresholds.reading, self.fired_only, self.header.more):
+            part.setVisible(widget is self._overview)
         self.proposal.show_proposal(is_wanted=widget is self._overview)
         self._refresh_notice()
 
     def _filter(self, *, is_wanted: bool) -> None:
-        for one in self.lists.of.values():
-            one.show_only_fired(is_wanted=is_wanted)
+        for part in self.lists.of.values():
+            part.show_only_fired(is_wanted=is_wanted)
 
     def _tick(self) -> None:
         self.work.poll()
@@ -258,10 +258,10 @@ class FlightsPage(Page):
         )
         self.map.opened.connect(self._show_fired)
         self.fired_only.toggled.connect(lambda is_on: self._filter(is_wanted=is_on))
-        for one in self.lists.of.values():
-            one.opened.connect(self.open_flight)
-            one.move_wanted.connect(work.move)
-            one.remove_wanted.connect(work.remove)
+        for part in self.lists.of.values():
+            part.opened.connect(self.open_flight)
+            part.move_wanted.connect(work.move)
+            part.remove_wanted.connect(work.remove)
         self.flight.closed.connect(self._show_overview)
         self.form.closed.connect(self._show_overview)
         self.form.chosen.connect(self._read_with)

@@ -46,7 +46,7 @@ class ProposalBar(QFrame):
         texts = services.texts
         self.picture = IconLabel("flights_proposal_icon", _ICON_PX)
         self.head = named(ElidedLabel(), "flights_proposal_head", "strong")
-        self.lines = [named(ElidedLabel(), f"flights_proposal_line_{one}", "small") for one in range(_LINES)]
+        self.lines = [named(ElidedLabel(), f"flights_proposal_line_{number}", "small") for number in range(_LINES)]
         self.take = control(QPushButton(), texts, "flights_take", "Try proposal", picture=Icon.CHECK,
                             slot=self._use_proposal)  # fmt: skip
         self.use = control(QPushButton(), texts, "flights_use", "Use in Settings", tip="Nothing is sent.",

@@ -171,8 +171,8 @@ def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
         parts.append(labelled(tr("unclear"), different))
     if group is FlightGroup.MUST:
         fires = [fire for outcome in outcomes for fire in (outcome.direct, outcome.damped) if fire.is_in_time]
-        delays = [one.delay_s for one in fires if math.isfinite(one.delay_s)]
-        drops = [one.drop_m for one in fires if math.isfinite(one.drop_m)]
+        delays = [fire.delay_s for fire in fires if math.isfinite(fire.delay_s)]
+        drops = [fire.drop_m for fire in fires if math.isfinite(fire.drop_m)]
         if delays and max(delays) >= 0:
             latest = FirstFire(math.nan, Source(0), True, max(delays), max(drops, default=math.nan))
             parts.append(tr("latest {late}", late=latest.late_text))

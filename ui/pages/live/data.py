@@ -17,7 +17,7 @@ from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Series
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.plots.lanes import Lane, Limit, Mark, Scale
+from ui.plots.lanes import Lane, Limit, Mark, Scale, acceleration_lane, tilt_lane
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -109,7 +109,7 @@ class LiveData(Measured):
         self.markers.extend(new)
         # The first connection is the start of the time line, not an event.
         shown = new[1:] if not count and new and new[0].kind is MarkerKind.CONNECTED else new
-        return [mark_of(one) for one in shown]
+        return [mark_of(marker) for marker in shown]
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         """A copy of all data in a span, both ends included."""
@@ -151,26 +151,8 @@ def lanes(data: Measured, in_use: LimitsInUse, stale: LimitSteps | None = None) 
         return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
 
     return (
-        Lane(
-            marked("Tilt"),
-            "°",
-            data.tilt,
-            (Scale(0, 90, 30), Scale(0, 180, 45)),
-            (
-                Limit(data.fires, marked("{value}° fires"), Meaning.DANGER, stale=stale.fires),
-                Limit(data.rearms, marked("{value}° rearms"), Meaning.INFORMATION, stale=stale.rearms),
-            ),
-            weight=3,
-        ),
-        Lane(
-            marked("Acceleration"),
-            "g",
-            data.acceleration,
-            (Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)),
-            (Limit(data.falls, marked("{value} g free fall"), Meaning.DANGER, 1, stale=stale.falls),),
-            decimals=1,
-            weight=2,
-        ),
+        tilt_lane(data.tilt, (data.fires, stale.fires), (data.rearms, stale.rearms)),
+        acceleration_lane(data.acceleration, (data.falls, stale.falls)),
         Lane(
             marked("Light"),
             "V",

@@ -47,10 +47,10 @@ class EmptyPage(EmptyState):
 
     def refresh(self) -> None:
         state = self._connector.current.state
-        said = link_text(state, self._connector.clock())
+        state_text = link_text(state, self._connector.clock())
         is_idle = state.phase is Phase.CLOSED
-        self.title.setText(tr("No module connected") if is_idle else said.word)
-        self.text.setText(said.next_step)
+        self.title.setText(tr("No module connected") if is_idle else state_text.word)
+        self.text.setText(state_text.next_step)
         self.text.setVisible(is_idle)
         set_role(self.choose, "primary" if is_idle else "")
         self.choose.setIcon(icon(Icon.PLUG, is_on_primary=is_idle))

@@ -306,11 +306,11 @@ class LivePage(StreamPage):
         self.panel.fit_height(self.height())
 
 
-def _is_same_state(one: Batch, other: Batch) -> bool:
+def _is_same_state(batch: Batch, other: Batch) -> bool:
     """Whether link and module state are the same in both."""
     return (
-        one.connection == other.connection
-        and one.device.presence is other.device.presence
-        and one.device.restarts == other.device.restarts
-        and one.device.reported == other.device.reported
+        batch.connection == other.connection
+        and batch.device.presence is other.device.presence
+        and batch.device.restarts == other.device.restarts
+        and batch.device.reported == other.device.reported
     )

@@ -143,7 +143,7 @@ class LivePanel(QFrame):
         cell voltage, which the top bar has too, and the time under the cursor, which the plots have."""
         room = self.contentsRect().width() - 2 * Space.M
         here: list[QWidget] = [*self._tiles[:4], *([self._then] if self._is_recorded else [])]
-        px = sum(one.minimumSizeHint().width() for one in here)
+        px = sum(tile.minimumSizeHint().width() for tile in here)
         has_cell = self._is_recorded or px + (len(here) - 1) * Space.M <= room
         self.cell.setVisible(has_cell)
         if not has_cell:
@@ -235,7 +235,7 @@ class LivePanel(QFrame):
 
     def _name(self, texts: Texts) -> None:
         texts.bind(self.setAccessibleName, "Measured values")
-        for one, caption in (
+        for widget, caption in (
             (self.moment, "Time under the cursor"),
             (self.activation, "Activation"),
             (self.trigger, "Trigger"),
@@ -246,7 +246,7 @@ class LivePanel(QFrame):
             (self.boot_count, "Boot count"),
             (self.stream, "Reports"),
         ):
-            texts.bind(one.set_caption, caption)
+            texts.bind(widget.set_caption, caption)
         for readout, command in ((self.light, "light"), (self.cell, "cell_voltage"), (self.boot_count, "boot_count")):
             texts.bind(readout.setToolTip, BY_NAME[command].explanation)
         for readout, command in (

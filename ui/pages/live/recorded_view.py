@@ -177,5 +177,5 @@ def show_moment(panel: LivePanel, recording: Recording, time_s: float | None, in
 
 
 def _value(series: Readable, time_s: float, within_s: float) -> float | None:
-    found = series.around(time_s, within_s=within_s)
-    return None if found is None else found.high
+    near = series.around(time_s, within_s=within_s)
+    return None if near is None else near.high

@@ -40,10 +40,10 @@ class WhatIfFields(QWidget):
 
     changed = Signal()
 
-    def __init__(self, wanted: WhatIfDrafts, texts: Texts, guard: WheelGuard) -> None:
+    def __init__(self, drafts: WhatIfDrafts, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
         self.setObjectName("fired_fields")
-        self._wanted = wanted
+        self._drafts = drafts
         self.editors: dict[str, FieldEditor] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -55,21 +55,21 @@ class WhatIfFields(QWidget):
             column.addLayout(_row(label, editor))
             self.editors[command.key] = editor
         self._shown: Mapping[str, tuple[Value | None, SettingSource | None]] = {}
-        self.show_wanted()
+        self.show_drafts()
 
-    def show_wanted(self) -> None:
-        wanted = self._wanted
-        shown = {key: (wanted.values.get(key), wanted.standing.get(key)) for key in self.editors}
-        for key, (edited, standing) in shown.items():
-            if self._shown.get(key, ()) != (edited, standing):
-                self._show(key, edited, standing)
+    def show_drafts(self) -> None:
+        drafts = self._drafts
+        shown = {key: (drafts.values.get(key), drafts.standing.get(key)) for key in self.editors}
+        for key, (edited, source) in shown.items():
+            if self._shown.get(key, ()) != (edited, source):
+                self._show(key, edited, source)
         self._shown = shown
 
-    def _show(self, key: str, edited: Value | None, standing: SettingSource | None) -> None:
-        editor, stands = self.editors[key], None if standing is None else standing.value
+    def _show(self, key: str, edited: Value | None, source: SettingSource | None) -> None:
+        editor, value = self.editors[key], None if source is None else source.value
         if isinstance(editor, FlagEditor) and edited is None:
-            edited = stands  # a switch has nothing muted
-        editor.show_value(edited, stands)
+            edited = value  # a switch has nothing muted
+        editor.show_value(edited, value)
 
     def _editor(self, command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:
         editor = make_editor(command, texts, guard)
@@ -77,10 +77,10 @@ class WhatIfFields(QWidget):
         editor.setObjectName(f"fired_{command.name}")
         for child in editor.findChildren(QWidget):
             child.setObjectName(f"fired_{child.objectName()}")
-        wanted, key = self._wanted, command.key
-        editor.chosen.connect(lambda value: self._do(partial(wanted.choose, key, value)))
+        drafts, key = self._drafts, command.key
+        editor.chosen.connect(lambda value: self._do(partial(drafts.choose, key, value)))
         if isinstance(editor, FlagEditor):
-            editor.cancelled.connect(lambda: self._do(partial(wanted.withdraw, key)))
+            editor.cancelled.connect(lambda: self._do(partial(drafts.withdraw, key)))
             for button in (editor.on, editor.off):
                 button.setMinimumWidth(_SWITCH_PX)
         return editor
@@ -88,7 +88,7 @@ class WhatIfFields(QWidget):
     def _do(self, act: "partial[None]") -> None:
         act()
         self._shown = {}  # the clicked button has already changed itself
-        self.show_wanted()
+        self.show_drafts()
         self.changed.emit()
 
 

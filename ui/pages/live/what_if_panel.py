@@ -85,7 +85,7 @@ class WhatIfPanel(QFrame):
         super().__init__()
         named(self, "fired_panel", "card")
         self._connector, self._exchange = services.connector, services.exchange
-        self.wanted = WhatIfDrafts()
+        self.drafts = WhatIfDrafts()
         self.lines = DraftLines()
         self.finding: WhatIfFinding | None = None
         """None until everything is judged."""
@@ -118,16 +118,16 @@ class WhatIfPanel(QFrame):
     def refresh(self) -> None:
         if self.isHidden():
             return
-        self.wanted.standing = self._standing()
-        self.fields.show_wanted()
+        self.drafts.standing = self._standing()
+        self.fields.show_drafts()
         self._show_lines()
-        question = self.wanted.question()
+        question = self.drafts.question()
         self._judge(question.limits)
         self._show_verdict(fired_words.verdict(self.finding, question, clock=self._clock))
         self._list(fired_words.rows(self.finding, clock=self._clock))
-        self.as_module.setEnabled(bool(self.wanted.values))
+        self.as_module.setEnabled(bool(self.drafts.values))
         self.from_settings.setEnabled(bool(self._exchange.find_drafts()))
-        self.use.setEnabled(bool(self.wanted.values) and self._exchange.can_use())
+        self.use.setEnabled(bool(self.drafts.values) and self._exchange.can_use())
 
     def _judge(self, limits: TriggerLimits) -> None:
         """Judges anew where the limits or the data have changed."""
@@ -164,15 +164,15 @@ class WhatIfPanel(QFrame):
         if isinstance(measured, Recording):
             steps = {ATTITUDE_THRESHOLD: measured.fires, FREEFALL_ACCELERATION: measured.falls,
                      FREEFALL_TIME: measured.fall_times}  # fmt: skip
-            last = {command.key: _last_value(one) for command, one in steps.items()}
+            last = {command.key: _last_value(step) for command, step in steps.items()}
             return {key: SettingSource(value) for key, value in last.items() if value is not None}
         device, now_s = self._connector.current.device, self._connector.clock()
         known = {command.key: device.known(command.key, now_s) for command in TRIED}
-        return {key: SettingSource(one.value, one.is_stale) for key, one in known.items() if one is not None}
+        return {key: SettingSource(value.value, value.is_stale) for key, value in known.items() if value is not None}
 
     def open_with(self, values: Mapping[str, Value]) -> None:
-        self.wanted.fill(values)
-        self.fields.show_wanted()
+        self.drafts.fill(values)
+        self.fields.show_drafts()
 
     # Actions
 
@@ -196,7 +196,7 @@ class WhatIfPanel(QFrame):
             self.button.setChecked(True)
 
     def _use(self) -> None:
-        self._exchange.used.emit(self.wanted.values)
+        self._exchange.used.emit(self.drafts.values)
         self.settings_wanted.emit()
 
     def _load_from_settings(self) -> None:
@@ -213,24 +213,24 @@ class WhatIfPanel(QFrame):
         return clock_text(at_s + self._wall_offset_s, 1)
 
     def _show_lines(self) -> None:
-        if self.lines.show(*(self._drafted(one) for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION))):
+        if self.lines.show(*(self._drafted(command) for command in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION))):
             self.lines_changed.emit()
 
     def _drafted(self, command: Command) -> float | None:
         """The tried value, if it differs from the module's."""
-        standing, value = self.wanted.standing.get(command.key), self.wanted.values.get(command.key)
+        standing, value = self.drafts.standing.get(command.key), self.drafts.values.get(command.key)
         return None if value is None or (standing is not None and standing.value == value) else float(value)
 
-    def _show_verdict(self, said: WhatIfVerdict) -> None:
-        if said == self._verdict:
+    def _show_verdict(self, verdict: WhatIfVerdict) -> None:
+        if verdict == self._verdict:
             return
-        self._verdict = said
-        self.head.setText(said.head)
-        self.details.setText("\n".join(said.lines))
-        self.details.setVisible(bool(said.lines))
-        self.head.setAccessibleName(said.head)
-        self.details.setAccessibleName("\n".join(said.lines))
-        self._icon.show_icon(*_STYLES[said.kind])
+        self._verdict = verdict
+        self.head.setText(verdict.head)
+        self.details.setText("\n".join(verdict.lines))
+        self.details.setVisible(bool(verdict.lines))
+        self.head.setAccessibleName(verdict.head)
+        self.details.setAccessibleName("\n".join(verdict.lines))
+        self._icon.show_icon(*_STYLES[verdict.kind])
 
     def _list(self, rows: tuple[WhatIfRow, ...]) -> None:
         """Keeps unchanged rows, so that a selected one stays selected."""
@@ -269,7 +269,7 @@ class WhatIfPanel(QFrame):
         set_icon_size(self.list, 16)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.hide()
-        self.fields = WhatIfFields(self.wanted, texts, WheelGuard(self))
+        self.fields = WhatIfFields(self.drafts, texts, WheelGuard(self))
         self.locked = control(QCheckBox(), texts, "fired_locked", "Also while locked")
         self.locked.setChecked(True)
         self.as_module = control(QPushButton(), texts, "fired_as_module", "As on the module")
@@ -305,7 +305,7 @@ class WhatIfPanel(QFrame):
         note = text_label("fired_note", "small")
         texts.bind(note.setText, "Nothing is sent.")
         head = in_row((title, 1), close)
-        said = in_row((self._icon, Qt.AlignmentFlag.AlignTop), (self.head, 1), spacing=Space.S)
+        verdict = in_row((self._icon, Qt.AlignmentFlag.AlignTop), (self.head, 1), spacing=Space.S)
         starts = FlowRow()
         starts.add(self.as_module, self.from_settings, self.use)
         content = named(QWidget(), "fired_content")
@@ -317,11 +317,11 @@ class WhatIfPanel(QFrame):
             content, texts, "fired_scroll", "Would it have fired?", is_vertical=True, is_transparent=True
         )
         in_column(
-            head, note, said, (scroll, 1), of=self, spacing=Space.XS, margins=(Space.M, Space.S, Space.XS, Space.S)
+            head, note, verdict, (scroll, 1), of=self, spacing=Space.XS, margins=(Space.M, Space.S, Space.XS, Space.S)
         )
 
     def _retranslate(self) -> None:
-        self.rules.setText("\n".join(f"• {tr(one)}" for one in fired_words.ABOUT))
+        self.rules.setText("\n".join(f"• {tr(rule)}" for rule in fired_words.ABOUT))
         self._verdict = None
 
     # Qt

@@ -91,8 +91,8 @@ class RecordingsButtons(QWidget):
         for button in (self.open, self.csv, self.mcap):
             button.setEnabled(is_idle and is_one)
         self.pin.setEnabled(is_idle and bool(chosen))
-        self.delete.setEnabled(is_idle and bool(chosen) and not any(one.is_running for one in chosen))
-        rename(self.pin, self._texts, marked("Unpin") if chosen and all(one.is_pinned for one in chosen) else "Pin")
+        self.delete.setEnabled(is_idle and bool(chosen) and not any(entry.is_running for entry in chosen))
+        rename(self.pin, self._texts, marked("Unpin") if chosen and all(entry.is_pinned for entry in chosen) else "Pin")
 
 
 class RecordingsDetail(QFrame):
@@ -118,8 +118,8 @@ class RecordingsDetail(QFrame):
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
         """Shows one recording, or how many are selected and their sums."""
         self.buttons.show_chosen(chosen, is_idle=is_idle)
-        one = chosen[0] if len(chosen) == 1 else None
-        self.picture.show_outline(() if one is None else self._outlines.of(one))
+        entry = chosen[0] if len(chosen) == 1 else None
+        self.picture.show_outline(() if entry is None else self._outlines.of(entry))
         readable = [entry for entry in chosen if entry.trouble is None]
         shown: dict[str, str] = {}
         if chosen:
@@ -127,15 +127,15 @@ class RecordingsDetail(QFrame):
         if readable:
             shown["duration"] = stopwatch(sum(entry.duration_s for entry in readable))
             shown["samples"] = f"{sum(entry.sample_count for entry in readable):,}"
-        if one is not None:
-            shown |= {"when": when_text(one), "port": one.port}
-            if one.was_triggered:
+        if entry is not None:
+            shown |= {"when": when_text(entry), "port": entry.port}
+            if entry.was_triggered:
                 shown["samples"] = join_names((shown["samples"], tr("triggered")))
-                one = replace(one, was_triggered=False)  # a line of its own would move the buttons
+                entry = replace(entry, was_triggered=False)  # a line of its own would move the buttons
         self.title.setText(_title(chosen))
-        self.remarks.setText("" if one is None else remarks(one) if one.trouble is None else entry_text(one))
+        self.remarks.setText("" if entry is None else remarks(entry) if entry.trouble is None else entry_text(entry))
         self.remarks.setVisible(bool(self.remarks.text()))
-        self.picture.setVisible(one is not None and one.trouble is None)
+        self.picture.setVisible(entry is not None and entry.trouble is None)
         self._fact_rows.show_facts(shown)
 
 
@@ -143,7 +143,7 @@ def _title(chosen: Sequence[RecordingEntry]) -> str:
     match chosen:
         case []:
             return ""
-        case [one]:
-            return one.module or (when_text(one) if one.trouble is None else one.name)
+        case [entry]:
+            return entry.module or (when_text(entry) if entry.trouble is None else entry.name)
         case _:
             return tr("{count} selected", count=len(chosen))

@@ -46,10 +46,10 @@ class Outlines(QObject):
             if entry.trouble is None and self._known.get(entry.path, (-1, ()))[0] != entry.sample_count
         ][:_AT_ONCE]
         if missing:
-            self._reading.run(lambda running: _outlines(missing, running), self._on_found, lambda _error: None)
+            self._reading.run(lambda running: _outlines(missing, running), self._on_read, lambda _error: None)
 
-    def _on_found(self, found: dict[Path, tuple[int, Outline]]) -> None:
-        self._known |= found
+    def _on_read(self, outlines: dict[Path, tuple[int, Outline]]) -> None:
+        self._known |= outlines
         self.changed.emit()
 
 

@@ -112,9 +112,9 @@ class RecordingsPage(Page):
     def refresh(self) -> None:
         work, chosen = self.work, self.table.chosen()
         self.table.show_rows(work.entries)
-        paths = {one.path for one in chosen}
-        if {one.path for one in self.table.chosen()} != paths:
-            self.table.choose(lambda one: one.path in paths)
+        paths = {entry.path for entry in chosen}
+        if {entry.path for entry in self.table.chosen()} != paths:
+            self.table.choose(lambda entry: entry.path in paths)
         has_entries = bool(work.entries)
         self.outlines.read(work.entries)
         self.detail.setVisible(has_entries)
@@ -192,7 +192,7 @@ class RecordingsPage(Page):
 
     def _toggle_pin(self) -> None:
         chosen = self.table.chosen()
-        self.work.set_pinned(chosen, is_pinned=not all(one.is_pinned for one in chosen))
+        self.work.set_pinned(chosen, is_pinned=not all(entry.is_pinned for entry in chosen))
 
     def _ask_to_delete(self) -> None:
         if self.buttons.delete.isEnabled():
