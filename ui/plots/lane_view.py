@@ -10,7 +10,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QFontMetricsF, QPainter, QTransform
+from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QStyleOptionGraphicsItem, QWidget
 
 from app.samples.ring_buffers import Envelope
@@ -20,7 +20,7 @@ from ui.plots.axis import LabelAxis
 from ui.plots.lanes import Lane, Limit, Scale, Span, fitting_scale, value_text
 from ui.plots.overlay import Overlay
 from ui.style.painted_widget import pen
-from ui.style.theme import Size, current, font
+from ui.style.theme import current
 
 _MAX_BUCKETS: Final = 1000
 # One and a half logical pixels at 200 %; more would take longer than a person notices.
@@ -100,6 +100,11 @@ class LimitLine(Curve):
         self.limit, self._steps = limit, steps
         self.is_stale = steps is limit.stale
         self.segments: list[_Segment] = []
+
+    @property
+    def value(self) -> float | None:
+        """The present one."""
+        return self._steps.value
 
     def ink(self) -> str:
         return current().muted if self.is_stale else current().tint(self.limit.meaning).ink
@@ -255,7 +260,7 @@ class LaneView:
         for line in self.limits:
             for part in (part for part in line.segments if part.is_current):
                 text = tr(line.limit.label, value=value_text(part.value, line.limit.decimals))
-                left, top = self.box.right() + 6, self.y(part.value) - overlay.size(text, is_bold=True).height() / 2
+                left, top = self.box.right() + 6, self.y(part.value) - overlay.line_px / 2
                 ways = (sign * way for way in range(_FURTHEST_PX) for sign in (1, -1))
                 overlay.put(text, line.ink(), (QPointF(left, top + way) for way in ways), is_bold=True)
 
@@ -276,9 +281,3 @@ class LaneView:
                 tops = (box.top() + part * box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
                 middles = (QPointF((left + right - size.width()) / 2, top) for top in tops)
                 overlay.put(tr("no data"), current().text, middles, ground=current().surface)
-
-    def limit_labels_px(self) -> float:
-        """Width of the widest label of a limit."""
-        metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
-        labels = (tr(limit.label, value="000") for limit in self.lane.limits)
-        return max((metrics.horizontalAdvance(label) for label in labels), default=0.0)

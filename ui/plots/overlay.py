@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF, Qt
-from PySide6.QtGui import QColor, QPainter, QPen, QStaticText, QTransform
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen, QStaticText, QTransform
 from PySide6.QtWidgets import QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
 
 from ui.style import icons
@@ -44,18 +44,21 @@ class Overlay(QGraphicsRectItem):
         self.lines: list[tuple[float, QColor | str]] = []
         """Their places across, and their colours."""
         self.dots: list[tuple[QPointF, str]] = []
-        self.fonts = font(Size.SMALL), font(Size.SMALL, is_bold=True)
         self._texts: dict[tuple[str, bool], QStaticText] = {}
         self._box = QRectF()
         self._has_focus = False
+        self.apply_theme()
+
+    def apply_theme(self) -> None:
+        self.fonts = font(Size.SMALL), font(Size.SMALL, is_bold=True)
+        self.line_px = QFontMetricsF(self.fonts[True]).height()
+        self._texts.clear()
 
     def clear(self, box: QRectF, *, has_focus: bool) -> None:
         """`box`: all lanes, through which lines go; it is framed if it `has_focus`."""
         self.update()
         self._box, self._has_focus = box, has_focus
-        fonts = font(Size.SMALL), font(Size.SMALL, is_bold=True)
-        if fonts != self.fonts or len(self._texts) > _MAX_TEXTS:
-            self.fonts = fonts
+        if len(self._texts) > _MAX_TEXTS:
             self._texts.clear()
         for part in (self.shown, self.lines, self.dots):
             part.clear()

@@ -1,7 +1,7 @@
 """The canvas of the time plots: lanes below each other in one scene of pyqtgraph, mouse and keyboard."""
 
 from collections import deque
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from typing import ClassVar, Final
 
 import pyqtgraph as pg
@@ -9,7 +9,6 @@ from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QAccessible,
     QColor,
-    QFontMetricsF,
     QKeyEvent,
     QMouseEvent,
     QPainter,
@@ -27,7 +26,7 @@ from ui.plots.lanes import Lane, Mark, Reading, reading
 from ui.plots.overlay import GAP_PX, ICON_PX, Overlay, beside
 from ui.plots.time_range import TimeRange
 from ui.style.painted_widget import mixed
-from ui.style.theme import Size, current, font
+from ui.style.theme import current
 
 # In ten hours one every 36 s.
 _MAX_MARKS: Final = 1000
@@ -74,7 +73,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.times, self.overlay = TimeAxis(self.lanes[0].view), Overlay()
         for item in (self.times, self.overlay):
             self.scene().addItem(item)
-        self._drawn: Hashable = None
+        self._drawn: object = None
         """What the last picture depended on; None: it has to be drawn again."""
         self._seen = (0.0, False)
         """The length drawn last, and whether it was live."""
@@ -87,6 +86,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         theme = current()
         self.setBackgroundBrush(QColor(theme.surface))
         self.times.apply_theme(QPen(QColor(theme.border)))
+        self.overlay.apply_theme()
         for number, lane in enumerate(self.all_lanes):
             lane.apply_theme(theme.curves[number % len(theme.curves)], self.devicePixelRatioF())
         self._is_styled = True
@@ -94,11 +94,11 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
 
     def arrange(self) -> None:
         """Places the lanes, after a change of size, language or font."""
-        whole = QRectF(self.viewport().rect())
-        metrics = QFontMetricsF(font(Size.SMALL))
-        line = metrics.height()
-        left = metrics.horizontalAdvance("−180") + 8
-        right = max(left + 50, whole.right() - max(lane.limit_labels_px() for lane in self.all_lanes) - 12)
+        whole, line = QRectF(self.viewport().rect()), self.overlay.line_px
+        labels = (tr(limit.label, value="000") for lane in self.all_lanes for limit in lane.lane.limits)
+        labels_px = max((self.overlay.size(label, is_bold=True).width() for label in labels), default=0.0)
+        left = self.overlay.size("−180").width() + 8
+        right = max(left + 50, whole.right() - labels_px - 12)
         title = line + 6
         for count in range(len(self.all_lanes), 0, -1):
             self.lanes = self.all_lanes[:count]
@@ -121,10 +121,11 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.bounds = self.lanes[0].box.united(self.lanes[-1].box)
         self.time_range.width_px = max(1.0, self.bounds.width() * self.devicePixelRatioF())
 
-    def fit(self, *, is_chosen_too: bool = False) -> None:
-        """Lets the vertical scales shrink with the next draw."""
+    def fit(self) -> None:
+        """Shows all values vertically."""
         for lane in self.all_lanes:
-            lane.fit(is_chosen_too=is_chosen_too)
+            lane.fit(is_chosen_too=True)
+        self.time_range.changed.emit()
 
     # Drawing
 
@@ -136,19 +137,14 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """Whether `draw` would change the picture: it moved by a pixel, or something else changed."""
         return self._appearance_key(now_s) != self._drawn
 
-    def _appearance_key(self, now_s: float) -> Hashable:
+    def _appearance_key(self, now_s: float) -> object:
         """What the picture depends on and may change by itself."""
         span = self.time_range.span_at(now_s)
-        lanes = [lane.lane for lane in self.all_lanes]
-        limits = tuple(
-            (limit.steps.value, None if limit.stale is None else limit.stale.value)
-            for lane in lanes
-            for limit in lane.limits
-        )
+        limits = [line.value for lane in self.all_lanes for line in lane.limits]
         if self.time_range.is_live:  # new samples are within the last pixel
             return span, limits
-        newest = (lane.series.last for lane in lanes)
-        return span, limits, tuple(None if sample is None else min(sample.time_s, span.end_s) for sample in newest)
+        newest = (lane.lane.series.last for lane in self.all_lanes)
+        return span, limits, [None if sample is None else min(sample.time_s, span.end_s) for sample in newest]
 
     def draw(self) -> None:
         """Draws all anew, unless it is hidden."""
@@ -162,7 +158,8 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self._drawn = self._appearance_key(time_range.now_s)
         seen, self._seen = self._seen, (span.length_s, time_range.is_live)
         if seen[0] != span.length_s or time_range.is_live > seen[1]:
-            self.fit()
+            for lane in self.all_lanes:
+                lane.fit()
         # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
         is_clock = self.shows_clock or not time_range.is_live
         times = self.times.show_span(span.length_s, span.end_s + self.wall_offset_s if is_clock else None)
@@ -198,9 +195,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         near_s = _NEAR_PX * self.devicePixelRatioF() * self.time_range.pixel_s
         return " · ".join((text, *(tr(mark.word) for mark in marks if abs(mark.time_s - cursor_s) < near_s)))
 
-    def _title_top(self, lane: LaneView) -> float:
-        return lane.box.top() - QFontMetricsF(self.overlay.fonts[True]).height() - 4
-
     def _write(self, marks: Sequence[Mark]) -> None:
         """The important words first, since none may cover another."""
         overlay, theme = self.overlay, current()
@@ -209,7 +203,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         first = self.lanes[0].box.left()
         lefts = [first, *self._write_marks(marks)]  # the first title is in the row of the marks
         for lane in self.lanes:
-            top = self._title_top(lane)
+            top = lane.box.top() - overlay.line_px - 4
             title = overlay.put(tr(lane.lane.title), lane.ink, (QPointF(left, top) for left in lefts), is_bold=True)
             if title is not None:
                 overlay.put(lane.lane.unit, theme.muted, [QPointF(title.right() + 6, top)])
@@ -219,13 +213,12 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         hidden = ", ".join(tr(lane.lane.title) for lane in self.all_lanes[len(self.lanes) :])
         if hidden:
             note = tr("A higher window also shows: {plots}", plots=hidden)
-            top = self.viewport().height() - overlay.size(note).height() - 2
-            overlay.put(note, theme.muted, [QPointF(first, top)], is_above=True)
+            overlay.put(note, theme.muted, [QPointF(first, self.viewport().height() - overlay.line_px - 2)])
 
     def _write_marks(self, marks: Sequence[Mark]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
         overlay, theme, first = self.overlay, current(), self.lanes[0]
-        shown, ends, columns, top = [], [], set[int](), self._title_top(first)
+        shown, ends, columns, top = [], [], set[int](), first.box.top() - overlay.line_px - 4
         for mark in sorted(marks, key=lambda mark: (mark.rank, -mark.time_s)):
             x, ink = first.x(mark.time_s), theme.ink(mark.meaning)
             if round(x) not in columns:
@@ -334,8 +327,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             case Qt.Key.Key_Space:
                 time_range.toggle_pause()
             case Qt.Key.Key_Home:
-                self.fit(is_chosen_too=True)
-                time_range.changed.emit()
+                self.fit()
             case Qt.Key.Key_End:
                 time_range.back_to_live()
             case _:

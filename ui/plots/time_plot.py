@@ -82,7 +82,7 @@ class TimePlot(QWidget):
     def reset(self) -> None:
         """Removes all marks and goes back to live, for another module."""
         self.canvas.marks.clear()
-        self.canvas.fit(is_chosen_too=True)
+        self.canvas.fit()
         self.time_range.back_to_live()
 
     def draw(self, now_s: float) -> None:
@@ -94,10 +94,6 @@ class TimePlot(QWidget):
         """Updates how far a paused picture is behind, without drawing."""
         self.time_range.follow(now_s)
         self._head.refresh()
-
-    def _fit(self) -> None:
-        self.canvas.fit(is_chosen_too=True)
-        self._redraw()
 
     def apply_theme(self) -> None:
         """Applies the theme in use."""
@@ -133,7 +129,7 @@ class TimePlot(QWidget):
         menu.addAction(tr("Save values…"), self.save_values_wanted.emit)
         menu.addAction(tr("Copy picture"), lambda: QGuiApplication.clipboard().setPixmap(self.canvas.grab()))
         menu.addSeparator()
-        fit = menu.addAction(tr("Fit vertically"), self._fit)
+        fit = menu.addAction(tr("Fit vertically"), self.canvas.fit)
         fit.setShortcut(QKeySequence(Qt.Key.Key_Home))
         live = menu.addAction(tr("All") if time_range.is_recorded else tr("Live"), time_range.back_to_live)
         live.setShortcut(QKeySequence(Qt.Key.Key_End))
