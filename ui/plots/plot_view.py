@@ -282,7 +282,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         lane = self._lane_at(event.position())
-        if lane is None:
+        if event.button() != _LEFT_BUTTON:
+            event.ignore()
+        elif lane is None:
             self.time_range.back_to_live()
         else:
             lane.fit(is_chosen_too=True)
@@ -295,7 +297,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """Zooms with Ctrl, after a click, and where nothing else can be scrolled."""
         way, is_meant = event.angleDelta(), self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier
         event.setAccepted(bool(is_meant) or not _page_scrolls(self))
-        if event.isAccepted() and way.x():
+        if event.isAccepted() and abs(way.x()) > abs(way.y()):
             self.time_range.pan(-way.x() / 1200)
         elif event.isAccepted():
             self.time_range.zoom(0.8 ** (way.y() / 120), self._part(event.position()))
