@@ -22,7 +22,7 @@ from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow, in_row
+from ui.widgets.layouts import FlowRow, in_row, retain_size
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 16
@@ -194,6 +194,7 @@ class SaveBar(QWidget):
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
         self._take_drawing = take_drawing
         self.note = SaveNote("live_note")
+        retain_size(self.note)  # the row knows by it when it needs two lines
         self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
                            key="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
         self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", key="Ctrl+Shift+S",
