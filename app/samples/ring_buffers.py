@@ -10,8 +10,7 @@ At the default sizes about 16 MB are reserved for the exact part and 9 MB for th
 """
 
 import math
-from abc import ABC, abstractmethod
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -82,8 +81,8 @@ class _Ring:
     def clear(self) -> None:
         self._start = self._stop = self._appended = 0
 
-    def column(self, number: int) -> NDArray[np.floating]:
-        return self._columns[number][self._start : self._stop]
+    def columns(self) -> list[Any]:
+        return [column[self._start : self._stop] for column in self._columns]
 
     def append(self, *rows: NDArray[np.floating]) -> None:
         count = len(rows[0])
@@ -102,27 +101,13 @@ class _Ring:
         self._start = max(self._start, self._stop - self.capacity)
 
 
-class Readable(ABC):
-    """One measured value over time; subclasses provide the samples."""
+class Readable:
+    """One measured value over time: exact samples, and buckets of `SUMMARY_S` that may reach further back."""
 
-    @property
-    @abstractmethod
-    def _times(self) -> Seconds:
-        """The times of the exact samples, ascending."""
-
-    @property
-    @abstractmethod
-    def _values(self) -> Values:
-        """The values of the exact samples."""
-
-    @property
-    def _has_dropped(self) -> bool:
+    def __init__(self, times: Seconds, values: Values, summary: Envelope) -> None:
+        self._times, self._values, self._summary = times, values, summary
+        self._has_dropped = False
         """Whether older samples are only in the summary."""
-        return False
-
-    @abstractmethod
-    def _summary_columns(self) -> Envelope:
-        """Buckets of `SUMMARY_S`."""
 
     def __len__(self) -> int:
         """The number of exact samples."""
@@ -157,48 +142,32 @@ class Readable(ABC):
         if not end_s > start_s or buckets < 1:
             raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
         width_s = bucket_width_s((end_s - start_s) / buckets)
-        exact_since_s = self.exact_since_s
-        start, end, low, high = self._summary_columns()
+        exact_since_s, start = self.exact_since_s, self._summary.start_s
         # Equal times count as older: the exact part may have lost one of several samples of one instant.
-        needs_summary = self._has_dropped and start[0] <= exact_since_s and start_s <= exact_since_s
-        if width_s % SUMMARY_S == 0 or (needs_summary and width_s > SUMMARY_S):
-            width_s = math.ceil(width_s / SUMMARY_S) * SUMMARY_S
-            # At a slow rate the exact samples reach back further than the summary does.
-            reaches_back = bool(len(start)) and start[0] <= max(start_s, exact_since_s)
+        if self._has_dropped and start[0] <= exact_since_s and start_s <= exact_since_s:
+            return self._from_summary(start_s, end_s, width_s)
+        # At a slow rate the exact samples reach back further than the summary does.
+        if width_s % SUMMARY_S == 0 and len(start) and start[0] <= max(start_s, exact_since_s):
             window = self.window(start_s - width_s, end_s + width_s)
-            if needs_summary or (reaches_back and len(window.time_s) > buckets):
+            if len(window.time_s) > buckets:
                 return self._from_summary(start_s, end_s, width_s)
-        if not needs_summary:
-            return self._from_exact(start_s, end_s, width_s, has_neighbours=True)
-        # Where the exact samples begin in the middle of a bucket, that bucket comes from the summary.
-        seam_s = (math.floor(exact_since_s / SUMMARY_S) + 1) * SUMMARY_S
-        if seam_s >= end_s:
-            return self._from_summary(start_s, end_s, SUMMARY_S)
-        old = int(np.searchsorted(start, seam_s, "left"))
-        first = max(0, int(np.searchsorted(end, start_s, "left")))
-        new = self._from_exact(seam_s, end_s, width_s, has_neighbours=False)
-        return Envelope(
-            np.concatenate((start[first:old], new.start_s)),
-            np.concatenate((end[first:old], new.end_s)),
-            np.concatenate((low[first:old], new.low)),
-            np.concatenate((high[first:old], new.high)),
-        )
+        return self._from_exact(start_s, end_s, width_s)
 
-    def _from_exact(self, start_s: float, end_s: float, width_s: float, *, has_neighbours: bool) -> Envelope:
+    def _from_exact(self, start_s: float, end_s: float, width_s: float) -> Envelope:
         edges = _edges(start_s, end_s, width_s)
         times = self._times
         bounds = np.searchsorted(times, edges, "left")
         first, stop = int(bounds[0]), int(bounds[-1])
         if stop - first + 2 <= len(edges):
-            if has_neighbours:
-                first, stop = max(0, first - 1), stop + 1
+            first, stop = max(0, first - 1), stop + 1
             times, values = times[first:stop], self._values[first:stop]
             return Envelope(times.copy(), times.copy(), values.copy(), values.copy())
         firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
         return buckets_of(times[first:stop], self._values[first:stop], firsts)
 
     def _from_summary(self, start_s: float, end_s: float, width_s: float) -> Envelope:
-        start, end, low, high = self._summary_columns()
+        start, end, low, high = self._summary
+        width_s = math.ceil(width_s / SUMMARY_S) * SUMMARY_S
         bounds = np.searchsorted(start, _edges(start_s, end_s, width_s), "left")
         first, stop = int(bounds[0]), int(bounds[-1])
         firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
@@ -223,7 +192,7 @@ class Readable(ABC):
                 return None
             value = float(self._values[near])
             return Extent(float(times[near]), value, value)
-        start, end, low, high = self._summary_columns()
+        start, end, low, high = self._summary
         bucket = int(np.searchsorted(end, time_s, "left"))
         if bucket >= len(start) or start[bucket] - time_s > within_s:
             return None
@@ -241,22 +210,14 @@ class Series(Readable):
         if capacity < 1 or summary_buckets < 2:
             raise ValueError("a series keeps one sample and two buckets at least")
         self._exact = _Ring(capacity, np.float64, np.float32)
-        self._summary = _Ring(summary_buckets, np.float64, np.float64, np.float32, np.float32)
+        self._buckets = _Ring(summary_buckets, np.float64, np.float64, np.float32, np.float32)
+        self._look()
 
-    @property
-    def _times(self) -> Seconds:
-        return self._exact.column(0)  # type: ignore[return-value]
-
-    @property
-    def _values(self) -> Values:
-        return self._exact.column(1)
-
-    @property
-    def _has_dropped(self) -> bool:
-        return self._exact.has_dropped
-
-    def _summary_columns(self) -> Envelope:
-        return Envelope(*(self._summary.column(number) for number in range(4)))  # type: ignore[arg-type]
+    def _look(self) -> None:
+        """Take the columns of the rings: they move."""
+        self._times, self._values = self._exact.columns()
+        self._summary = Envelope(*self._buckets.columns())
+        self._has_dropped = self._exact.has_dropped
 
     def append(self, time_s: ArrayLike, value: ArrayLike) -> None:
         """Add a batch or one sample, newest last.
@@ -276,29 +237,22 @@ class Series(Readable):
             raise ValueError("times run backwards")
         self._exact.append(times, values)
         self._summarise(times, values)
+        self._look()
 
     def _summarise(self, times: Seconds, values: Values) -> None:
-        first, last = math.floor(times[0] / SUMMARY_S), math.floor(times[-1] / SUMMARY_S)
-        if first == last:  # the usual case
-            batch = Envelope(times[:1], times[-1:], values.min(keepdims=True), values.max(keepdims=True))
-        else:
-            numbers = np.floor(times / SUMMARY_S)
-            firsts = np.flatnonzero(np.concatenate(([True], numbers[1:] != numbers[:-1])))
-            batch = buckets_of(times, values, firsts)
-        start, end, low, high = (self._summary.column(number) for number in range(4))
-        if len(start) and math.floor(start[-1] / SUMMARY_S) == first:
+        batch, (start, end, low, high) = buckets_of(times, values, bucket_firsts(times)), self._summary
+        if len(start) and math.floor(start[-1] / SUMMARY_S) == math.floor(times[0] / SUMMARY_S):
             end[-1] = batch.end_s[0]
             low[-1] = min(low[-1], batch.low[0])
             high[-1] = max(high[-1], batch.high[0])
-            if first == last:
-                return
             batch = Envelope(batch.start_s[1:], batch.end_s[1:], batch.low[1:], batch.high[1:])
-        self._summary.append(*batch)
+        self._buckets.append(*batch)
 
     def clear(self) -> None:
         """Forget everything; the memory stays reserved."""
         self._exact.clear()
-        self._summary.clear()
+        self._buckets.clear()
+        self._look()
 
 
 def bucket_width_s(at_least_s: float) -> float:
@@ -342,16 +296,4 @@ class RecordedSeries(Readable):
     """A measured value that is known whole. `firsts`: `bucket_firsts` of the times."""
 
     def __init__(self, times: Seconds, values: Values, firsts: NDArray[np.intp]) -> None:
-        self._time_column, self._value_column = times, values
-        self._summary = buckets_of(times, values, firsts)
-
-    @property
-    def _times(self) -> Seconds:
-        return self._time_column
-
-    @property
-    def _values(self) -> Values:
-        return self._value_column
-
-    def _summary_columns(self) -> Envelope:
-        return self._summary
+        super().__init__(times, values, buckets_of(times, values, firsts))

@@ -155,8 +155,8 @@ def test_ten_hours_at_line_rate_take_no_more_memory_than_one() -> None:
         times = minute * 60 + np.arange(0, 60, 0.05)
         series.append(times, np.full(len(times), minute))
     assert len(series) == 1000
-    assert len(series._summary) == SUMMARY_BUCKETS
-    held = sum(column.nbytes for ring in (series._exact, series._summary) for column in ring._columns)
+    assert len(series._buckets) == SUMMARY_BUCKETS
+    held = sum(column.nbytes for ring in (series._exact, series._buckets) for column in ring._columns)
     assert held < 10_000_000
     envelope = series.decimated(0, 10 * 3600 + 300, 1000)
     assert len(envelope.low) <= 1002
