@@ -12,7 +12,7 @@ from pathlib import Path
 from app.cli.commands import THRESHOLDS
 from app.firing.judge import Firing, SensorSample, TriggerLimits
 from app.firing.what_if_texts import firing_text
-from app.flight_analysis.flight_set import FlightGroup, FlightSet
+from app.flight_analysis.fire_map import FlightGroup
 from app.flight_analysis.judged_flight import JudgedFlight, LogFiring
 from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flight_analysis.proposal import propose
@@ -200,9 +200,7 @@ def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> s
 def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[str]:
     """Thresholds in the form of `dps-s set`, and the flight with the smallest margin."""
     group = FlightGroup.MUST if is_must else FlightGroup.MUST_NOT
-    sorted_flights = FlightSet()
-    sorted_flights.add(flights, group)
-    proposal = propose(sorted_flights)
+    proposal = propose((), flights) if is_must else propose(flights, ())
     nearest = proposal.nearest(group)
     if proposal.limits is None:
         lines = [labelled(conflict.name, conflict.why.translated()) for conflict in proposal.conflicts]

@@ -5886,10 +5886,6 @@
         <translation>未发送：{why}</translation>
     </message>
     <message>
-        <source>not sorted</source>
-        <translation>未分类</translation>
-    </message>
-    <message>
         <source>not tested</source>
         <translation>未测试</translation>
     </message>

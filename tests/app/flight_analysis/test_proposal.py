@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.flight_set import FlightGroup, FlightSet
+from app.flight_analysis.fire_map import FlightGroup
 from app.flight_analysis.judged_flight import judge_flight
 from app.flight_analysis.proposal import ThresholdProposal, propose
 from app.flight_analysis.summary import summarise
@@ -35,10 +35,7 @@ def flown(name: str, event: Event, *, hits_the_ground: bool) -> FlightLog:
 
 
 def proposed(must_not: list[FlightLog], must: list[FlightLog]) -> ThresholdProposal:
-    flights = FlightSet()
-    flights.add(map(summarise, must_not), FlightGroup.MUST_NOT)
-    flights.add(map(summarise, must), FlightGroup.MUST)
-    return propose(flights)
+    return propose(list(map(summarise, must_not)), list(map(summarise, must)))
 
 
 def impact_of(log: FlightLog) -> float:
@@ -150,9 +147,3 @@ def test_a_flight_without_an_impact_that_fires_late_has_its_true_margin() -> Non
 
 def test_without_flights_the_vendors_defaults_stay() -> None:
     assert proposed([], []) == ThresholdProposal(TriggerLimits())
-
-
-def test_unsorted_flights_do_not_count() -> None:
-    flights = FlightSet()
-    flights.add([summarise(flown("x", Event(170, 0.0, 3.0), hits_the_ground=True))])
-    assert propose(flights).limits == TriggerLimits()

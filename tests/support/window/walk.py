@@ -14,7 +14,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.flight_analysis.flight_set import FlightGroup
+from app.flight_analysis.fire_map import FlightGroup
 from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
 from tests.support.flights.many_flights import write_logs
@@ -205,7 +205,7 @@ class Walk(Driver):
         page.open_paths(write_logs(self.folder / "logs"))
         self.until(lambda: not page.work.loading.is_running)
         yield self._stop("flights, one not read")
-        page.work.move([one.name for one in page.work.flights.flights()][:1], FlightGroup.MUST)
+        page.work.move(list(page.work.flights)[:1], FlightGroup.MUST)
         self.until(lambda: not page.work.is_proposing)
         page.on_escape()
         page.lists.of[FlightGroup.MUST].table.selectRow(0)

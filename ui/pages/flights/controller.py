@@ -10,9 +10,10 @@ from PySide6.QtCore import QObject, Signal
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import steps_of
-from app.flight_analysis.flight_set import FireMap, FlightGroup, FlightOutcome, FlightSet
+from app.flight_analysis.fire_map import FireMap, FlightGroup, FlightOutcome, fire_map, outcome_of
 from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flight_analysis.proposal import ThresholdProposal, propose, settings_of
+from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.csv_log import read_head
 from app.flight_logs.flight_log import LogFormat
@@ -181,7 +182,8 @@ class FlightsWork(QObject):
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
-        self.flights = FlightSet()
+        self.flights: dict[str, FlightSummary] = {}
+        """By name."""
         self.limits = TriggerLimits()
         self.reading = RuleReading.DIRECT
         """Of the map; lists and proposal use both."""
@@ -198,15 +200,18 @@ class FlightsWork(QObject):
 
     @property
     def is_empty(self) -> bool:
-        return not len(self.flights) and not self._unread
+        return not self.flights and not self._unread
 
     @property
     def is_proposing(self) -> bool:
         return self._proposing.is_running
 
-    def counts(self) -> tuple[int, int]:
-        """Number of flights that must not and that must fire; without unreadable files."""
-        return len(self.flights.flights(FlightGroup.MUST_NOT)), len(self.flights.flights(FlightGroup.MUST))
+    def sorted_flights(self) -> tuple[list[FlightSummary], list[FlightSummary]]:
+        """Flights that must not and that must fire; without unreadable files."""
+        sides: dict[FlightGroup, list[FlightSummary]] = {group: [] for group in GROUPS}
+        for name, flight in self.flights.items():
+            sides[self._sides[name]].append(flight)
+        return sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
 
     def unread(self) -> tuple[UnreadLog, ...]:
         return tuple(self._unread.values())
@@ -216,7 +221,7 @@ class FlightsWork(QObject):
         return self._columns.get(name)
 
     def outcomes(self) -> tuple[FlightOutcome, ...]:
-        return self.flights.outcomes(self.limits)
+        return tuple(outcome_of(flight, self._sides[name], self.limits) for name, flight in self.flights.items())
 
     def rows(self, outcomes: Iterable[FlightOutcome]) -> dict[FlightGroup, list[FlightRow]]:
         """Rows by list, unreadable files first."""
@@ -234,7 +239,8 @@ class FlightsWork(QObject):
         key = (self.limits.freefall_acceleration_g, self.reading)
         if self._maps is None or self._maps_of != key:
             other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
-            self._maps = self.flights.fire_map(self.limits, self.reading), self.flights.fire_map(self.limits, other)
+            flights = self.sorted_flights()
+            self._maps = fire_map(*flights, self.limits, self.reading), fire_map(*flights, self.limits, other)
             self._maps_of = key
         return self._maps
 
@@ -244,8 +250,7 @@ class FlightsWork(QObject):
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
         """Reads files and folders, without flights that are already there."""
-        known = frozenset(flight.name for flight in self.flights.flights())
-        self.loading.open(LoadOrder(tuple(paths), columns, known))
+        self.loading.open(LoadOrder(tuple(paths), columns, frozenset(self.flights)))
 
     @property
     def kept_lists(self) -> tuple[str, ...]:
@@ -288,8 +293,6 @@ class FlightsWork(QObject):
             self._sides[name] = group
             if name in self._unread:
                 self._unread[name] = self._unread[name]._replace(group=group)
-            else:
-                self.flights.sort(name, group)
         self._change()
 
     def remove(self, names: Iterable[str]) -> None:
@@ -297,8 +300,8 @@ class FlightsWork(QObject):
         for name in names:
             self._columns.pop(name, None)
             self._sides.pop(name, None)
-            if self._unread.pop(name, None) is None:
-                self.flights.remove(name)
+            self._unread.pop(name, None)
+            self.flights.pop(name, None)
         self._change()
 
     def _on_loaded(self, loaded: LoadedLog) -> None:
@@ -307,7 +310,7 @@ class FlightsWork(QObject):
         group = self._sides.setdefault(name, FlightGroup.MUST_NOT)
         self._columns[name] = loaded.columns
         if flight is not None:
-            self.flights.add((flight,), group)
+            self.flights[name] = flight
         elif why is not None:
             self._unread[name] = UnreadLog(name, group, why, loaded.head)
 
@@ -322,16 +325,13 @@ class FlightsWork(QObject):
         self.flights_changed.emit()
 
     def _propose(self) -> None:
-        """Runs in the background on a copy, since a set belongs to one thread."""
         self.proposal = None
-        if not len(self.flights):
+        if not self.flights:
             self._proposing.cancel()
             self.proposal_changed.emit()
             return
-        mine = FlightSet()
-        for group in GROUPS:
-            mine.add(self.flights.flights(group), group)
-        self._proposing.run(lambda _running: propose(mine), self._on_proposal, self._fail)
+        flights = self.sorted_flights()
+        self._proposing.run(lambda _running: propose(*flights), self._on_proposal, self._fail)
         self.proposal_changed.emit()
 
     def _on_proposal(self, proposal: ThresholdProposal) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QImage, QKeyEvent, QMouseEvent, QPixmap
 from PySide6.QtWidgets import QLabel, QWidget
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.flight_set import FireMap
+from app.flight_analysis.fire_map import TILTS_DEG, TIMES_S, FireMap
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.plots.static_plot import StaticPlot
@@ -150,11 +150,9 @@ class FireMapView(StaticPlot):
 
     def _edges(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Lower and upper edge of the times and of the tilts."""
-        shown = self._map
-        times = (0.2, 2.55) if shown is None else shown.freefall_times_s
-        tilts = _TILTS_DEG if shown is None else shown.attitude_thresholds_deg
         half = _TIME_STEP_S / 2
-        return (float(times[0]) - half, float(times[-1]) + half), (tilts[0] - _EDGE_DEG, tilts[-1] + _EDGE_DEG)
+        times = (float(TIMES_S[0]) - half, float(TIMES_S[-1]) + half)
+        return times, (float(TILTS_DEG[0]) - _EDGE_DEG, float(TILTS_DEG[-1]) + _EDGE_DEG)
 
     # Drawing
 

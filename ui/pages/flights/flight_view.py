@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.flight_set import FlightOutcome
+from app.flight_analysis.fire_map import FlightOutcome
 from app.flight_logs.csv_columns import CsvColumns
 from app.text.i18n import tr
 from app.text.messages import clean

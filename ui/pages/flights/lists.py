@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QFontMetrics, QKeyEvent
 from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 
-from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
+from app.flight_analysis.fire_map import FlightGroup, FlightOutcome
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from protocol.translatable import marked

@@ -78,7 +78,8 @@ class ProposalBar(QFrame):
     def refresh(self) -> None:
         work = self._work
         proposal = work.proposal
-        text = proposal_text(proposal, is_busy=work.is_proposing, counts=work.counts())
+        must_not, must = work.sorted_flights()
+        text = proposal_text(proposal, is_busy=work.is_proposing, counts=(len(must_not), len(must)))
         self.picture.show_icon(text.icon, text.meaning, is_muted=text.meaning is None)
         self.head.setText(text.head)
         shown = list(text.lines[:_LINES])

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
+from app.flight_analysis.fire_map import FlightGroup, FlightOutcome
 from app.flight_analysis.proposal import FlightMargin, ThresholdProposal
 from app.flight_analysis.summary import FirstFire, moment_text
 from app.flight_logs.module_view import RuleReading

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.flight_set import FireMap, FlightGroup
+from app.flight_analysis.fire_map import FireMap, FlightGroup
 from app.flight_analysis.summary import summarise
 from app.flight_logs.csv_columns import CsvRole
 from app.flight_logs.flight_log import FlightLog
@@ -48,7 +48,7 @@ class Desk:
 
     def add(self, *logs: FlightLog, group: FlightGroup = MUST_NOT) -> None:
         """Adds flights as if they had been read."""
-        self.page.work.flights.add([summarise(one) for one in logs], group)
+        self.page.work.flights |= {log.name: summarise(log) for log in logs}
         self.page.work.move([one.name for one in logs], group)
         self.wait_proposal()
 

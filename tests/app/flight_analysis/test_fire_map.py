@@ -1,12 +1,14 @@
 """The map over thresholds counts the outcomes of the flights."""
 
 import math
+from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.flight_set import FlightGroup, FlightSet
+from app.flight_analysis.fire_map import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
 from app.flight_analysis.loss_of_control import LossOfControl, loss_of_control
 from app.flight_analysis.summary import summarise
 from app.flight_logs.flight_log import FlightLog
@@ -29,44 +31,24 @@ def crash(name: str = "crash") -> FlightLog:
 
 def test_the_map_counts_the_outcome_of_each_flight() -> None:
     random = np.random.default_rng(5)
-    flights = FlightSet()
-    for group in FlightGroup:
-        flights.add((summarise(random_flight(random)) for _ in range(0)), group)
-        for number in range(7):
-            log = random_flight(random)
-            named = made_flight(log.tilt_deg, log.specific_force_g, name=f"{group.name} {number}", time_s=log.time_s,
-                                altitude_m=100 - log.time_s)  # fmt: skip
-            flights.add([summarise(named)], group)
-    flights.add([summarise(crash())], FlightGroup.MUST)
-    tilts, times = np.array([20, 45, 60, 90, 185]), np.array([0.0, 0.2, 1.0, 1.6, 2.55])
+    must_not, must = ([summarise(random_flight(random)) for _ in range(7)] for _ in FlightGroup)
+    must.append(summarise(crash()))
+    cells = list(product((0, 15, 30, 60, len(TILTS_DEG) - 1), (0, 16, 28, len(TIMES_S) - 1)))
     for reading in RuleReading:
         for limits in (
             TriggerLimits(),
             TriggerLimits(freefall_acceleration_g=0.3, attitude_is_enabled=False),
             TriggerLimits(freefall_acceleration_g=1.5, freefall_is_enabled=False),
         ):
-            found = flights.fire_map(limits, reading, attitude_thresholds_deg=tilts, freefall_times_s=times)
+            found = fire_map(must_not, must, limits, reading)
             assert (found.must_not_count, found.must_count) == (7, 8)
-            for row, tilt in enumerate(tilts):
-                for column, time_s in enumerate(times):
-                    at = TriggerLimits(
-                        float(tilt), limits.freefall_acceleration_g, float(time_s),
-                        limits.attitude_is_enabled, limits.freefall_is_enabled,
-                    )  # fmt: skip
-                    check_cell(flights, at, reading, found, row, column)
-
-
-def check_cell(
-    flights: FlightSet, at: TriggerLimits, reading: RuleReading, found: "object", row: int, column: int
-) -> None:
-    from app.flight_analysis.flight_set import FireMap
-
-    assert isinstance(found, FireMap)
-    fires = {group: [one.first_fire(at, reading) for one in flights.flights(group)] for group in FlightGroup}
-    counts = {group: sum(bool(one.sources) for one in fires[group]) for group in FlightGroup}
-    assert found.must_not_fired[row, column] == counts[FlightGroup.MUST_NOT]
-    in_time = [one for one in fires[FlightGroup.MUST] if one.is_in_time]
-    assert found.must_fired[row, column] == len(in_time)
+            for row, column in cells:
+                at = replace(limits, attitude_threshold_deg=TILTS_DEG[row], freefall_time_s=TIMES_S[column])
+                fired = sum(bool(flight.first_fire(at, reading).sources) for flight in must_not)
+                assert found.must_not_fired[row, column] == fired
+                assert found.must_fired[row, column] == sum(
+                    flight.first_fire(at, reading).is_in_time for flight in must
+                )
 
 
 def test_delay_and_drop() -> None:
@@ -93,31 +75,15 @@ def test_a_firing_after_the_impact_is_not_in_time() -> None:
 def test_outcomes_show_where_the_readings_differ() -> None:
     tilt = np.zeros(ROWS)
     tilt[100:104] = 75
-    flights = FlightSet()
-    flights.add([summarise(made_flight(tilt, 1.0, name="bump")), summarise(crash())])
-    bump, fell = flights.outcomes(TriggerLimits())
+    flights = [summarise(made_flight(tilt, 1.0, name="bump")), summarise(crash())]
+    bump, fell = (outcome_of(flight, FlightGroup.MUST, TriggerLimits()) for flight in flights)
     assert (bump.is_different, bool(bump.direct.sources), bool(bump.damped.sources)) == (True, True, False)
     assert not fell.is_different
 
 
-def test_flights_are_sorted_and_removed() -> None:
-    flights = FlightSet()
-    flights.add([summarise(crash("a")), summarise(crash("b"))])
-    flights.sort("a", FlightGroup.MUST)
-    assert flights.fire_map(TriggerLimits()).must_count == 1
-    flights.sort("a", FlightGroup.MUST_NOT)
-    assert flights.fire_map(TriggerLimits()).must_count == 0
-    assert [one.name for one in flights.flights(FlightGroup.MUST_NOT)] == ["a"]
-    assert [one.name for one in flights.flights(FlightGroup.UNSORTED)] == ["b"]
-    flights.remove("a")
-    assert len(flights) == 1
-    assert flights.fire_map(TriggerLimits()).must_not_count == 0
-    flights.remove("b")
-    assert len(flights) == 0
-    with pytest.raises(KeyError):
-        flights.sort("a", FlightGroup.MUST)
+def test_an_acceleration_above_the_curves_is_refused() -> None:
     with pytest.raises(LookupError):
-        flights.fire_map(TriggerLimits(freefall_acceleration_g=1.6))
+        fire_map([], [], TriggerLimits(freefall_acceleration_g=1.6), RuleReading.DIRECT)
 
 
 def test_a_flight_that_ends_calm_was_not_lost() -> None:
