@@ -62,6 +62,25 @@ class Cause(Enum):
     SLOW_ADAPTER = "slow adapter"
 
 
+class NextStep(Enum):
+    """What a button does about it."""
+
+    CHOOSE_PORT = "choose_port"
+    FIND_RATE = "find_rate"
+    CONNECT_AGAIN = "connect_again"
+    COPY_COMMAND = "copy_command"
+    WHY = "why"
+
+
+STEP_WORDS: Mapping[NextStep, str] = {
+    NextStep.CHOOSE_PORT: marked("Choose a port"),
+    NextStep.FIND_RATE: marked("Find the baud rate"),
+    NextStep.CONNECT_AGAIN: marked("Connect again"),
+    NextStep.COPY_COMMAND: marked("Copy"),
+    NextStep.WHY: marked("Why?"),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Explanation:
     """Texts in the language in use; to be made when they are shown."""
@@ -70,6 +89,7 @@ class Explanation:
     next_step: str
     terminal_command: str = ""
     """A command of this program, for the command line."""
+    step: NextStep = NextStep.CONNECT_AGAIN
 
     @property
     def terminal_sentence(self) -> str:
@@ -89,7 +109,7 @@ class Diagnosis(Explanation):
 
 class CauseRow(NamedTuple):
     """A row of `CAUSES`. `what` and `next_step` are English, marked, with the placeholders of `_values`.
-    `is_at_module`: the next step brings a hand near the module."""
+    `step`: where no command is the next step. `is_at_module`: the next step brings a hand near the module."""
 
     cause: Cause
     fits: Callable[[PortEvidence], bool]
@@ -98,6 +118,7 @@ class CauseRow(NamedTuple):
     command: Callable[[PortEvidence], str | None] = lambda _evidence: None
     terminal_command: str = ""
     is_at_module: bool = False
+    step: NextStep = NextStep.CONNECT_AGAIN
 
 
 def diagnose(evidence: PortEvidence) -> Diagnosis | None:
@@ -110,7 +131,8 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
             if evidence.was_active and not evidence.is_answering:
                 next_step = keep_away("" if row.is_at_module else next_step)
             what = tr(row.what, **values)
-            return Diagnosis(what, next_step, row.terminal_command, cause=row.cause, command=command)
+            step = row.step if command is None else NextStep.COPY_COMMAND
+            return Diagnosis(what, next_step, row.terminal_command, step, cause=row.cause, command=command)
     return None
 
 
@@ -212,39 +234,44 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.UNREACHABLE, _is_unreached_address, marked("{port} cannot be reached."),
              marked("Start the program that offers the port, or correct the address.")),
     CauseRow(Cause.MISSING, lambda seen: trouble_of(seen) is PortTrouble.MISSING, marked("There is no port {port}."),
-             marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports"),
+             marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports",
+             step=NextStep.CHOOSE_PORT),
     CauseRow(Cause.UNPLUGGED, lambda seen: trouble_of(seen) is PortTrouble.LOST,
              marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
     CauseRow(Cause.STUCK, lambda seen: trouble_of(seen) is PortTrouble.STUCK,
              marked("Write to {port} timed out."), marked("Unplug the adapter and plug it in again.")),
     CauseRow(Cause.UNUSABLE, lambda seen: trouble_of(seen) is PortTrouble.UNUSABLE,
-             marked("{port} is no serial port."), marked("Choose another port."), terminal_command="dps-s ports"),
+             marked("{port} is no serial port."), marked("Choose another port."), terminal_command="dps-s ports",
+             step=NextStep.CHOOSE_PORT),
     CauseRow(Cause.UNUSABLE, lambda seen: trouble_of(seen) is PortTrouble.UNSUPPORTED,
              marked("{port} is no serial port."),
-             marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file.")),
+             marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
+             step=NextStep.CHOOSE_PORT),
     # The port is open
     CauseRow(Cause.LOGIN, has_login,
-             marked("{port} leads to a computer, not a module."), marked("Choose another port.")),
+             marked("{port} leads to a computer, not a module."), marked("Choose another port."),
+             step=NextStep.CHOOSE_PORT),
     CauseRow(Cause.SHUT_DOWN, lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
              marked("The module was switched off."), marked("Hold its switch for 2 s, or connect external power."),
              is_at_module=True),
     CauseRow(Cause.ECHO, lambda seen: came(seen) is Silence.ECHO, marked("Only an echo on {port}."),
-             marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True),
+             marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True,
+             step=NextStep.CHOOSE_PORT),
     CauseRow(Cause.BAD_LINE, is_bad_line, marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
              marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True),
     CauseRow(Cause.WRONG_RATE, lambda seen: came(seen) is Silence.GARBAGE,
              marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
-             terminal_command="dps-s find, or --baud auto"),
+             terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE),
     CauseRow(Cause.DEAF, lambda seen: came(seen) is Silence.OTHER_FRAMES and not seen.was_online,
              marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
-             is_at_module=True),
+             is_at_module=True, step=NextStep.CHOOSE_PORT),
     CauseRow(Cause.FELL_SILENT, lambda seen: is_silent(seen) and seen.was_online,
              marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
              is_at_module=True),
     CauseRow(Cause.NOTHING, lambda seen: came(seen) is Silence.NOTHING,
              marked("No module answers on {port} at {rate} baud."),
              marked("Check power, ground and crossed TX and RX, or find the baud rate."),
-             terminal_command="dps-s find", is_at_module=True),
+             terminal_command="dps-s find", is_at_module=True, step=NextStep.FIND_RATE),
     CauseRow(Cause.SLOW_ADAPTER, lambda seen: is_slow(seen) and _latency_command(seen) is not None,
              marked("The adapter delays every answer by {ms} ms (latency timer)."), marked("Type: {command}"),
              _latency_command),

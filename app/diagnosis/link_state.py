@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 
-from app.diagnosis.causes import explain
+from app.diagnosis.causes import NextStep, explain
 from app.engine.device import DeviceView
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
@@ -38,15 +38,6 @@ class Phase(Enum):
     """The port could not be opened."""
     SWITCHED_OFF = "switched_off"
     """It was shut down by command, which is not a fault."""
-
-
-class NextStep(Enum):
-    """What a click does about it."""
-
-    CHOOSE_PORT = "choose_port"
-    FIND_RATE = "find_rate"
-    CONNECT_AGAIN = "connect_again"
-    WHY = "why"
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,16 +169,10 @@ def _progress(word: str) -> LinkText:
 
 
 def _silent_text(state: LinkState) -> LinkText:
-    explanation = explain(NoAnswer(state.port, state.baud_rate, state.silence or Silence.NOTHING))
-    match state.silence:
-        case Silence.GARBAGE:
-            word, step = tr("Wrong rate?"), NextStep.FIND_RATE
-        case Silence.ECHO:
-            word, step = capitalised(tr("echo")), NextStep.CHOOSE_PORT
-        case _:
-            is_speaking = state.silence is Silence.OTHER_FRAMES
-            word, step = tr("No answer"), NextStep.CHOOSE_PORT if is_speaking else NextStep.FIND_RATE
-    return LinkText(word, explanation.what, explanation.next_step, step)
+    silence = state.silence or Silence.NOTHING
+    explanation = explain(NoAnswer(state.port, state.baud_rate, silence))
+    words = {Silence.GARBAGE: tr("Wrong rate?"), Silence.ECHO: capitalised(tr("echo"))}
+    return LinkText(words.get(silence, tr("No answer")), explanation.what, explanation.next_step, explanation.step)
 
 
 def _failed_text(trouble: PortError | None, absence: Absence | None) -> LinkText:

@@ -8,7 +8,6 @@ from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import NamedTuple
 
 from app.captures.entries import Way
 from app.captures.explained import Explained
@@ -46,17 +45,6 @@ class TripClass:
     count: int
 
 
-class _Seen(NamedTuple):
-    """Totals of the link in a batch that are not added up yet."""
-
-    at: float
-    totals: Counters
-
-    def goes_on(self, at: float, totals: Counters) -> bool:
-        """Whether `totals` include these: same second, same opening of the port."""
-        return at // 1 == self.at // 1 and _is_later(totals, self.totals)
-
-
 def _is_later(totals: Counters, before: Counters) -> bool:
     """Whether they go on counting; after the port was reopened they start at zero."""
     return totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
@@ -82,29 +70,22 @@ def _counted(events: Iterable[Event]) -> Counters:
 
 
 class LinkStatistics:
-    """Link statistics of one connection, over its automatic reconnections. Belongs to one thread.
-
-    The link's totals are added up once a second and when a property is read.
-    """
+    """Link statistics of one connection, over its automatic reconnections. Belongs to one thread."""
 
     def __init__(self) -> None:
         self._done: deque[Slice] = deque(maxlen=MAX_SECONDS - 1)
         self._open: Slice | None = None
         self._last = Counters()
         self._was_open = False
-        self._pending: _Seen | None = None
         self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
         self._classes: Counter[int] = Counter()
-        self._totals = Counters()
+        self.totals = Counters()
+        """Since the connection began."""
         self.losses = 0
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
-        pending = self._pending
-        is_open, link = batch.connection.state is PortState.OPEN, batch.link
-        if pending is not None and not (is_open and link is not None and pending.goes_on(batch.at, link.counters)):
-            self._settle()
-        if not is_open:
+        if batch.connection.state is not PortState.OPEN:
             lost = int(self._was_open and batch.connection.trouble is not None)
             self._was_open = False
             self._add(batch.at, _counted(batch.events), lost, ())  # the last events, which are in no totals
@@ -112,13 +93,10 @@ class LinkStatistics:
             return
         self._was_open = True
         trips = [event.round_trip_s for event in batch.events if isinstance(event, Answered)]
-        trips_s = [trip for trip in trips if trip is not None]
-        if link is None:
-            self._add(batch.at, Counters(), 0, trips_s)
-            return
-        self._pending = _Seen(batch.at, link.counters)
-        if trips_s:
-            self._settle(trips_s)
+        before, totals = self._last, self._last if batch.link is None else batch.link.counters
+        self._last = totals
+        grown = totals - before if _is_later(totals, before) else totals
+        self._add(batch.at, grown, 0, [trip for trip in trips if trip is not None])
 
     def count(self, rows: Iterable[Explained]) -> None:
         """Adds what was recorded, in order of time: frames and bytes. What only a link knows is not in it."""
@@ -134,24 +112,9 @@ class LinkStatistics:
                 grown.bytes_received += len(row.piece.raw) if row.way is Way.IN else 0
             self._add(second, grown, 0, ())
 
-    def _settle(self, trips_s: Sequence[float] = ()) -> None:
-        """Adds the pending totals of the link."""
-        pending, self._pending = self._pending, None
-        if pending is not None:
-            totals, before = pending.totals, self._last
-            self._last = totals
-            self._add(pending.at, totals - before if _is_later(totals, before) else totals, 0, trips_s)
-
-    @property
-    def totals(self) -> Counters:
-        """Since the connection began."""
-        self._settle()
-        return self._totals
-
     @property
     def seconds(self) -> tuple[Slice, ...]:
         """The last ten minutes, oldest first."""
-        self._settle()
         return (*self._done, *(() if self._open is None else (self._open,)))
 
     def round_trips(self) -> tuple[TripClass, ...]:
@@ -173,5 +136,5 @@ class LinkStatistics:
         for trip_s in trips_s:
             self._trips_s.append(trip_s)
             self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1
-        self._totals += grown
+        self.totals += grown
         self.losses += losses

@@ -131,8 +131,6 @@ class DeviceView:
     """Of the last seconds."""
     stray_records: tuple[TriggerRecord, ...] = ()
     """Trigger records received outside an answer, mostly after their query was given up; oldest first."""
-    unconfirmed: frozenset[str] = frozenset()
-    """Unreadable settings of which a set was not confirmed."""
     lag_s: float | None = None
     """How long frames from the module take to arrive; None while unknown."""
 
@@ -144,7 +142,7 @@ class DeviceView:
     def reported(self) -> tuple[Value | None, ...]:
         """Triggered and active, as last reported; None while unknown."""
         known = (self.values.get(key) for key in ("triggered", "active"))
-        return tuple(None if one is None else one.value for one in known)
+        return tuple(None if value is None else value.value for value in known)
 
     def known(self, key: str, now: float) -> Known | None:
         """The value, stale if it is too old at `now`; None while unknown."""
@@ -199,7 +197,6 @@ class Device:
         self._is_restart_suspected = False
         self._suspected: dict[str, Known] = {}
         """Values that are unknown until that is decided."""
-        self._unconfirmed: set[str] = set()
         self._samples: list[StatusSample] = []
         self._stray_records: deque[TriggerRecord] = deque(maxlen=MAX_STRAY_RECORDS)
         self._motion = MotionWatch()
@@ -253,10 +250,10 @@ class Device:
     def forget(self, before: float) -> None:
         """Forget what was known of another module, which nothing is of since `before`, in monotonic seconds."""
         self._settle()
-        self._values = {key: one for key, one in self._values.items() if one.at >= before and not one.is_stale}
+        self._values = {key: known for key, known in self._values.items() if known.at >= before and not known.is_stale}
         if self._values and self._baud_rate is not None:  # what answered since answered at this rate
             self._values.setdefault("baud_rate", Known(self._baud_rate, How.READ, before))
-        for former in (self._unconfirmed, self._stray_records, self._samples, self._motion):
+        for former in (self._stray_records, self._samples, self._motion):
             former.clear()
         self._clear_suspicion()
 
@@ -288,7 +285,6 @@ class Device:
             frozenset(self._suspected),
             self._motion.view(now),
             tuple(self._stray_records),
-            frozenset(self._unconfirmed),
             None if self._lag is None else self._lag.seconds(now),
         )
 
@@ -371,7 +367,6 @@ class Device:
         if key in UNREADABLE:
             self._values.pop(key, None)
             self._suspected.pop(key, None)
-            self._unconfirmed.add(key)
         elif known is not None:
             self._values[key] = replace(known, stale_reason=StaleReason.WRITE_UNCONFIRMED)
 

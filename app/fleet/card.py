@@ -60,28 +60,30 @@ class LockState:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
     """Everything that the board shows of one module. `trigger` keeps its last value with its age; cell voltage and
-    tilt are None unless current: an old number would be taken for a live one."""
+    tilt are None unless current: an old number would be taken for a live one. `card_of` adds what follows from
+    `device`."""
 
-    name: str
     port: str
     link: LinkState
+    device: DeviceView = field(compare=False, repr=False)
     activation: SeenActivation
-    trigger: Known | None
-    cell_v: float | None
-    cell_outside: Outside | None
-    tilt_deg: int | None
-    verdict: HeldVerdict | None
-    is_checking: bool
-    lock: LockState
-    need: Need
+    name: str = ""
+    expected: str = ""
+    """The name of the module that it may be."""
+    identity: Identity = field(default_factory=Identity)
+    verdict: HeldVerdict | None = None
+    is_checking: bool = False
+    lock: LockState = field(default_factory=LockState)
     is_shown: bool = False
     """The other pages show this module."""
     can_lock: bool = False
     due: tuple[UserMessage, ...] = ()
     """Service that is due, of a module with a name."""
-    identity: Identity = field(default_factory=Identity)
-    expected: str = ""
-    """The name of the module that it may be."""
+    trigger: Known | None = None
+    cell_v: float | None = None
+    cell_outside: Outside | None = None
+    tilt_deg: int | None = None
+    need: Need = Need.WAIT
 
     @property
     def has_age(self) -> bool:
@@ -131,50 +133,23 @@ class Card:
                 return tr(self.need.value)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Member:
-    """What is known of one port: the input of `card_of`."""
-
-    port: str
-    link: LinkState
-    device: DeviceView
-    activation: SeenActivation
-    name: str = ""
-    expected: str = ""
-    identity: Identity = field(default_factory=Identity)
-    verdict: HeldVerdict | None = None
-    is_checking: bool = False
-    lock: LockState = field(default_factory=LockState)
-    is_shown: bool = False
-    can_lock: bool = False
-    due: tuple[UserMessage, ...] = ()
-
-
-def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
-    device = member.device
-    is_live = member.link.phase is Phase.ONLINE
+def card_of(card: Card, now: float, in_use: LimitsInUse) -> Card:
+    """With what its device says at `now`."""
+    device = card.device
+    is_live = card.link.phase is Phase.ONLINE
     cell = device.fresh("cell_voltage_v", now) if is_live else None
     tilt = device.fresh("tilt_deg", now) if is_live else None
     trigger = device.known("triggered", now)
     outside = value_outside("cell_voltage_v", device, now, in_use) if cell is not None else None
-    return Card(
-        name=member.name,
-        port=member.port,
-        link=member.link,
-        activation=_without_fresh_time(member.activation),
+    return replace(
+        card,
+        activation=_without_fresh_time(card.activation),
         trigger=trigger if trigger is None or trigger.is_stale else replace(trigger, at=0.0, sent_after=0.0),
         cell_v=None if cell is None else float(cell),
         cell_outside=outside,
         tilt_deg=None if tilt is None else int(tilt),
-        verdict=member.verdict,
-        is_checking=member.is_checking,
-        lock=member.lock,
-        need=need_of(member, now, has_low_cell=outside is not None),
-        is_shown=member.is_shown,
-        can_lock=member.can_lock,
-        due=member.due,
-        identity=member.identity if member.identity.is_for_a_person else Identity(),
-        expected=member.expected,
+        need=_need_of(card, now, has_low_cell=outside is not None),
+        identity=card.identity if card.identity.is_for_a_person else Identity(),
     )
 
 
@@ -183,21 +158,21 @@ def _without_fresh_time(seen: SeenActivation) -> SeenActivation:
     return SeenActivation(seen.state) if seen.state in (Activation.ACTIVE, Activation.LOCKED) else seen
 
 
-def need_of(member: Member, now: float, *, has_low_cell: bool = False) -> Need:
+def _need_of(card: Card, now: float, *, has_low_cell: bool) -> Need:
     """The most urgent thing for a person to do."""
-    triggered = member.device.known("triggered", now)
-    state, verdict = member.activation.state, member.verdict
+    triggered = card.device.known("triggered", now)
+    state, verdict = card.activation.state, card.verdict
     if triggered is not None and triggered.value is True:
         return Need.TRIGGERED
-    if member.lock.failed is not None or member.lock.sent is not None:
+    if card.lock.failed is not None or card.lock.sent is not None:
         return Need.NOT_LOCKED
     if state is Activation.WAS_ACTIVE:
         return Need.WAS_ACTIVE
-    if member.identity.is_for_a_person:
+    if card.identity.is_for_a_person:
         return Need.IDENTITY
-    if member.link.phase in _BUSY or (member.is_checking and member.link.phase is Phase.ONLINE):
+    if card.link.phase in _BUSY or (card.is_checking and card.link.phase is Phase.ONLINE):
         return Need.WAIT
-    if member.link.phase is not Phase.ONLINE:
+    if card.link.phase is not Phase.ONLINE:
         return Need.LINK
     if verdict is not None and verdict.verdict is Verdict.NO_GO:
         return Need.NO_GO

@@ -10,7 +10,7 @@ repeated. The outcome is what the module reports afterwards.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.engine.device import StatusSample
 from app.engine.procedure import (
@@ -234,10 +234,8 @@ def conditions_open(
     act: Act, view: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None
 ) -> tuple[Refusal, ...]:
     """The conditions of `act` that are not met at the time of `view`; none if it may be sent."""
-    inputs = interlock_inputs(
-        view.device,
-        view.now,
-        must_be_proven=True,
+    inputs = replace(
+        interlock_inputs(view.device, view.now, must_be_proven=True),
         is_identity_settled=view.is_settled,
         permit=permit,
         overtaken_at=view.overtaken_at,

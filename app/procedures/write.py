@@ -71,8 +71,6 @@ class Written:
     command: Command
     wanted: Value
     heard: SetReply
-    acknowledged: Value | None = None
-    """The value in the acknowledgement if it differs from the one sent."""
     stands: Value | None = None
     """The value read back, if it was."""
     verified: bool | None = None
@@ -127,24 +125,23 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     request = command.set(value)
     old = yield from _old_value(command)
     before: EngineView = yield Inspect()
-    said = acknowledged((yield Ask(request)))
-    if said.heard is SetReply.NOT_SENT:
+    reply = acknowledged((yield Ask(request)))
+    if reply.heard is SetReply.NOT_SENT:
         verdict = False if command.reads_back else None
-        return Written(command=command, wanted=value, heard=said.heard, verified=verdict, fault=WriteFault.NOT_SENT)
+        return Written(command=command, wanted=value, heard=reply.heard, verified=verdict, fault=WriteFault.NOT_SENT)
     back = ReadBack()
     if command.reads_back:
         back = yield from read_back(command)
     has_restarted = yield from restarted_since(before)
-    fault = WriteFault.RESTARTED if has_restarted else _fault(command, command.set(value).data, said, back, old=old)
+    fault = WriteFault.RESTARTED if has_restarted else _fault(command, command.set(value).data, reply, back, old=old)
     return Written(
         command=command,
         wanted=value,
-        heard=said.heard,
-        acknowledged=None if said.other is None else _value(command, said.other),
+        heard=reply.heard,
         stands=None if back.raw is None or has_restarted else _value(command, back.raw),
         verified=fault is None if command.reads_back else None,
         fault=fault,
-        waited_s=said.waited_s,
+        waited_s=reply.waited_s,
     )
 
 
@@ -182,20 +179,20 @@ def restarted_since(before: EngineView) -> Procedure[bool]:
     return after.device.restarts != before.device.restarts
 
 
-def _fault(command: Command, wanted: int, said: Acknowledged, back: ReadBack, *, old: int | None) -> WriteFault | None:
+def _fault(command: Command, wanted: int, reply: Acknowledged, back: ReadBack, *, old: int | None) -> WriteFault | None:
     if not command.reads_back:
-        return {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}.get(said.heard)
+        return {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}.get(reply.heard)
     if back.raw is None:
         return WriteFault.UNSTEADY if back.is_unsteady else WriteFault.NO_READ_BACK
     if back.raw == wanted:
         return None
     if old is not None and back.raw != old:
         return WriteFault.CLAMPED
-    match said.heard:
+    match reply.heard:
         case SetReply.NOTHING:
             return WriteFault.LOST
         case SetReply.OTHER:
-            return WriteFault.REFUSED if old is not None or said.other == 0x00 else WriteFault.CLAMPED
+            return WriteFault.REFUSED if old is not None or reply.other == 0x00 else WriteFault.CLAMPED
         case _:
             return WriteFault.NOT_RETAINED
 

@@ -290,9 +290,9 @@ def _refusals(context: WriteContext) -> Procedure[tuple[Refusal, ...]]:
     for has_been_asked in (False, True):
         view: EngineView = yield Inspect()
         armed = context.armed.act if context.armed is not None else None
-        inputs = interlock_inputs(
-            view.device, view.now, must_be_proven=True, is_identity_settled=view.is_settled, armed=armed,
-            is_unlocked=context.is_unlocked,
+        inputs = replace(
+            interlock_inputs(view.device, view.now, must_be_proven=True), is_identity_settled=view.is_settled,
+            armed=armed, is_unlocked=context.is_unlocked,
         )  # fmt: skip
         found = refusals(Act.WRITE, inputs)
         if not found or has_been_asked:

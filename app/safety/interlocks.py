@@ -108,20 +108,8 @@ class InterlockInputs:
     is_audit_ready: bool = True
 
 
-def interlock_inputs(
-    device: DeviceView,
-    now: float,
-    *,
-    must_be_proven: bool,
-    is_identity_settled: bool = True,
-    permit: Permit | None = None,
-    overtaken_at: float | None = None,
-    opened_at: float | None = None,
-    armed: Act | None = None,
-    is_unlocked: bool = False,
-    is_audit_ready: bool = True,
-) -> InterlockInputs:
-    """From what is known about the module at `now`.
+def interlock_inputs(device: DeviceView, now: float, *, must_be_proven: bool) -> InterlockInputs:
+    """From what is known about the module at `now`; whoever asks adds what else is known.
 
     `must_be_proven`: a status only counts if the module cannot have sent it more than a second ago, however long it was
     held back on the way; see `ask_status`. Required for whatever sends; displays use the time of arrival.
@@ -134,7 +122,6 @@ def interlock_inputs(
     return InterlockInputs(
         now=now,
         presence=device.presence,
-        is_identity_settled=is_identity_settled,
         status_at=None if tilt is None else tilt.sent_after if must_be_proven else tilt.at,
         status_fault=None if tilt is None else tilt.stale_reason,
         status_fresh_for_s=fresh_for_s or FRESH_FOR_S["tilt_deg"],
@@ -144,13 +131,7 @@ def interlock_inputs(
         tilt_deg=None if seen_tilt is None or seen_tilt.is_stale else seen_tilt.value,
         attitude_threshold_deg=threshold,
         motion=device.motion,
-        armed=armed,
-        permit=permit,
-        overtaken_at=overtaken_at,
-        opened_at=opened_at,
         slept_until=None if device.last_sleep is None else device.last_sleep.ended_at,
-        is_unlocked=is_unlocked,
-        is_audit_ready=is_audit_ready,
     )
 
 

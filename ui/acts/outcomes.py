@@ -1,6 +1,7 @@
 """Texts for unmet conditions and outcomes of acts, shared by rows, ritual and baud rate."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from app.procedures.act import Performed
@@ -23,10 +24,8 @@ _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """Open conditions of `act`, apart from the person's confirmation."""
     connector = services.connector
-    inputs = interlock_inputs(
-        connector.current.device,
-        connector.clock(),
-        must_be_proven=False,
+    inputs = replace(
+        interlock_inputs(connector.current.device, connector.clock(), must_be_proven=False),
         is_identity_settled=connector.current.identity.is_settled,
         armed=services.armed.act,
         # Without a port there is no log; the condition that a module answers is open then anyway.

@@ -6,12 +6,12 @@ from functools import partial
 
 from PySide6.QtCore import QObject
 
-from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
+from app.diagnosis.causes import STEP_WORDS, NextStep
+from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.identity_words import identity_question, same_module_words
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
-from protocol.translatable import marked
 from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
 from ui.style.theme import Meaning
@@ -32,12 +32,6 @@ def identity_notice(port: Port) -> Notice | None:
 
 
 _ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
-_STEP_TEXTS = {
-    NextStep.CHOOSE_PORT: marked("Choose a port"),
-    NextStep.FIND_RATE: marked("Find the baud rate"),
-    NextStep.CONNECT_AGAIN: marked("Connect again"),
-    NextStep.WHY: marked("Why?"),
-}
 
 
 def link_notice(
@@ -58,8 +52,7 @@ def link_notice(
     if NextStep.WHY in acts and state.phase in _ASKS_WHY:
         steps = (*steps, NextStep.WHY)
     choices = tuple(
-        Choice(step.value, tr(_STEP_TEXTS[step]), acts[step], is_main=step is steps[0] and not is_calm)
-        for step in steps
+        Choice(step.value, tr(STEP_WORDS[step]), acts[step], is_main=step is steps[0] and not is_calm) for step in steps
     )
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
     return Notice(meaning, join_sentences(parts), choices)

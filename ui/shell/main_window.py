@@ -7,7 +7,7 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
 from PySide6.QtWidgets import QMainWindow, QToolBar, QWidget
 
-from app.diagnosis.link_state import NextStep
+from app.diagnosis.causes import NextStep
 from app.engine.target import Target
 from app.engine.worker import Batch
 from protocol.translatable import marked

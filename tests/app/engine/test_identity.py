@@ -134,7 +134,7 @@ def test_of_the_former_module_nothing_is_known_once_a_person_says_that_it_is_ano
     assert set(view.values) >= {"light_v"}, "it is the next one's"
     assert view.values["baud_rate"].value == 115200, "which answered at it"
     assert not set(view.values) & {*FOUND.settings, "cell_voltage_v", "charging"}
-    assert (view.unconfirmed, view.motion) == (frozenset(), None)
+    assert view.motion is None
     assert trust(rig) is Trust.UNNAMED
 
 

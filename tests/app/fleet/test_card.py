@@ -8,7 +8,7 @@ import pytest
 from app.diagnosis.link_state import LinkState, Phase
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import Identity, Trust
-from app.fleet.card import LockState, Member, Need, by_need, card_of
+from app.fleet.card import Card, LockState, Need, by_need, card_of
 from app.fleet.check_set import SetMember
 from app.fleet.verdicts import HeldVerdict, Verdicts
 from app.limits.out_of_limits import LimitsInUse
@@ -38,9 +38,9 @@ def view(at: float = NOW, stale: StaleReason | None = None, **values: Value) -> 
 
 def member(
     phase: Phase = Phase.ONLINE, state: Activation = Activation.LOCKED, device: DeviceView | None = None
-) -> Member:
+) -> Card:
     link = LinkState(phase, "/dev/ttyUSB0", 115200)
-    return Member(port="ttyUSB0", link=link, device=device or view(), activation=SeenActivation(state, 99.0))
+    return Card(port="ttyUSB0", link=link, device=device or view(), activation=SeenActivation(state, 99.0))
 
 
 TABLE = {

@@ -11,7 +11,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import LinkState, LinkText, NextStep, Phase, link_state, link_text
+from app.diagnosis.causes import NextStep
+from app.diagnosis.link_state import LinkState, LinkText, Phase, link_state, link_text
 from app.engine.device import DeviceView, How, Known
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target

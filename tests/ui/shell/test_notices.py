@@ -8,7 +8,8 @@ from PySide6.QtCore import QPoint, QRect, QSize
 from PySide6.QtWidgets import QApplication, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import LinkState, NextStep, Phase, link_text
+from app.diagnosis.causes import NextStep
+from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.reconnect import Absence
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.handshake import Silence

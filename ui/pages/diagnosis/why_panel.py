@@ -2,7 +2,6 @@
 
 import time
 from dataclasses import replace
-from enum import Enum
 from functools import partial
 from typing import Final
 
@@ -11,7 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
 
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
-from app.diagnosis.causes import Cause, Diagnosis, diagnose
+from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnose
 from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import PortEvidence
@@ -34,36 +33,9 @@ REFRESH_EVERY_MS: Final = 500
 FACTS_EVERY_S: Final = 5.0
 
 
-class Remedy(Enum):
-    """What the button does about a cause."""
-
-    COPY_COMMAND = "copy_command"
-    CONNECT_AGAIN = "connect_again"
-    CHOOSE_PORT = "choose_port"
-    FIND_RATE = "find_rate"
-
-
-_REMEDY_WORDS = {
-    Remedy.COPY_COMMAND: marked("Copy"),
-    Remedy.CONNECT_AGAIN: marked("Connect again"),
-    Remedy.CHOOSE_PORT: marked("Choose a port"),
-    Remedy.FIND_RATE: marked("Find the baud rate"),
-}
-REMEDIES: Final = {
-    Cause.BRAILLE: Remedy.COPY_COMMAND,
-    Cause.MODEM_PROBER: Remedy.COPY_COMMAND,
-    Cause.NO_PERMISSION: Remedy.COPY_COMMAND,
-    Cause.SLOW_ADAPTER: Remedy.COPY_COMMAND,
-    Cause.MISSING: Remedy.CHOOSE_PORT,
-    Cause.UNUSABLE: Remedy.CHOOSE_PORT,
-    Cause.LOGIN: Remedy.CHOOSE_PORT,
-    Cause.WRONG_RATE: Remedy.FIND_RATE,
-    Cause.NOTHING: Remedy.FIND_RATE,
-}
-"""Default: connect again."""
 _WITHOUT_CAUSE: Final = {
     Phase.ONLINE: (Meaning.GOOD, None),
-    Phase.CLOSED: (Meaning.INFORMATION, Remedy.CHOOSE_PORT),
+    Phase.CLOSED: (Meaning.INFORMATION, NextStep.CHOOSE_PORT),
     Phase.OPENING: (Meaning.INFORMATION, None),
     Phase.FINDING: (Meaning.INFORMATION, None),
     Phase.ASKING: (Meaning.INFORMATION, None),
@@ -102,9 +74,9 @@ class WhyPanel(QScrollArea):
         self.next_step = text_label("why_next_step", "", is_selectable=True)
         self.silence = text_label("why_silence", "muted", is_selectable=True)
         self.command = text_label("why_command", "", is_selectable=True)
-        self.act = control(QPushButton(), services.texts, "why_act", _REMEDY_WORDS[Remedy.CONNECT_AGAIN],
+        self.act = control(QPushButton(), services.texts, "why_act", STEP_WORDS[NextStep.CONNECT_AGAIN],
                            picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)  # fmt: skip
-        self._remedy: Remedy | None = None
+        self._step: NextStep | None = None
         self._meaning: Meaning | None = None
         self._texts.bind(self.setAccessibleName, "Connection")
         self.seen = {
@@ -149,7 +121,8 @@ class WhyPanel(QScrollArea):
         if self.diagnosis is not None:
             meaning = Meaning.INFORMATION if self.diagnosis.cause is Cause.SLOW_ADAPTER else Meaning.ATTENTION
             self._show(meaning, self.diagnosis.what, self.diagnosis.next_step, self.diagnosis.command)
-            self._offer(REMEDIES.get(self.diagnosis.cause, Remedy.CONNECT_AGAIN))
+            is_idle = meaning is Meaning.INFORMATION and self.diagnosis.command is None
+            self._offer(None if is_idle else self.diagnosis.step)
         else:
             self._show_without_cause(state.phase)
         self.silence.setText(self._silence_text(evidence))
@@ -170,9 +143,9 @@ class WhyPanel(QScrollArea):
 
     def _show_without_cause(self, phase: Phase) -> None:
         said = link_text(self._connector.current.state, self._connector.clock())
-        meaning, remedy = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, Remedy.CONNECT_AGAIN))
+        meaning, step = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
         self._show(meaning, said.what, said.next_step, None)
-        self._offer(remedy)
+        self._offer(step)
 
     # Evidence
 
@@ -213,14 +186,12 @@ class WhyPanel(QScrollArea):
             self._meaning = meaning
             self._picture.show_icon(MEANING_ICONS[meaning], meaning)
 
-    def _offer(self, remedy: Remedy | None) -> None:
-        if remedy is Remedy.COPY_COMMAND and (self.diagnosis is None or self.diagnosis.command is None):
-            remedy = Remedy.CONNECT_AGAIN if self._meaning is Meaning.ATTENTION else None
-        self.act.setVisible(remedy is not None)
-        if remedy is not None and remedy is not self._remedy:
-            rename(self.act, self._texts, _REMEDY_WORDS[remedy])
-        self._remedy = remedy
-        self.act.setEnabled(remedy is not Remedy.FIND_RATE or self._connector.current.is_open)
+    def _offer(self, step: NextStep | None) -> None:
+        self.act.setVisible(step is not None)
+        if step is not None and step is not self._step:
+            rename(self.act, self._texts, STEP_WORDS[step])
+        self._step = step
+        self.act.setEnabled(step is not NextStep.FIND_RATE or self._connector.current.is_open)
 
     def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
@@ -242,12 +213,12 @@ class WhyPanel(QScrollArea):
             self.seen[key].show_figure(text)
 
     def _do(self) -> None:
-        match self._remedy:
-            case Remedy.COPY_COMMAND if self.diagnosis is not None:
+        match self._step:
+            case NextStep.COPY_COMMAND if self.diagnosis is not None:
                 QGuiApplication.clipboard().setText(self.diagnosis.command or "")
-            case Remedy.CONNECT_AGAIN if self._connector.current.target is not None:
+            case NextStep.CONNECT_AGAIN if self._connector.current.target is not None:
                 self.connect_wanted.emit(self._connector.current.target)
-            case Remedy.FIND_RATE:
+            case NextStep.FIND_RATE:
                 self._connector.find_rate()
             case _:
                 self.choose_wanted.emit()

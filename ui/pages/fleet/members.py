@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.engine.worker import PortState
-from app.fleet.card import Card, LockState, Member, card_of
+from app.fleet.card import Card, LockState, card_of
 from app.fleet.verdicts import Verdicts
 from app.records.filing import local_now, service_due
 from app.store.store import Store
@@ -128,7 +128,7 @@ class FleetMembers(QObject):
         lock = connection.lock
         held = self.verdicts.held(connection, device, now, is_open=self._is_steady(connection))
         target = connection.target
-        member = Member(
+        card = Card(
             port=port_text(target),
             link=replace(connection.state, port=port_text(target)),
             device=device,
@@ -143,7 +143,7 @@ class FleetMembers(QObject):
             is_shown=connection is self._connector.current,
             due=self._due.get(connection.module.name, ()),
         )
-        return card_of(member, now, self._services.in_use)
+        return card_of(card, now, self._services.in_use)
 
     def _adopt_page_check(self, connection: Port) -> None:
         """A check of the Pre-flight page counts here too, and so does what voids it."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
@@ -213,13 +214,10 @@ class SettingsController(QObject):
 
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
         port = self._connector.current
-        armed = self._services.armed.act
-        inputs = interlock_inputs(
-            port.device,
-            port.clock(),
-            must_be_proven=False,
+        inputs = replace(
+            interlock_inputs(port.device, port.clock(), must_be_proven=False),
             is_identity_settled=port.identity.is_settled,
-            armed=armed,
+            armed=self._services.armed.act,
             is_unlocked=is_unlocked,
         )
         found = refusals(Act.WRITE, inputs)
