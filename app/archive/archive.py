@@ -4,8 +4,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.archive.exchange import Exchanged, OnProgress, exchange
-from app.archive.fact_file import export_facts, import_facts
+from app.archive.exchange import Exchanged, OnProgress, exchange, export_facts, import_facts
 from app.archive.local_facts import LocalFacts, open_facts
 from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
 from app.archive.server_url import server_url

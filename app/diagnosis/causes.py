@@ -1,7 +1,7 @@
 """Infers the most likely cause of a failed connection, and the next action, from the evidence.
 
-The first row of `CAUSES` that fits counts. `app.diagnosis.evidence` and `app.diagnosis.adapter_facts` collect the
-evidence, `app.diagnosis.symptoms` evaluates it.
+The first row of `CAUSES` that fits counts. `app.diagnosis.symptoms` and `app.diagnosis.adapter_facts` collect the
+evidence.
 """
 
 import shlex
@@ -11,22 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.diagnosis.symptoms import (
-    PortEvidence,
-    came,
-    has_login,
-    holder_name,
-    is_bad_line,
-    is_busy,
-    is_claimed_by_brltty,
-    is_gone,
-    is_prober,
-    is_refused,
-    is_silent,
-    is_slow,
-    may_soon,
-    trouble_of,
-)
+from app.diagnosis.symptoms import PortEvidence
 from app.engine.procedure import Slept
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.handshake import NoAnswer, Silence
@@ -203,78 +188,80 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
 
 
 def _is_unreached_address(seen: PortEvidence) -> bool:
-    is_unopened = trouble_of(seen) in (PortTrouble.MISSING, PortTrouble.UNUSABLE)
+    is_unopened = seen.trouble_kind() in (PortTrouble.MISSING, PortTrouble.UNUSABLE)
     return is_unopened and seen.port.startswith(("socket://", "rfc2217://"))
 
 
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
-    CauseRow(Cause.BRAILLE, is_claimed_by_brltty,
+    CauseRow(Cause.BRAILLE, PortEvidence.is_claimed_by_brltty,
              marked("{port} vanishes: brltty, for Braille displays, takes the adapter."),
              marked("Type: {command} — then plug the adapter in again."), lambda _seen: "sudo apt remove brltty"),
-    CauseRow(Cause.MODEM_PROBER, is_prober, marked("ModemManager sends AT commands on {port}."),
+    CauseRow(Cause.MODEM_PROBER, PortEvidence.is_prober, marked("ModemManager sends AT commands on {port}."),
              marked("Type: {command} — then plug the adapter in again."), _rule_command),
-    CauseRow(Cause.FLAPPING, lambda seen: is_gone(seen) and seen.short_visits >= 2,
+    CauseRow(Cause.FLAPPING, lambda seen: seen.is_gone() and seen.short_visits >= 2,
              marked("The adapter at {port} disconnected {visits} times."),
              marked("Use another USB cable and socket, without a hub.")),
-    CauseRow(Cause.HELD, lambda seen: is_busy(seen) and bool(holder_name(seen)),
+    CauseRow(Cause.HELD, lambda seen: seen.is_busy() and bool(seen.holder_name()),
              marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
-    CauseRow(Cause.HELD, is_busy,
+    CauseRow(Cause.HELD, PortEvidence.is_busy,
              marked("{port} is in use by another program."), marked("Close it and connect again.")),
-    CauseRow(Cause.LOG_IN_AGAIN, lambda seen: is_refused(seen) and may_soon(seen),
+    CauseRow(Cause.LOG_IN_AGAIN, lambda seen: seen.is_refused() and seen.may_soon(),
              marked("No permission for {port}."), marked("Log out and in again, or restart the computer.")),
-    CauseRow(Cause.NO_PERMISSION, lambda seen: is_refused(seen) and _permission_command(seen) is not None,
+    CauseRow(Cause.NO_PERMISSION, lambda seen: seen.is_refused() and _permission_command(seen) is not None,
              marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
              _permission_command),
-    CauseRow(Cause.NO_PERMISSION, is_refused,
+    CauseRow(Cause.NO_PERMISSION, PortEvidence.is_refused,
              marked("No permission for {port}."), marked("Ask the administrator for access to serial ports.")),
     CauseRow(Cause.REFUSED, lambda seen: _is_unreached_address(seen) and "refused" in str(seen.trouble).lower(),
              marked("{port}: connection refused."),
              marked("Start the program that offers the port, or correct the address.")),
     CauseRow(Cause.UNREACHABLE, _is_unreached_address, marked("{port} cannot be reached."),
              marked("Start the program that offers the port, or correct the address.")),
-    CauseRow(Cause.MISSING, lambda seen: trouble_of(seen) is PortTrouble.MISSING, marked("There is no port {port}."),
+    CauseRow(Cause.MISSING, lambda seen: seen.trouble_kind() is PortTrouble.MISSING, marked("There is no port {port}."),
              marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.UNPLUGGED, lambda seen: trouble_of(seen) is PortTrouble.LOST,
+    CauseRow(Cause.UNPLUGGED, lambda seen: seen.trouble_kind() is PortTrouble.LOST,
              marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow(Cause.STUCK, lambda seen: trouble_of(seen) is PortTrouble.STUCK,
+    CauseRow(Cause.STUCK, lambda seen: seen.trouble_kind() is PortTrouble.STUCK,
              marked("Write to {port} timed out."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow(Cause.UNUSABLE, lambda seen: trouble_of(seen) is PortTrouble.UNUSABLE,
+    CauseRow(Cause.UNUSABLE, lambda seen: seen.trouble_kind() is PortTrouble.UNUSABLE,
              marked("{port} is no serial port."), marked("Choose another port."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.UNUSABLE, lambda seen: trouble_of(seen) is PortTrouble.UNSUPPORTED,
+    CauseRow(Cause.UNUSABLE, lambda seen: seen.trouble_kind() is PortTrouble.UNSUPPORTED,
              marked("{port} is no serial port."),
              marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
              step=NextStep.CHOOSE_PORT),
     # The port is open
-    CauseRow(Cause.LOGIN, has_login,
+    CauseRow(Cause.LOGIN, PortEvidence.has_login,
              marked("{port} leads to a computer, not a module."), marked("Choose another port."),
              step=NextStep.CHOOSE_PORT),
     CauseRow(Cause.SHUT_DOWN, lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
              marked("The module was switched off."), marked("Hold its switch for 2 s, or connect external power."),
              is_at_module=True),
-    CauseRow(Cause.ECHO, lambda seen: came(seen) is Silence.ECHO, marked("Only an echo on {port}."),
+    CauseRow(Cause.ECHO, lambda seen: seen.came() is Silence.ECHO, marked("Only an echo on {port}."),
              marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True,
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.BAD_LINE, is_bad_line, marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
+    CauseRow(Cause.BAD_LINE, PortEvidence.is_bad_line,
+             marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
              marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True),
-    CauseRow(Cause.WRONG_RATE, lambda seen: came(seen) is Silence.GARBAGE,
+    CauseRow(Cause.WRONG_RATE, lambda seen: seen.came() is Silence.GARBAGE,
              marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
              terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE),
-    CauseRow(Cause.DEAF, lambda seen: came(seen) is Silence.OTHER_FRAMES and not seen.was_online,
+    CauseRow(Cause.DEAF, lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online,
              marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
              is_at_module=True, step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.FELL_SILENT, lambda seen: is_silent(seen) and seen.was_online,
+    CauseRow(Cause.FELL_SILENT, lambda seen: seen.is_silent() and seen.was_online,
              marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
              is_at_module=True),
-    CauseRow(Cause.NOTHING, lambda seen: came(seen) is Silence.NOTHING,
+    CauseRow(Cause.NOTHING, lambda seen: seen.came() is Silence.NOTHING,
              marked("No module answers on {port} at {rate} baud."),
              marked("Check power, ground and crossed TX and RX, or find the baud rate."),
              terminal_command="dps-s find", is_at_module=True, step=NextStep.FIND_RATE),
-    CauseRow(Cause.SLOW_ADAPTER, lambda seen: is_slow(seen) and _latency_command(seen) is not None,
+    CauseRow(Cause.SLOW_ADAPTER, lambda seen: seen.is_slow() and _latency_command(seen) is not None,
              marked("The adapter delays every answer by {ms} ms (latency timer)."), marked("Type: {command}"),
              _latency_command),
-    CauseRow(Cause.SLOW_ADAPTER, is_slow, marked("The adapter delays every answer by {ms} ms (latency timer)."),
+    CauseRow(Cause.SLOW_ADAPTER, PortEvidence.is_slow,
+             marked("The adapter delays every answer by {ms} ms (latency timer)."),
              marked("Set the driver's latency timer to 1 ms.")),
 )  # fmt: skip

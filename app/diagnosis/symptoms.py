@@ -1,13 +1,18 @@
-"""Symptoms of a port that does not connect. Pure: no port, no clock."""
+"""Evidence of a port that does not connect, collected from the worker's batches, and its symptoms."""
 
 import re
-from dataclasses import dataclass, field
+import sys
+from dataclasses import dataclass, field, replace
 
 from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
+from app.engine.procedure import LinkView
 from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, PortState
 from app.procedures.handshake import Silence, what_came
-from protocol.events import Counters, Role
+from protocol.catalogue import BY_NAME
+from protocol.events import Counters, Received, Rejected, Role, Sent
 from protocol.frame import Reason
+from protocol.link_states import Presence
 
 MAX_NOISE_BYTES = 512
 SLOW_MINIMUM_S = 0.008
@@ -52,84 +57,154 @@ class PortEvidence:
     platform: str = "linux"
     """As `sys.platform`."""
 
+    def trouble_kind(self) -> PortTrouble | None:
+        return None if self.trouble is None else self.trouble.trouble
 
-def trouble_of(evidence: PortEvidence) -> PortTrouble | None:
-    return None if evidence.trouble is None else evidence.trouble.trouble
+    def is_busy(self) -> bool:
+        return self.trouble_kind() is PortTrouble.BUSY
 
+    def is_refused(self) -> bool:
+        return self.trouble_kind() is PortTrouble.NOT_ALLOWED
 
-def is_busy(evidence: PortEvidence) -> bool:
-    return trouble_of(evidence) is PortTrouble.BUSY
+    def is_gone(self) -> bool:
+        return self.trouble_kind() in (PortTrouble.MISSING, PortTrouble.LOST)
 
+    def holder_name(self) -> str:
+        """The program that has the port open; empty where unknown."""
+        holder = self.trouble.holder if self.trouble is not None else None
+        return "" if holder is None else holder.name
 
-def is_refused(evidence: PortEvidence) -> bool:
-    return trouble_of(evidence) is PortTrouble.NOT_ALLOWED
+    def is_prober(self) -> bool:
+        """Whether a modem prober has the port or has written to it."""
+        if self.is_busy():
+            name = self.holder_name().lower()
+            return name in _PROBERS or (not name and "ModemManager" in self.facts.grabbers)
+        return not self.is_answering and _AT.search(self.noise) is not None
 
+    def is_claimed_by_brltty(self) -> bool:
+        """Whether brltty takes the adapter for a Braille display."""
+        is_snatched = self.is_gone() and self.short_visits >= 1 and "brltty" in self.facts.grabbers
+        return is_snatched or self.holder_name().lower() in _BRAILLE
 
-def is_gone(evidence: PortEvidence) -> bool:
-    return trouble_of(evidence) in (PortTrouble.MISSING, PortTrouble.LOST)
+    def is_silent(self) -> bool:
+        """Whether requests were sent on the open port and no module answers."""
+        return self.is_open and not self.is_answering and self.counters.time_outs > 0
 
+    def came(self) -> Silence | None:
+        """What came instead of an answer; None where a module answers or nothing was asked."""
+        if self.silence is not None:
+            return self.silence
+        return what_came(self.counters, self.noise) if self.is_silent() else None
 
-def holder_name(evidence: PortEvidence) -> str:
-    """The program that has the port open; empty where unknown."""
-    holder = evidence.trouble.holder if evidence.trouble is not None else None
-    return "" if holder is None else holder.name
+    def is_bad_line(self) -> bool:
+        """Whether frames are damaged, rather than bytes of another rate."""
+        rejected = self.counters.rejected
+        if not self.is_open or not rejected:
+            return False
+        if self.counters.frames > self.counters.by_role[Role.ECHO]:
+            return rejected > REJECTED_SHARE * self.counters.bytes_received and rejected > MAX_NOISE_BYTES // 8
+        begun = sum(
+            self.counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE)
+        )
+        return self.is_silent() and begun >= CHECKSUM_SHARE * rejected
 
+    def is_slow(self) -> bool:
+        """Whether the adapter's latency timer delays every answer."""
+        if not self.is_answering:
+            return False
+        latency_ms = self.facts.latency_ms
+        if latency_ms is not None:
+            return latency_ms > SLOW_LATENCY_MS
+        quickest, usual = self.round_trip_minimum_s, self.round_trip_median_s
+        return (
+            quickest is not None and usual is not None and quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
+        )
 
-def is_prober(evidence: PortEvidence) -> bool:
-    """Whether a modem prober has the port or has written to it."""
-    if is_busy(evidence):
-        name = holder_name(evidence).lower()
-        return name in _PROBERS or (not name and "ModemManager" in evidence.facts.grabbers)
-    return not evidence.is_answering and _AT.search(evidence.noise) is not None
+    def may_soon(self) -> bool:
+        access = self.facts.access
+        return access is not None and access.is_member and not access.is_effective
 
-
-def is_claimed_by_brltty(evidence: PortEvidence) -> bool:
-    """Whether brltty takes the adapter for a Braille display."""
-    is_snatched = is_gone(evidence) and evidence.short_visits >= 1 and "brltty" in evidence.facts.grabbers
-    return is_snatched or holder_name(evidence).lower() in _BRAILLE
-
-
-def is_silent(evidence: PortEvidence) -> bool:
-    """Whether requests were sent on the open port and no module answers."""
-    return evidence.is_open and not evidence.is_answering and evidence.counters.time_outs > 0
-
-
-def came(evidence: PortEvidence) -> Silence | None:
-    """What came instead of an answer; None where a module answers or nothing was asked."""
-    if evidence.silence is not None:
-        return evidence.silence
-    return what_came(evidence.counters, evidence.noise) if is_silent(evidence) else None
-
-
-def is_bad_line(evidence: PortEvidence) -> bool:
-    """Whether frames are damaged, rather than bytes of another rate."""
-    rejected = evidence.counters.rejected
-    if not evidence.is_open or not rejected:
-        return False
-    if evidence.counters.frames > evidence.counters.by_role[Role.ECHO]:
-        return rejected > REJECTED_SHARE * evidence.counters.bytes_received and rejected > MAX_NOISE_BYTES // 8
-    begun = sum(
-        evidence.counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE)
-    )
-    return is_silent(evidence) and begun >= CHECKSUM_SHARE * rejected
-
-
-def is_slow(evidence: PortEvidence) -> bool:
-    """Whether the adapter's latency timer delays every answer."""
-    if not evidence.is_answering:
-        return False
-    latency_ms = evidence.facts.latency_ms
-    if latency_ms is not None:
-        return latency_ms > SLOW_LATENCY_MS
-    quickest, usual = evidence.round_trip_minimum_s, evidence.round_trip_median_s
-    return quickest is not None and usual is not None and quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
-
-
-def may_soon(evidence: PortEvidence) -> bool:
-    access = evidence.facts.access
-    return access is not None and access.is_member and not access.is_effective
+    def has_login(self) -> bool:
+        """Whether a computer's console boots or asks for a login."""
+        return self.is_silent() and _LOGIN.search(self.noise) is not None
 
 
-def has_login(evidence: PortEvidence) -> bool:
-    """Whether a computer's console boots or asks for a login."""
-    return is_silent(evidence) and _LOGIN.search(evidence.noise) is not None
+MISSES_OF_A_DEAF_MODULE = 2
+"""Consecutive requests without an answer from a module that sends unasked."""
+_SHUT_DOWN = BY_NAME["shutdown"].set(True)
+
+
+class EvidenceCollector:
+    """Collects evidence from every batch. Belongs to one thread; `begin` starts a connection."""
+
+    def __init__(self) -> None:
+        self._seen = PortEvidence(platform=sys.platform)
+        self._mark = Counters()
+        """Totals when a module last answered or restarted; evidence counts from there."""
+        self._base = self._mark
+        """Those when the port was opened or its rate set; bytes at another rate are no evidence."""
+        self._noise = bytearray()
+
+    def begin(self, port: str) -> None:
+        """Discards all evidence: a new connection to `port`."""
+        self._seen = PortEvidence(port=port, platform=sys.platform)
+        self._mark = self._base = Counters()
+        self._noise.clear()
+
+    def on_batch(self, batch: Batch) -> None:
+        """Processes one batch; to be called for every batch, in order."""
+        connection = batch.connection
+        if connection.state is PortState.OPENING:
+            self._mark = self._base = Counters()
+            self._noise.clear()
+        elif connection.baud_rate != self._seen.baud_rate and self._seen.is_open and batch.link is not None:
+            self._mark = self._base = batch.link.counters
+            self._noise.clear()
+        was_shut_down = self._seen.was_shut_down
+        for event in batch.events:
+            match event:
+                case Sent(request=request) if request == _SHUT_DOWN:
+                    was_shut_down = True
+                case Received(role=role) if role not in (Role.ANSWER, Role.ECHO, Role.LATE):
+                    was_shut_down = False  # the acknowledgement comes before the shutdown, anything else after
+                case Rejected(noise=noise):
+                    self._noise += noise.raw
+                case _:
+                    pass
+        del self._noise[:-MAX_NOISE_BYTES]
+        is_open = connection.state is PortState.OPEN
+        self._seen = replace(
+            self._seen,
+            port=connection.port or self._seen.port,
+            baud_rate=connection.baud_rate or self._seen.baud_rate,
+            trouble=connection.trouble,
+            is_open=is_open,
+            is_answering=self._seen.is_answering and is_open,
+            was_shut_down=was_shut_down,
+        )
+        if batch.link is not None:
+            self._on_link(batch.link, is_online=batch.device.presence is Presence.ONLINE)
+
+    def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> PortEvidence:
+        """The evidence so far, with that of the system (`facts_about`, `PortHistory.short_visits`)."""
+        return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
+
+    def _on_link(self, link: LinkView, *, is_online: bool) -> None:
+        totals = link.counters
+        has_news = totals.restarts > self._mark.restarts
+        if has_news or totals.by_role[Role.ANSWER] > self._mark.by_role[Role.ANSWER]:
+            self._mark = totals
+        has_answered = totals.by_role[Role.ANSWER] > 0
+        misses = totals.time_outs - self._mark.time_outs
+        is_answering = is_online and has_answered and misses < MISSES_OF_A_DEAF_MODULE
+        counters = totals - (self._base if is_answering else self._mark)
+        # A request that was pending at the mark may have timed out since.
+        counters.sent = max(counters.sent, counters.time_outs)
+        self._seen = replace(
+            self._seen,
+            is_answering=is_answering,
+            was_online=self._seen.was_online or has_answered,
+            counters=counters,
+            round_trip_minimum_s=link.round_trip_minimum_s,
+            round_trip_median_s=link.round_trip_median_s,
+        )

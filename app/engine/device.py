@@ -18,9 +18,15 @@ from math import inf
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.engine.changed_values import ACKNOWLEDGED_KEYS, UNREADABLE, key_changed_by
 from app.engine.motion import MotionExtremes, MotionWatch
-from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
+from app.engine.setting_changes import (
+    ACKNOWLEDGED_KEYS,
+    BOOT_COUNT,
+    BOOTS,
+    READABLE_SETTINGS,
+    UNREADABLE,
+    key_changed_by,
+)
 from protocol.catalogue import ACTIVATION, MAX_RECORDS, SERIAL_OUTPUT, Request
 from protocol.events import (
     Answered,

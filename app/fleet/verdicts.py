@@ -1,7 +1,7 @@
-"""Last pre-flight check of each connected module, and whether it still holds."""
+"""The last pre-flight check of a connected module, and whether it still holds."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.engine.device import DeviceView
 from app.preflight.evidence import Disturbance
@@ -23,50 +23,28 @@ class HeldVerdict:
     """Titles of what stands against it."""
 
 
-class Verdicts:
-    """By connection (`whose`). A void check stays void until the next one."""
+class KeptCheck(NamedTuple):
+    """A module's last check. `void`: why it does not hold; it stays so until the next one."""
 
-    def __init__(self) -> None:
-        self._filed: dict[Hashable, Filed] = {}
-        self._void: dict[Hashable, Void] = {}
+    filed: Filed
+    void: Void | None = None
 
-    def store(self, whose: Hashable, filed: Filed, void: Void | None = None) -> None:
-        """Keep the module's last check; `void`: why it does not hold."""
-        self._filed[whose] = filed
-        self._void.pop(whose, None)
-        if void is not None:
-            self._void[whose] = void
-
-    def remove(self, whose: Hashable) -> None:
-        self._filed.pop(whose, None)
-        self._void.pop(whose, None)
-
-    def filed(self, whose: Hashable) -> Filed | None:
-        return self._filed.get(whose)
-
-    def poll(self, whose: Hashable, device: DeviceView, now: float, *, is_open: bool) -> None:
+    def polled(self, device: DeviceView, now: float, *, is_open: bool) -> "KeptCheck":
         """Call it at every report of the module and every change of its port."""
-        filed = self._filed.get(whose)
-        if filed is None or whose in self._void:
-            return
-        evidence = filed.assessment.case.evidence
-        void = void_reason(filed.assessment, device, now, opened_at=evidence.opened_at if is_open else None)
-        active = device.fresh("active", now)
-        if void is None and active is True and evidence.is_active is False:
+        if self.void is not None:
+            return self
+        evidence = self.filed.assessment.case.evidence
+        void = void_reason(self.filed.assessment, device, now, opened_at=evidence.opened_at if is_open else None)
+        if void is None and device.fresh("active", now) is True and evidence.is_active is False:
             void = Void(Disturbance.CHANGED, UserMessage(TITLES["active"]))  # GO needs another reading of everything
-        if void is not None:
-            self._void[whose] = void
+        return self._replace(void=void)
 
-    def held(self, whose: Hashable, device: DeviceView, now: float, *, is_open: bool) -> HeldVerdict | None:
-        """The verdict at `now`: GO only while the module reports ACTIVE. None without a check."""
-        self.poll(whose, device, now, is_open=is_open)
-        filed = self._filed.get(whose)
-        if filed is None:
-            return None
-        evidence, void = filed.assessment.case.evidence, self._void.get(whose)
-        if void is not None:
-            return HeldVerdict(None, evidence.ended_at, void)
-        verdict = filed.assessment.verdict
+    def held(self, device: DeviceView, now: float) -> HeldVerdict:
+        """The verdict at `now`: GO only while the module reports ACTIVE."""
+        assessment = self.filed.assessment
+        ended_at, verdict = assessment.case.evidence.ended_at, assessment.verdict
+        if self.void is not None:
+            return HeldVerdict(None, ended_at, self.void)
         if verdict is Verdict.GO and device.fresh("active", now) is not True:
             verdict = Verdict.READY
-        return HeldVerdict(verdict, evidence.ended_at, None, filed.assessment.titles_against)
+        return HeldVerdict(verdict, ended_at, None, assessment.titles_against)

@@ -5014,10 +5014,6 @@
         <translation>晚到</translation>
     </message>
     <message>
-        <source>as found, before the first change</source>
-        <translation>原始参数，首次修改之前</translation>
-    </message>
-    <message>
         <source>as read with the bay open</source>
         <translation>等于伞仓打开时的读数</translation>
     </message>

@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from app.engine.changed_values import key_changed_by
 from app.engine.device import DeviceView, How
-from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting
+from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, key_changed_by
 from protocol.events import Event, Sent
 from protocol.fields import Value
 

@@ -120,20 +120,6 @@ class Store:
         settings = state.get("settings")
         return IdentityEvidence(state.get("boot_count"), restorable(settings if isinstance(settings, dict) else {}))
 
-    # The serial output
-
-    def note_stream_on(self, adapter: str, boot_count: int | None) -> None:
-        """The program is about to switch the serial output on; it stands until `clear_stream_on`. `boot_count`: on
-        which start of the module, where that is known."""
-        self.facts.set_state(f"stream:{adapter}", {"at": self.database.now(), "boot_count": boot_count})
-
-    def clear_stream_on(self, adapter: str) -> None:
-        self.facts.set_state(f"stream:{adapter}", None)
-
-    def stream_left_on(self, adapter: str) -> Mapping[str, Any] | None:
-        """What `note_stream_on` stored; None once it is cleared."""
-        return self.facts.state(f"stream:{adapter}")
-
     # Snapshots
 
     def store_snapshot(self, snapshot: Snapshot, *, port: str, module: str = "") -> int:
@@ -141,8 +127,7 @@ class Store:
         with self.database.transaction():
             if module:
                 self.register_module(module)
-            content = {"port": port, "reason": snapshot.reason, "boot_count": snapshot.boot_count,
-                       "settings": dict(snapshot.settings)}  # fmt: skip
+            content = {"port": port, "boot_count": snapshot.boot_count, "settings": dict(snapshot.settings)}
             return self.facts.add(FactKind.SNAPSHOT, content, module=module or None)
 
     # Audit

@@ -9,9 +9,8 @@ has to do.
 """
 
 import logging
-from collections.abc import Callable
+from collections.abc import Mapping
 from concurrent.futures import Future
-from functools import partial
 
 from app.store.database import StoreTrouble
 from app.store.store import Store
@@ -42,9 +41,9 @@ class StoredStreamMemory(StreamMemory):
     """In the store, by adapter, or by port where there is none. Made outside of the port's thread."""
 
     def __init__(self, store: Store, adapter: str) -> None:
-        self._store, self._adapter = store, adapter
+        self._store, self._key = store, f"stream:{adapter}"
         try:
-            left_on = store.stream_left_on(adapter)
+            left_on = store.facts.state(self._key)
         except StoreTrouble as error:
             _log.warning("Whether a stream was left on cannot be read: %s", error)
             return
@@ -52,14 +51,17 @@ class StoredStreamMemory(StreamMemory):
         self.boot_count = None if left_on is None else left_on.get("boot_count")
 
     def note_on(self, boot_count: int | None) -> Future[None]:
-        return self._store.queue.submit(lambda: self._write(partial(self._store.note_stream_on, boot_count=boot_count)))
+        return self._keep({"at": self._store.database.now(), "boot_count": boot_count})
 
     def clear(self) -> None:
         self.was_left_on = False
-        self._store.queue.submit(lambda: self._write(self._store.clear_stream_on))
+        self._keep(None)
 
-    def _write(self, write: Callable[[str], None]) -> None:
-        try:
-            write(self._adapter)
-        except StoreTrouble as error:
-            _log.warning("That a stream is switched on or off cannot be kept: %s", error)
+    def _keep(self, state: Mapping[str, object] | None) -> Future[None]:
+        def write() -> None:
+            try:
+                self._store.facts.set_state(self._key, state)
+            except StoreTrouble as error:
+                _log.warning("That a stream is switched on or off cannot be kept: %s", error)
+
+        return self._store.queue.submit(write)

@@ -49,7 +49,7 @@ def changes(rig: Rig) -> list[Request]:
 
 def wait_stored(store: Store, is_on: bool) -> None:
     deadline = time.monotonic() + PATIENCE_S
-    while (store.stream_left_on(ADAPTER) is not None) is not is_on:
+    while (store.facts.state(f"stream:{ADAPTER}") is not None) is not is_on:
         assert time.monotonic() < deadline
         time.sleep(0.005)
 
@@ -81,8 +81,8 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     while changes(rig) != [ON]:
         assert time.monotonic() < deadline
         rig.session.step()
-    assert (store.stream_left_on(ADAPTER) or {})["boot_count"] == 37
-    assert store.stream_left_on("another adapter") is None
+    assert (store.facts.state(f"stream:{ADAPTER}") or {})["boot_count"] == 37
+    assert store.facts.state("stream:another adapter") is None
     end_watch(rig)
     assert changes(rig) == [ON, OFF]
     wait_stored(store, is_on=False)
@@ -92,7 +92,7 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     ("boots", "is_wanted"), [(37, True), (37, False), pytest.param(None, False, id="the adapter alone identifies it")]
 )
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
-    store.note_stream_on(ADAPTER, boots)
+    store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": boots})
     rig, memory = streaming_rig(), StoredStreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=is_wanted)
     rig.step_for(LISTEN_FIRST_S + 3)
@@ -106,7 +106,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
 
 @pytest.mark.parametrize("boots", [36, 38])
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
-    store.note_stream_on(ADAPTER, 37)
+    store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": 37})
     rig, memory = streaming_rig(boots=boots), StoredStreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 30)
@@ -127,7 +127,7 @@ def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
 
 
 def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
-    store.note_stream_on(ADAPTER, 37)
+    store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": 37})
     rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 1)
@@ -145,7 +145,7 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
             assert first.stdout is not None
             deadline = time.monotonic() + PATIENCE_S
             with closing(open_store()) as store:
-                while store.stream_left_on(module.port) is None:
+                while store.facts.state(f"stream:{module.port}") is None:
                     assert time.monotonic() < deadline
                     time.sleep(0.05)
             while json.loads(first.stdout.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
@@ -162,4 +162,4 @@ def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path)
         )
         assert LEFT_ON in again.stderr
         with closing(open_store()) as store:
-            assert store.stream_left_on(module.port) is None
+            assert store.facts.state(f"stream:{module.port}") is None

@@ -13,8 +13,7 @@ from app.store.store_journal import new_run
 from protocol.fields import Value
 
 if TYPE_CHECKING:
-    from app.preflight.verdict import Void
-    from app.records.filing import Filed
+    from app.fleet.verdicts import KeptCheck
 
 
 @dataclass(eq=False, slots=True)
@@ -27,8 +26,8 @@ class ModuleMemory:
     statistics: LinkStatistics = field(default_factory=LinkStatistics)
     as_found: Snapshot | None = None
     """The settings before the first write."""
-    check: "tuple[Filed, Void | None] | None" = None
-    """The last one of the Pre-flight page, and what voids it."""
+    check: "KeptCheck | None" = None
+    """The last one, of the Pre-flight page or of Fleet."""
     is_fired_by_test: bool = False
     """A guided test makes it fire now, and says what comes next."""
 

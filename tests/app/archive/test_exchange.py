@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from app.archive.chains import ArchivedRecords, chains_in
-from app.archive.exchange import Exchanged
-from app.archive.fact_file import export_facts, facts_in, import_facts
+from app.archive.exchange import Exchanged, export_facts, facts_in, import_facts
 from app.archive.facts import Fact, RefusedFact, checked, fact_id, make_fact
 from app.archive.local_facts import _TO_SIGN, open_facts
 from app.archive.module_history import module_history

@@ -11,9 +11,8 @@ import pytest
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose
-from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import LinkState, Phase, link_text
-from app.diagnosis.symptoms import MAX_NOISE_BYTES, PortEvidence
+from app.diagnosis.symptoms import MAX_NOISE_BYTES, EvidenceCollector, PortEvidence
 from app.engine.procedure import Ask, Procedure
 from app.engine.reconnect import Absence
 from app.engine.session import Run

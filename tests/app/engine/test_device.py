@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import pytest
 
-from app.engine.changed_values import UNREADABLE
 from app.engine.device import (
     FRESH_FOR_S,
     MAX_LAG_S,
@@ -17,6 +16,7 @@ from app.engine.device import (
     Known,
     StaleReason,
 )
+from app.engine.setting_changes import UNREADABLE
 from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Command, Request
 from protocol.events import Answered, OutcomeUnknown, Received, Restarted, Role, WentOffline, WentOnline

@@ -10,7 +10,7 @@ from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import Identity, Trust
 from app.fleet.card import Card, LockState, Need, by_need, card_of
 from app.fleet.check_set import SetMember
-from app.fleet.verdicts import HeldVerdict, Verdicts
+from app.fleet.verdicts import HeldVerdict, KeptCheck
 from app.limits.out_of_limits import LimitsInUse
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Verdict, Void, assess
@@ -120,38 +120,27 @@ def checked(**options: str) -> tuple[Checked, Filed]:
 
 def test_a_verdict_holds_until_something_speaks_against_it_and_stays_void_then() -> None:
     found, filed = checked()
-    rig, verdicts = found.rig, Verdicts()
-    now, device = rig.clock(), rig.session.device.view(rig.clock())
-    assert verdicts.held("a", device, now, is_open=True) is None
-    verdicts.store("a", filed)
-    held = verdicts.held("a", device, now, is_open=True)
-    assert held is not None
-    assert held.verdict is Verdict.READY
-    verdicts.poll("a", device, now, is_open=False)  # unplugged for a moment
-    held = verdicts.held("a", device, now, is_open=True)
-    assert held is not None
+    now, device = found.rig.clock(), found.rig.session.device.view(found.rig.clock())
+    kept = KeptCheck(filed).polled(device, now, is_open=True)
+    assert kept.held(device, now).verdict is Verdict.READY
+    kept = kept.polled(device, now, is_open=False).polled(device, now, is_open=True)  # unplugged for a moment
+    held = kept.held(device, now)
     assert (held.verdict, held.void) == (None, Void(Disturbance.DISCONNECTED))
-    verdicts.store("a", filed)
-    assert verdicts.held("b", device, now, is_open=True) is None
-    late = verdicts.held("a", device, now + 3600.0, is_open=True)
-    assert late is not None
-    assert late.verdict is None
+    late = KeptCheck(filed).polled(device, now + 3600.0, is_open=True)
+    assert late.held(device, now + 3600.0).verdict is None
 
 
 def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_locked() -> None:
     found, filed = checked()
-    device, now, verdicts = found.rig.session.device.view(found.rig.clock()), found.rig.clock(), Verdicts()
+    device, now = found.rig.session.device.view(found.rig.clock()), found.rig.clock()
     active = replace(device, values=MappingProxyType({**device.values, "active": Known(True, How.READ, now)}))
-    verdicts.store("a", filed)
-    held = verdicts.held("a", active, now, is_open=True)
-    assert held is not None
-    assert held.verdict is None
+    assert KeptCheck(filed).polled(active, now, is_open=True).held(active, now).verdict is None
     case = filed.assessment.case
     assert case.evidence.status is not None
     seen_active = replace(case, evidence=replace(case.evidence, status=case.evidence.status._replace(active=True)))
-    verdicts.store("b", Filed(assess(seen_active), {}))
-    both = (verdicts.held("b", each, now, is_open=True) for each in (active, device))
-    assert [one and one.verdict for one in both] == [Verdict.GO, Verdict.READY]
+    kept = KeptCheck(Filed(assess(seen_active), {}))
+    both = (kept.polled(view, now, is_open=True).held(view, now) for view in (active, device))
+    assert [held.verdict for held in both] == [Verdict.GO, Verdict.READY]
 
 
 @pytest.mark.parametrize(
@@ -166,9 +155,9 @@ def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tup
     found, filed = checked(**options)
     case = filed.assessment.case
     assessment = assess(replace(case, profile=replace(case.profile, manual=manual)))
-    verdicts, now = Verdicts(), found.rig.clock()
-    verdicts.store("a", Filed(assessment, {}))
-    held = verdicts.held("a", found.rig.session.device.view(now), now, is_open=True)
+    now = found.rig.clock()
+    device = found.rig.session.device.view(now)
+    held = KeptCheck(Filed(assessment, {})).polled(device, now, is_open=True).held(device, now)
     card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
     assert card.need is Need.NO_GO
     assert card.next_step(NOW) == f"Not met: {why}"

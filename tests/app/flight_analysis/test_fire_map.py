@@ -9,8 +9,7 @@ import pytest
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
-from app.flight_analysis.loss_of_control import LossOfControl, loss_of_control
-from app.flight_analysis.summary import summarise
+from app.flight_analysis.summary import LossOfControl, loss_of_control, summarise
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
 from protocol.messages import Source

@@ -92,9 +92,9 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
     assert [one.at for one in left_active(store)] == [acts[1][1]]
     assert [(one.old_rate, one.new_rate) for one in store.pending_bauds()] == [(9600, 19200)]
     assert len(store.facts.select(FactKind.BAUD)) == 2
-    stream = store.stream_left_on("usb 9")
+    stream = store.facts.state("stream:usb 9")
     assert stream is not None
-    assert (stream["boot_count"], store.stream_left_on("other")) == (4, None)
+    assert (stream["boot_count"], store.facts.state("stream:other")) == (4, None)
     assert store.facts.faults() == []
     with closing(sqlite3.connect(folder / "dps-s.version-8.sqlite")) as kept_file:
         assert kept_file.execute("SELECT * FROM audit").fetchall() == rows("SELECT * FROM audit")

@@ -11,9 +11,8 @@ from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
 
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnose
-from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase, link_text
-from app.diagnosis.symptoms import PortEvidence
+from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.events import Role

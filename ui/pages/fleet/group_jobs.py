@@ -14,6 +14,7 @@ from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
+from app.fleet.verdicts import KeptCheck
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Person
 from app.preflight.run import run_preflight
@@ -126,7 +127,7 @@ class GroupChecks(QObject):
     def _on_filed(self, connection: Port, name: str, check: _Check, filed: Filed) -> None:
         if self._running.get(connection) is not check:
             return  # of the module before
-        self._members.verdicts.store(connection, filed)
+        connection.kept.check = KeptCheck(filed)
         trouble = None if filed.trouble is None else filed.trouble.message
         self._finish(connection, name, filed, trouble)
 

@@ -12,7 +12,6 @@ from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.engine.worker import PortState
 from app.fleet.card import Card, LockState, card_of
-from app.fleet.verdicts import Verdicts
 from app.records.filing import local_now, service_due
 from app.store.store import Store
 from app.text.messages import UserMessage
@@ -37,9 +36,6 @@ class FleetMembers(QObject):
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._services, self._connector = services, services.connector
-        self.verdicts = Verdicts()
-        self._seen: dict[Port, object] = {}
-        """What was adopted from the Pre-flight page."""
         self.is_checking: set[Port] = set()
         self._leaving: set[Port] = set()
         """To be removed once another one is current."""
@@ -124,9 +120,8 @@ class FleetMembers(QObject):
 
     def card(self, connection: Port) -> Card:
         now, device = self._connector.clock(), connection.device
-        self._adopt_page_check(connection)
-        lock = connection.lock
-        held = self.verdicts.held(connection, device, now, is_open=self._is_steady(connection))
+        self._poll(connection)
+        lock, check = connection.lock, connection.kept.check
         target = connection.target
         card = Card(
             port=port_text(target),
@@ -136,7 +131,7 @@ class FleetMembers(QObject):
             name=connection.module.name,
             expected=connection.module.expected_name,
             identity=connection.identity,
-            verdict=held,
+            verdict=None if check is None else check.held(device, now),
             is_checking=connection in self.is_checking,
             lock=LockState(sent=lock.sent, failed=lock.failed, confirmed=lock.confirmed),
             can_lock=lock.is_possible,
@@ -145,34 +140,16 @@ class FleetMembers(QObject):
         )
         return card_of(card, now, self._services.in_use)
 
-    def _adopt_page_check(self, connection: Port) -> None:
-        """A check of the Pre-flight page counts here too, and so does what voids it."""
-        found = connection.kept.check
-        if found is None or found is self._seen.get(connection):
-            return
-        self._seen[connection] = found
-        (filed, void), kept = found, self.verdicts.filed(connection)
-        if void is None or kept is None or kept is filed:
-            self.verdicts.store(connection, filed, void)
-
-    @staticmethod
-    def _is_steady(connection: Port) -> bool:
-        return connection.is_open and connection.connection.state is PortState.OPEN
-
     def _watch(self, connection: Port) -> None:
         connection.changed.connect(partial(self._poll, connection))
         connection.batch.connect(lambda _batch: self._poll(connection))
-        connection.invalidated.connect(partial(self._on_another_module, connection))
-
-    def _on_another_module(self, connection: Port) -> None:
-        self.verdicts.remove(connection)
-        self._seen.pop(connection, None)
-        self.replaced.emit(connection)
+        connection.invalidated.connect(partial(self.replaced.emit, connection))
 
     def _poll(self, connection: Port) -> None:
-        self._adopt_page_check(connection)
-        is_open = self._is_steady(connection)
-        self.verdicts.poll(connection, connection.device, self._connector.clock(), is_open=is_open)
+        check, now = connection.kept.check, self._connector.clock()
+        if check is not None:
+            is_open = connection.is_open and connection.connection.state is PortState.OPEN
+            connection.kept.check = check.polled(connection.device, now, is_open=is_open)
 
     def _on_chosen(self) -> None:
         for connection in [one for one in self._leaving if one is not self._connector.current]:
@@ -182,8 +159,6 @@ class FleetMembers(QObject):
 
     def _on_removed(self, connection: Port) -> None:
         self.is_checking.discard(connection)
-        self.verdicts.remove(connection)
-        self._seen.pop(connection, None)
         self.changed.emit()
 
 

@@ -14,6 +14,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.diagnosis.link_state import Phase
 from app.engine.procedure import PortLost, Report
 from app.engine.worker import Batch, Job
+from app.fleet.verdicts import KeptCheck
 from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.findings import CheckResult, Person
@@ -237,8 +238,9 @@ class PreflightController(QObject):
 
     def _publish(self) -> None:
         """Let the Fleet page show the same verdict."""
-        if self.filed is not None:
-            self._connector.current.kept.check = (self.filed, self.void)
+        kept = self._connector.current.kept
+        if self.filed is not None and (self.void is None or kept.check is None or kept.check.filed is self.filed):
+            kept.check = KeptCheck(self.filed, self.void)
 
     # While GO or READY stands
 

@@ -19,8 +19,8 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import Cause, diagnose
-from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase
+from app.diagnosis.symptoms import EvidenceCollector
 from app.engine.device import DeviceView
 from app.engine.ports import PortInfo
 from app.engine.procedure import LinkView
@@ -70,7 +70,7 @@ def cause_of(page: DiagnosisPage) -> Cause | None:
     ("name", "query", "cause", "button"),
     [
         ("why-mute", "mute", Cause.NOTHING, "Find the baud rate"),
-        ("why-echo", "mute&echo", Cause.ECHO, "Connect again"),
+        ("why-echo", "mute&echo", Cause.ECHO, "Choose a port"),
         ("why-rate", "baud=9600&stream_at_boot&rate=50", Cause.WRONG_RATE, "Find the baud rate"),
         ("why-bad", "corrupt=0.09&stream_at_boot&rate=200", Cause.BAD_LINE, "Connect again"),
     ],

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.fleet.card import Need
+from app.fleet.verdicts import KeptCheck
 from app.limits.service import Service, ServiceKind
 from app.preflight.evidence import Disturbance
 from app.preflight.verdict import Void, assess
@@ -97,15 +98,11 @@ def filed(desk: Desk) -> Filed:
     return Filed(assess(replace(case, evidence=replace(case.evidence, flags={}, ended_at=desk.ports.now_s))), {})
 
 
-@pytest.mark.parametrize("is_of_page", [True, False])
-def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Desk, is_of_page: bool) -> None:
+def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Desk) -> None:
     desk.plug_in(2)
     connection, worker = desk.modules[1]
     desk.page.hide()
-    if is_of_page:
-        connection.kept.check = (filed(desk), None)
-    else:
-        desk.page.members.verdicts.store(connection, filed(desk))
+    connection.kept.check = KeptCheck(filed(desk))
     for light_v in (9.0, 0.3):
         worker.say(light_v=light_v)
         QApplication.processEvents()
@@ -119,7 +116,7 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     desk.plug_in(1)
     (connection, _), one = desk.modules[0], filed(desk)
     for void, need in ((None, Need.NO_GO), (Void(Disturbance.CHANGED, UserMessage("entries")), Need.VOID)):
-        connection.kept.check = (one, void)
+        connection.kept.check = KeptCheck(one, void)
         desk.settle()
         card = desk.page._widgets[connection].card
         assert card is not None
