@@ -1,10 +1,12 @@
 """Parachute bay closed and open: the light of both, and its margin to the threshold."""
 
+from functools import partial
+
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     NOT_READ,
-    GuidedSetup,
+    Measure,
     PersonSteps,
     read_setting,
     require_locked,
@@ -23,25 +25,25 @@ STEPS = 2
 CLOSE, OPEN = marked("Close the bay"), marked("Open the bay fully")
 
 
-def prepare_bay() -> Procedure[GuidedSetup]:
+def prepare_bay() -> Procedure[Measure]:
     restarts = yield from require_locked()
     threshold = yield from read_setting("light_threshold")
-    return GuidedSetup(restarts=restarts, light_threshold_v=threshold)
+    return partial(_measure, restarts, threshold)
 
 
-def measure_bay(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
+def _measure(restarts: int, threshold: float, steps: PersonSteps) -> Procedure[GuidedResult]:
     yield Report(0, STEPS, CLOSE)
-    closed = yield from _measure(setup, steps)
+    closed = yield from _measure_light(restarts, steps)
     yield Report(1, STEPS, OPEN)
-    opened = yield from _measure(setup, steps)
+    opened = yield from _measure_light(restarts, steps)
     yield from require_locked()
-    return _result(closed, opened, setup.light_threshold_v)
+    return _result(closed, opened, threshold)
 
 
-def _measure(setup: GuidedSetup, steps: PersonSteps) -> Procedure[Band]:
+def _measure_light(restarts: int, steps: PersonSteps) -> Procedure[Band]:
     yield from wait_for_person(steps)
     view: EngineView = yield Inspect()
-    require_start(view, setup.restarts)
+    require_start(view, restarts)
     band = yield from measure_light()
     if not band.is_enough:
         raise UserError(NOT_READ, what=message(marked("Light")))

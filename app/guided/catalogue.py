@@ -1,7 +1,9 @@
 """Catalogue of guided tests: texts, what must be made safe, steps, act and procedures.
 
     prepare   refuses unless the module is locked and has not fired; reads the values that the test needs
-    measure   the steps with the person
+    measure   what it returns: the steps with the person
+
+Both raise `UserError`: the test is not completed, does not count and is not kept.
 
 Whatever can be tested on a locked module is tested on a locked one. Where it must be active, a person confirms its
 activation between the two: the same steps, conditions and log as on the Commands page.
@@ -11,18 +13,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.engine.procedure import Procedure
-from app.guided.bay import CLOSE, OPEN, measure_bay, prepare_bay
-from app.guided.free_fall import DROP, HOLD, WAIT, measure_free_fall, prepare_free_fall
-from app.guided.link import REST, SHAKE, measure_link
-from app.guided.results import BrokenOff, GuidedKind, GuidedResult
-from app.guided.status_watch import GuidedSetup, PersonSteps, prepare_locked
-from app.guided.tilt import TILT_SLOWLY, TiltDirection, measure_tilt, prepare_tilt
+from app.guided.bay import CLOSE, OPEN, prepare_bay
+from app.guided.free_fall import DROP, HOLD, WAIT, prepare_free_fall
+from app.guided.link import REST, SHAKE, prepare_link
+from app.guided.results import GuidedKind
+from app.guided.status_watch import Measure
+from app.guided.tilt import TILT_SLOWLY, TiltDirection, prepare_tilt
 from app.safety.acts import TITLES as ACT_TITLES
 from app.safety.acts import Act
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import join_sentences
-from app.text.user_error import UserError
 from protocol.translatable import marked
 
 
@@ -34,8 +35,7 @@ class GuidedTest:
     kind: GuidedKind
     safety: str
     steps: tuple[UserMessage, ...]
-    prepare: Callable[[], Procedure[GuidedSetup]]
-    measure: Callable[[GuidedSetup, PersonSteps], Procedure[GuidedResult]]
+    prepare: Callable[[], Procedure[Measure]]
     is_active: bool = False
     """It needs an active module, which must be locked afterwards in any case."""
     statement: str = ""
@@ -55,43 +55,27 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         (message(ACT_TITLES[Act.ACTIVATE]),
          *(message(TILT_SLOWLY, direction=message(direction.value)) for direction in TiltDirection),
          message(ACT_TITLES[Act.LOCK])),
-        prepare_tilt, measure_tilt, is_active=True, statement=marked("Ejector and rotors are off"),
+        prepare_tilt, is_active=True, statement=marked("Ejector and rotors are off"),
     ),
     GuidedTest(
         GuidedKind.FREE_FALL,
         marked("Take the rotors off."),
         (message(HOLD), message(DROP), message(WAIT)),
-        prepare_free_fall, measure_free_fall,
+        prepare_free_fall,
     ),
     GuidedTest(
         GuidedKind.BAY,
         marked("Secure the loaded spring under the lid."),
         (message(CLOSE), message(OPEN)),
-        prepare_bay, measure_bay,
+        prepare_bay,
         confirms=(marked("Bay closed"), marked("Bay open")),
     ),
     GuidedTest(
         GuidedKind.LINK,
         marked("Take the rotors off."),
         (message(REST), message(SHAKE)),
-        prepare_locked, measure_link,
+        prepare_link,
         confirms=("", marked("Shaken for 15 s")),
     ),
 )  # fmt: skip
 GUIDED_BY_KIND = {test.kind: test for test in GUIDED_TESTS}
-
-
-def prepare(test: GuidedTest) -> Procedure[GuidedSetup | BrokenOff]:
-    """`test.prepare`, returning a `UserError` as a result."""
-    try:
-        return (yield from test.prepare())
-    except UserError as why:
-        return BrokenOff(why.message)
-
-
-def measure(test: GuidedTest, setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult | BrokenOff]:
-    """`test.measure`, returning a `UserError` as a result."""
-    try:
-        return (yield from test.measure(setup, steps))
-    except UserError as why:
-        return BrokenOff(why.message)

@@ -6,12 +6,13 @@ time between the reports around them.
 """
 
 from dataclasses import dataclass, field
+from functools import partial
 
 from app.engine.device import StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
-    GuidedSetup,
+    Measure,
     PersonSteps,
     StatusWatch,
     read_setting,
@@ -58,20 +59,21 @@ class MeasuredFall:
         return min(one.acceleration_g for one in self.below)
 
 
-def prepare_free_fall() -> Procedure[GuidedSetup]:
+def prepare_free_fall() -> Procedure[Measure]:
     restarts = yield from require_locked()
     threshold = yield from read_setting("freefall_acceleration")
     if not 0 < threshold <= STILL_FROM_G:
         raise UserError(marked("Not testable at {threshold:.1f} g: rest and fall cannot be told apart."),
                        threshold=threshold)  # fmt: skip
     seconds = yield from read_setting("freefall_time")
-    return GuidedSetup(restarts=restarts, freefall_acceleration_g=threshold, freefall_time_s=seconds)
+    return partial(_measure, restarts, threshold, seconds)
 
 
-def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
-    watch = StatusWatch(setup.restarts, may_trigger=True)
+def _measure(restarts: int, threshold_g: float, time_s: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
+    """Against the module's thresholds."""
+    watch = StatusWatch(restarts, may_trigger=True)
     still_at = yield from _until_still(watch)
-    fall = yield from _fall(watch, setup.freefall_acceleration_g, still_at)
+    fall = yield from _fall(watch, threshold_g, still_at)
     now: float = yield Report(2, STEPS, WAIT)
     has_fired, ends_at = False, now + AFTERWARDS_S
     while now < ends_at:
@@ -80,7 +82,7 @@ def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[Guid
         view: EngineView = yield Inspect()
         now = view.now
     has_fired = has_fired or any(one.triggered for one in fall.below)
-    return _result(fall, setup, has_fired=has_fired)
+    return _result(fall, threshold_g, time_s, has_fired=has_fired)
 
 
 def _until_still(watch: StatusWatch) -> Procedure[float]:
@@ -117,7 +119,7 @@ def _fall(watch: StatusWatch, threshold_g: float, before_at: float) -> Procedure
                 fall = None
 
 
-def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> GuidedResult:
+def _result(fall: MeasuredFall, threshold_g: float, time_s: float, *, has_fired: bool) -> GuidedResult:
     shortest, longest = fall.shortest_s, fall.longest_s
     is_clear = longest - shortest <= COARSEST_S and len(fall.below) >= ENOUGH_REPORTS
     verdict = passed_if(shortest <= LONGEST_FALL_S and longest >= SHORTEST_S)
@@ -134,7 +136,7 @@ def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> Guide
         MeasuredValue(
             message(marked("Lowest acceleration")),
             message(f"{fall.lowest_g:.1f} g"),
-            message(f"< {setup.freefall_acceleration_g:.1f} g"),
+            message(f"< {threshold_g:.1f} g"),
             GuidedVerdict.PASSED, fall.lowest_g,
         ),
         MeasuredValue(
@@ -151,7 +153,7 @@ def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> Guide
         ),
     )  # fmt: skip
     advice = None
-    if shortest >= setup.freefall_time_s:
+    if shortest >= time_s:
         advice = message(marked("Over {seconds:.2f} s: active, it would have fired."),
-                      seconds=setup.freefall_time_s)  # fmt: skip
+                      seconds=time_s)  # fmt: skip
     return GuidedResult(GuidedKind.FREE_FALL, measured, advice)

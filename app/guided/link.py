@@ -5,12 +5,13 @@ it: before it passes, a person has to say so.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, PortLost, Procedure, Report
 from app.engine.transport import PortError
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
-from app.guided.status_watch import GuidedSetup, PersonSteps, require_locked, wait_for_person
+from app.guided.status_watch import Measure, PersonSteps, require_locked, wait_for_person
 from app.text.messages import UserMessage, message
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
@@ -36,11 +37,15 @@ class _Counts:
     is_port_lost: bool = False
 
 
-def measure_link(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
+def prepare_link() -> Procedure[Measure]:
+    return partial(measure_link, (yield from require_locked()))
+
+
+def measure_link(restarts: int, steps: PersonSteps) -> Procedure[GuidedResult]:
     rest, shaken, boots = _Counts(), _Counts(), list[int]()
     try:
-        yield from _count(rest, 0, REST, REST_S, setup.restarts, boots)
-        yield from _count(shaken, 1, SHAKE, SHAKEN_S, setup.restarts, boots)
+        yield from _count(rest, 0, REST, REST_S, restarts, boots)
+        yield from _count(shaken, 1, SHAKE, SHAKEN_S, restarts, boots)
         if _result(rest, shaken).verdict is GuidedVerdict.PASSED:
             yield from wait_for_person(steps)
     except (PortLost, PortError):

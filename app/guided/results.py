@@ -124,12 +124,5 @@ def stored_test(plain: Mapping[str, object], at: str) -> StoredTest | None:
                       is_simulated=plain.get("is_simulated") is True, measured=rows)  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class BrokenOff:
-    """A test that was not completed: it does not count and is not kept."""
-
-    reason: UserMessage
-
-
 def passed_if(is_fine: bool) -> GuidedVerdict:
     return GuidedVerdict.PASSED if is_fine else GuidedVerdict.FAILED

@@ -1,11 +1,13 @@
 """Status reports for a guided test, streamed or polled, and the waiting for the person."""
 
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from math import inf
 
 from app.engine.device import MAX_LAG_S, StatusSample
 from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause, Procedure
+from app.guided.results import GuidedResult
 from app.procedures.ask_status import ask_status
 from app.procedures.write import read_back
 from app.text.messages import message
@@ -31,17 +33,6 @@ PERSON_LIMIT_S = 120.0
 NOT_READ = marked("Could not be read: {what}.")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GuidedSetup:
-    """Values read from the module before the test."""
-
-    restarts: int = 0
-    attitude_threshold_deg: float = 0.0
-    freefall_acceleration_g: float = 0.0
-    freefall_time_s: float = 0.0
-    light_threshold_v: float = 0.0
-
-
 @dataclass(slots=True)
 class PersonSteps:
     """Lets a procedure wait for a step of the person, which the window confirms. Thread-safe."""
@@ -64,6 +55,9 @@ class PersonSteps:
         asked = self._asked
         if asked is not None and not asked.done():
             asked.set_result(None)
+
+
+Measure = Callable[[PersonSteps], Procedure[GuidedResult]]
 
 
 def wait_for_person(steps: PersonSteps) -> Procedure[None]:
@@ -165,11 +159,6 @@ def require_locked() -> Procedure[int]:
         raise UserError(marked("The module reports that it has fired."))
     require_start(view, view.device.restarts)
     return view.device.restarts
-
-
-def prepare_locked() -> Procedure[GuidedSetup]:
-    """Preparation of a test that only needs a locked module."""
-    return GuidedSetup(restarts=(yield from require_locked()))
 
 
 def read_setting(name: str) -> Procedure[float]:

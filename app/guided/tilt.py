@@ -8,13 +8,14 @@ to lie between two reports. If the module moved so fast that they are too far ap
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 
 from app.engine.device import StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
     AGREEING,
-    GuidedSetup,
+    Measure,
     PersonSteps,
     StatusWatch,
     read_setting,
@@ -81,17 +82,17 @@ class Turn:
     rearmed: Span | None = None
 
 
-def prepare_tilt() -> Procedure[GuidedSetup]:
+def prepare_tilt() -> Procedure[Measure]:
     restarts = yield from require_locked()
     threshold = yield from read_setting("attitude_threshold")
     if threshold <= LEVEL_WITHIN_DEG + RESET_BELOW_THRESHOLD_DEG or threshold + TOLERANCE_DEG > HIGHEST_DEG:
         raise UserError(marked("Not testable by hand at {threshold:.0f}°."), threshold=threshold)
-    return GuidedSetup(restarts=restarts, attitude_threshold_deg=threshold)
+    return partial(_measure, restarts, threshold)
 
 
-def measure_tilt(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
+def _measure(restarts: int, threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     """Needs an active module. The caller locks it afterwards in any case."""
-    watch = _TiltWatch(setup)
+    watch = _TiltWatch(restarts, threshold)
     view: EngineView = yield Inspect()
     watch.ends_at = view.now + MAX_S
     turns: list[Turn] = []
@@ -100,7 +101,7 @@ def measure_tilt(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedRes
         turns.append(turn)
         if turn.fired is not None and turn.rearmed is None:
             break  # the other directions could not be told from this one
-    return _result(turns, setup)
+    return _result(turns, threshold)
 
 
 def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedure[Turn]:
@@ -119,9 +120,9 @@ def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedu
 class _TiltWatch:
     """Hands out the reports one by one, within the time limits."""
 
-    def __init__(self, setup: GuidedSetup) -> None:
-        self._setup = setup
-        self._watch = StatusWatch(setup.restarts, is_active=True, may_trigger=True)
+    def __init__(self, restarts: int, threshold: float) -> None:
+        self._threshold = threshold
+        self._watch = StatusWatch(restarts, is_active=True, may_trigger=True)
         self._waiting: list[StatusSample] = []
         self.ends_at = 0.0
         self._step_began = 0.0
@@ -137,7 +138,7 @@ class _TiltWatch:
     def one_turn(self, number: int, direction: TiltDirection) -> Procedure[Turn]:
         """From level until it has fired and rearmed."""
         yield from self._begin(number, TILT_SLOWLY, direction)
-        limit = min(HIGHEST_DEG, self._setup.attitude_threshold_deg + MISSED_BY_DEG)
+        limit = min(HIGHEST_DEG, self._threshold + MISSED_BY_DEG)
         before, first, reached = 0.0, 0.0, 0.0
         agreeing = beyond = 0
         while agreeing < AGREEING:
@@ -183,8 +184,7 @@ class _TiltWatch:
         return self._waiting.pop(0)
 
 
-def _result(turns: list[Turn], setup: GuidedSetup) -> GuidedResult:
-    threshold = setup.attitude_threshold_deg
+def _result(turns: list[Turn], threshold: float) -> GuidedResult:
     measured: list[MeasuredValue] = []
     for direction in TiltDirection:
         turn = next((one for one in turns if one.direction is direction), None)

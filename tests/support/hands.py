@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from app.engine.procedure import Procedure, Report
-from app.engine.run import Run
-from app.guided.catalogue import GUIDED_BY_KIND, measure, prepare
-from app.guided.results import BrokenOff, GuidedKind, GuidedResult
-from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.engine.procedure import Procedure, Report, Result
+from app.engine.worker import Job
+from app.guided.catalogue import GUIDED_BY_KIND
+from app.guided.results import GuidedKind, GuidedResult
+from app.guided.status_watch import PersonSteps
 from app.simulator.bench import SimulatedBench
+from app.text.user_error import UserError
 from tests.support.line.sim_line import Rig
 
 SLOWLY_DEG_S = 25.0
@@ -52,9 +53,10 @@ class Hands:
             self.steps.confirm()
 
 
-def drive(rig: Rig, procedure: Procedure[object], hands: Hands, each: Callable[[], None] = lambda: None) -> object:
+def drive(rig: Rig, procedure: Procedure[Result], hands: Hands, each: Callable[[], None] = lambda: None) -> Result:
     """Run `procedure` to its end while `hands` act; `each` is called after every step."""
-    run: Run[object] = Run(procedure, hands.hear)
+    job = Job(procedure, hands.hear)
+    run = job.run
     rig.session.run(run)
     ends_at = rig.clock.now_s + 900.0
     while not run.is_done:
@@ -62,9 +64,7 @@ def drive(rig: Rig, procedure: Procedure[object], hands: Hands, each: Callable[[
         rig.session.step()
         hands.move(rig.clock.now_s)
         each()
-    if run.error is not None:
-        raise run.error
-    return run.result
+    return job.outcome()
 
 
 def guided(
@@ -75,19 +75,17 @@ def guided(
     act: Callable[[], None] | None = None,
     speed_deg_s: float = SLOWLY_DEG_S,
     height_m: float = 0.5,
-) -> GuidedResult | BrokenOff:
+) -> GuidedResult | UserError:
     """Run a whole guided test; `act` replaces the confirmed act between preparing and measuring."""
     test, steps = GUIDED_BY_KIND[kind], PersonSteps()
     person = Hands(rig.bench, steps, speed_deg_s, height_m)
-    setup = drive(rig, prepare(test), person, each)
-    if not isinstance(setup, GuidedSetup):
-        assert isinstance(setup, BrokenOff)
-        return setup
-    if act is not None:
-        act()
-    elif test.is_active:
-        rig.bench.module.activate(is_active=True)
-        rig.step_for(0.1)
-    result = drive(rig, measure(test, setup, steps), person, each)
-    assert isinstance(result, GuidedResult | BrokenOff)
-    return result
+    try:
+        measure = drive(rig, test.prepare(), person, each)
+        if act is not None:
+            act()
+        elif test.is_active:
+            rig.bench.module.activate(is_active=True)
+            rig.step_for(0.1)
+        return drive(rig, measure(steps), person, each)
+    except UserError as why:
+        return why

@@ -4,10 +4,12 @@ import pytest
 
 from app.engine.run import Run
 from app.engine.transport import PortError
-from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS, measure
-from app.guided.results import RETIRED_KINDS, BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
-from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.guided.catalogue import GUIDED_TESTS
+from app.guided.link import measure_link
+from app.guided.results import RETIRED_KINDS, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.status_watch import PersonSteps
 from app.simulator.bench import SimulatedBench
+from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from tests.support.hands import Hands, guided
 from tests.support.line.sim_line import Rig, settled_rig, watched
@@ -23,17 +25,17 @@ def streaming(**options: object) -> Rig:
     return rig
 
 
-def result(done: GuidedResult | BrokenOff) -> GuidedResult:
+def result(done: GuidedResult | UserError) -> GuidedResult:
     assert isinstance(done, GuidedResult), done
     return done
 
 
-def reason(done: GuidedResult | BrokenOff) -> str:
-    assert isinstance(done, BrokenOff), done
-    return done.reason.in_english()
+def reason(done: GuidedResult | UserError) -> str:
+    assert isinstance(done, UserError), done
+    return done.message.in_english()
 
 
-def rows(done: GuidedResult | BrokenOff) -> dict[str, tuple[str, str]]:
+def rows(done: GuidedResult | UserError) -> dict[str, tuple[str, str]]:
     return {one.name.in_english(): (one.shown.in_english(), one.verdict.value) for one in result(done).measured}
 
 
@@ -178,7 +180,7 @@ def test_a_plug_that_loses_answers_fails() -> None:
 def test_a_port_that_goes_away_while_it_is_shaken_is_a_result() -> None:
     """The session ends the procedure with the error, and it says so."""
     rig = settled_rig()
-    run = Run(measure(GUIDED_BY_KIND[GuidedKind.LINK], GuidedSetup(), PersonSteps()))
+    run = Run(measure_link(0, PersonSteps()))
     rig.session.run(run)
     rig.step_for(6.0)
     rig.bench.unplug()
@@ -194,7 +196,7 @@ def test_a_port_that_goes_away_while_it_is_shaken_is_a_result() -> None:
 def test_a_restart_while_the_plug_is_shaken_is_seen_at_once_and_fails(at_s: float) -> None:
     """The two heartbeats of a restart must not pass for answers to the questions that are asked meanwhile."""
     rig = settled_rig()
-    run = Run(measure(GUIDED_BY_KIND[GuidedKind.LINK], GuidedSetup(), PersonSteps()))
+    run = Run(measure_link(0, PersonSteps()))
     rig.session.run(run)
     rig.step_for(at_s)
     restarts = rig.session.device.view(rig.clock()).restarts

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import pytest
 
 from app.engine.procedure import Report
-from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS, measure, prepare
-from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
-from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.status_watch import PersonSteps
 from app.procedures.light_calibration import Band, CalibrationFault, propose
+from app.text.user_error import UserError
 from tests.support.hands import Hands, drive
 from tests.support.line.sim_line import Rig, settled_rig
 
@@ -32,20 +33,18 @@ class Idle(Hands):
             self.steps.confirm()
 
 
-def idle(rig: Rig, kind: GuidedKind, *, presses: bool) -> GuidedResult | BrokenOff:
+def idle(rig: Rig, kind: GuidedKind, *, presses: bool) -> GuidedResult | UserError:
     test, steps = GUIDED_BY_KIND[kind], PersonSteps()
     hands = Idle(rig.bench, steps)
     hands.presses = presses
-    setup = drive(rig, prepare(test), hands)
-    if not isinstance(setup, GuidedSetup):
-        assert isinstance(setup, BrokenOff)
-        return setup
-    if test.is_active:
-        rig.bench.module.activate(is_active=True)
-        rig.step_for(0.1)
-    done = drive(rig, measure(test, setup, steps), hands)
-    assert isinstance(done, GuidedResult | BrokenOff)
-    return done
+    try:
+        measure = drive(rig, test.prepare(), hands)
+        if test.is_active:
+            rig.bench.module.activate(is_active=True)
+            rig.step_for(0.1)
+        return drive(rig, measure(steps), hands)
+    except UserError as why:
+        return why
 
 
 class Case(NamedTuple):
@@ -81,8 +80,8 @@ def test_every_test_is_in_the_table() -> None:
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_it_fails_or_says_that_it_cannot_tell(case: Case) -> None:
     done = idle(settled_rig(**case.options), case.kind, presses=case.presses)
-    if isinstance(done, BrokenOff):
-        assert (case.verdict, case.said) == (None, done.reason.in_english())
+    if isinstance(done, UserError):
+        assert (case.verdict, case.said) == (None, done.message.in_english())
     else:
         advice = None if done.advice is None else done.advice.in_english()
         assert (done.verdict, advice) == (case.verdict, case.said)
@@ -99,8 +98,8 @@ def test_a_fall_is_not_tested_where_rest_counts_as_falling(raw: int) -> None:
     rig = settled_rig()
     rig.bench.module.memory.freefall_acceleration = raw
     done = idle(rig, GuidedKind.FREE_FALL, presses=False)
-    assert isinstance(done, BrokenOff)
-    assert done.reason.in_english().endswith("rest and fall cannot be told apart.")
+    assert isinstance(done, UserError)
+    assert done.message.in_english().endswith("rest and fall cannot be told apart.")
 
 
 @pytest.mark.parametrize("read", [lambda raw: (raw,) * 20, lambda raw: (raw, raw + 1) * 10])

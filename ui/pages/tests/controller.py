@@ -9,7 +9,6 @@ when the page or the window is left.
 from collections.abc import Mapping
 from enum import Enum
 from functools import partial
-from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -17,15 +16,16 @@ from app import version
 from app.engine.procedure import Cancelled, PortLost, Report, Slept
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Job
-from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest, measure, prepare
+from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest
 from app.guided.guided_store import keep_test, last_tests
-from app.guided.results import BrokenOff, GuidedKind, GuidedResult, StoredTest
-from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.guided.results import GuidedKind, GuidedResult, StoredTest
+from app.guided.status_watch import Measure, PersonSteps
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.messages import message
+from app.text.user_error import UserError
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -66,8 +66,9 @@ class GuidedController(QObject):
         self.is_stated_safe = False
         """The person's statement, for the next test."""
         self.steps = PersonSteps()
-        self.setup: GuidedSetup | None = None
-        self.outcome: GuidedResult | BrokenOff | None = None
+        self._measuring: Measure | None = None
+        """What is measured once it is prepared."""
+        self.outcome: GuidedResult | UserError | None = None
         self.tested_as = ""
         """The name under which the last result is kept."""
         self.trouble: StoreTrouble | None = None
@@ -134,7 +135,7 @@ class GuidedController(QObject):
     def choose(self, kind: GuidedKind) -> None:
         if not self.is_running:
             self.kind, self.stage, self.outcome, self.trouble = kind, Stage.READY, None, None
-            self.setup, self.is_stated_safe = None, False
+            self._measuring, self.is_stated_safe = None, False
             self.changed.emit()
 
     def state_safe(self, is_safe: bool) -> None:
@@ -144,9 +145,9 @@ class GuidedController(QObject):
     def start(self) -> None:
         if not self.can_start:
             return
-        self.outcome = self.trouble = self.setup = None
+        self.outcome = self.trouble = self._measuring = None
         self.stage = Stage.PREPARING
-        self._job.run(prepare(self.test), self._end_preparing)
+        self._job.run(self.test.prepare(), self._end_preparing)
         self.changed.emit()
 
     def confirm(self) -> None:
@@ -180,42 +181,29 @@ class GuidedController(QObject):
             case _:
                 self._finish(_broken_off(UNPROVEN))
 
-    def _end_preparing(self, job: Job[GuidedSetup | BrokenOff]) -> None:
-        found = self._result_of(job)
-        if isinstance(found, GuidedSetup):
-            self.setup = found
-            if self.test.is_active:
-                self.stage = Stage.CONFIRMING
-                self.changed.emit()
-            else:
-                self._measure()
+    def _end_preparing(self, job: Job[Measure]) -> None:
+        if job.run.error is not None:
+            self._finish(_why(job.run.error))
+            return
+        self._measuring = job.outcome()
+        if self.test.is_active:
+            self.stage = Stage.CONFIRMING
+            self.changed.emit()
+        else:
+            self._measure()
 
     def _measure(self) -> None:
-        if self.setup is not None:
+        if self._measuring is not None:
             self.steps = PersonSteps()
             self.stage = Stage.MEASURING
             self._connector.current.kept.is_fired_by_test = self.test.is_active
-            self._job.run(measure(self.test, self.setup, self.steps), self._end_measuring)
+            self._job.run(self._measuring(self.steps), self._end_measuring)
             self.changed.emit()
 
-    def _end_measuring(self, job: Job[GuidedResult | BrokenOff]) -> None:
-        found = self._result_of(job)
-        if isinstance(found, GuidedResult):
-            self._finish(found)
+    def _end_measuring(self, job: Job[GuidedResult]) -> None:
+        self._finish(job.outcome() if job.run.error is None else _why(job.run.error))
 
-    def _result_of(self, job: Job[Any]) -> object:
-        """The result of the job; None if the test ended with it."""
-        error = job.run.error
-        if error is not None:
-            self._finish(_broken_off(_why(error)))
-            return None
-        found = job.outcome()
-        if isinstance(found, BrokenOff):
-            self._finish(found)
-            return None
-        return found
-
-    def _finish(self, outcome: GuidedResult | BrokenOff) -> None:
+    def _finish(self, outcome: GuidedResult | UserError) -> None:
         self._job.cancel()
         self._job.drop()
         self._connector.current.kept.is_fired_by_test = False
@@ -259,7 +247,7 @@ class GuidedController(QObject):
         self.last, self.owes_lock = {}, False
         self.cancel(LOST)
         self.stage, self.outcome, self.trouble = Stage.READY, None, None
-        self.setup, self.is_stated_safe = None, False
+        self._measuring, self.is_stated_safe = None, False
         self.changed.emit()
 
     # The store
@@ -302,20 +290,22 @@ class GuidedController(QObject):
         self.changed.emit()
 
 
-def _broken_off(why: str) -> BrokenOff:
-    return BrokenOff(message(marked("No result: {why}."), why=message(why)))
+def _broken_off(why: str) -> UserError:
+    return UserError(marked("No result: {why}."), why=message(why))
 
 
-def _why(error: BaseException) -> str:
+def _why(error: BaseException) -> UserError:
     match error:
+        case UserError():
+            return error
         case Slept():
-            return SLEPT
+            return _broken_off(SLEPT)
         case Cancelled():
-            return CANCELLED
+            return _broken_off(CANCELLED)
         case PortLost() | PortError():
-            return LOST
+            return _broken_off(LOST)
         case _:
-            return FAILED
+            return _broken_off(FAILED)
 
 
 def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:

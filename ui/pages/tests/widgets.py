@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from app.guided.results import (
     VERDICT_WORDS,
-    BrokenOff,
     GuidedKind,
     GuidedResult,
     GuidedVerdict,
@@ -22,6 +21,7 @@ from app.guided.results import (
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import capitalised, join_names
+from app.text.user_error import UserError
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
 from ui.core.texts import Texts
@@ -316,13 +316,13 @@ class ResultView(QWidget):
         head = in_row(self.mark, (self.verdict, 1), spacing=Space.S)
         in_column(head, self.advice, self.table, 1, of=self, spacing=Space.S, margins=0)
 
-    def show_outcome(self, outcome: GuidedResult | BrokenOff | None) -> None:
+    def show_outcome(self, outcome: GuidedResult | UserError | None) -> None:
         meaning, text, role, measured, advice = Meaning.ATTENTION, "", "title", tuple[MeasuredValue, ...](), None
         if isinstance(outcome, GuidedResult):
             meaning, text = VERDICT_MEANINGS[outcome.verdict], capitalised(tr(VERDICT_WORDS[outcome.verdict]))
             role, measured, advice = "heading", outcome.measured, outcome.advice
         elif outcome is not None:
-            text = outcome.reason.translated()
+            text = outcome.message.translated()
         self.mark.show_icon(MEANING_ICONS[meaning], meaning)
         set_role(self.verdict, role)
         self.verdict.setText(text)

@@ -9,9 +9,10 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.guided.catalogue import GUIDED_TESTS
-from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
+from app.text.user_error import UserError
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.window.steps import notice_text
@@ -262,7 +263,7 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     activated(bench)
     bench.bench.change(drop=1.0, direction="both")
     bench.wait(8.0)
-    assert isinstance(bench.guided.work.outcome, BrokenOff)
+    assert isinstance(bench.guided.work.outcome, UserError)
     assert bench.bench.state().is_active
     bench.wait(10.0)
     failed = bench.assembly.connector.current.lock.failed
@@ -278,7 +279,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
     bench.bench.unplug()
     bench.wait(1.0)
     work = bench.guided.work
-    assert isinstance(work.outcome, BrokenOff)
+    assert isinstance(work.outcome, UserError)
     assert work.owes_lock
     # The window looks for the port by itself meanwhile: while it tries, it says nothing of LOCK for a moment.
     bench.until(lambda: "LOCK not sent" in said(bench))
@@ -315,7 +316,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     bench.line.write = deaf_after  # type: ignore[method-assign]
     confirm(bench)
     bench.wait(12.0)
-    assert isinstance(bench.guided.work.outcome, BrokenOff)
+    assert isinstance(bench.guided.work.outcome, UserError)
     assert bench.sent.count(LOCK) > 1
     assert is_locked(bench)
     assert bench.assembly.connector.current.lock.failed is not None
