@@ -71,7 +71,7 @@ def _checks(station: str, module: object, records: Sequence[Record], kept: Archi
     return ChainState(
         station=station, module=module if isinstance(module, str) else None, is_audit=False, count=len(records),
         missing=_missing((record.get("previous"), record.get("hash")) for record in records),
-        faults=tuple(one.sentences()[0] for one in verified if one.state in bad),
+        faults=tuple(fault.sentences()[0] for fault in verified if fault.state in bad),
     )  # fmt: skip
 
 

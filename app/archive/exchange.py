@@ -70,7 +70,7 @@ def exchange(
     """Raises `UserError`; facts exchanged before that remain."""
     done = Exchanged()
     mine, theirs = here.digests(), there.digests()
-    differing = [one for one in sorted(mine.keys() | theirs.keys()) if mine.get(one) != theirs.get(one)]
+    differing = [bucket for bucket in sorted(mine.keys() | theirs.keys()) if mine.get(bucket) != theirs.get(bucket)]
     for buckets in _parts(differing, BUCKETS_AT_ONCE):
         known, offered = here.rows(buckets), there.rows(buckets)
         # Includes facts that differ on both sides: one of them was altered and is reported.

@@ -178,7 +178,7 @@ class LocalFacts:
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
         """Of both files: after a store was restored from a copy, later facts of this station may come from others."""
         queries = (query.replace("FROM facts", f"FROM {file}.facts") for file in ("main", "own"))
-        return [row for one in queries for row in self.others.read(one, values)]
+        return [row for statement in queries for row in self.others.read(statement, values)]
 
 
 def open_facts(own: Facts, *, clock: Clock = utc_now) -> LocalFacts:

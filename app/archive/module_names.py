@@ -50,8 +50,8 @@ class Settlement:
     def content(self) -> dict[str, object]:
         """Content of the fact."""
         return {
-            "modules": [list(one) for one in self.pair], "is_same": self.is_same, "name": self.name, "who": self.who,
-            "revision": self.revision,
+            "modules": [list(module) for module in self.pair], "is_same": self.is_same, "name": self.name,
+            "who": self.who, "revision": self.revision,
         }  # fmt: skip
 
     @property
@@ -171,8 +171,11 @@ def _settled(settlements: Sequence[Settlement], known: Collection[str]) -> Settl
     """A revision counts only where all below it are there, so that none is too high to be overridden."""
     revisions = {settlement.revision for settlement in settlements}
     following = next(number for number in count(1) if number not in revisions)
-    current = sorted((one for one in settlements if one.revision < following), key=lambda one: one.rank)
-    decided = next((one for one in reversed(current) if one.station in known), None)
+    current = sorted(
+        (settlement for settlement in settlements if settlement.revision < following),
+        key=lambda settlement: settlement.rank,
+    )
+    decided = next((settlement for settlement in reversed(current) if settlement.station in known), None)
     last = current[-1] if current else None
     is_other = last is not None and (decided is None or (last.is_same, last.name) != (decided.is_same, decided.name))
     return Settled(decided, last if last is not decided and is_other else None, following)
@@ -188,7 +191,9 @@ def names_of(facts: LocalFacts, known: Collection[str]) -> ModuleNames:
     proposed = [Conflict(ConflictKind.PROPOSAL, pair, one.proposed) for pair, one in sorted(settled.items())
                 if one.proposed is not None and members.issuperset(pair)]  # fmt: skip
     asked = {conflict.pair for conflict in proposed}
-    return replace(names, conflicts=(*proposed, *(one for one in names.conflicts if one.pair not in asked)))
+    return replace(
+        names, conflicts=(*proposed, *(conflict for conflict in names.conflicts if conflict.pair not in asked))
+    )
 
 
 def _names(
@@ -203,7 +208,9 @@ def _names(
         parts.setdefault(groups.leader(member), []).append(member)
     modules = [KnownModule(_name_of(part, settled.values()), tuple(part)) for part in parts.values()]
     conflicts = [*_contradictions(settled, groups), *_open(members, settled, records, groups)]
-    return ModuleNames(tuple(sorted(modules, key=lambda one: (_folded(one.name), one.members))), tuple(conflicts))
+    return ModuleNames(
+        tuple(sorted(modules, key=lambda module: (_folded(module.name), module.members))), tuple(conflicts)
+    )
 
 
 class _Groups(dict[NamedModule, NamedModule]):
@@ -225,7 +232,7 @@ def _name_of(members: Sequence[NamedModule], settlements: Iterable[Settlement]) 
         for settlement in settlements
         if settlement.is_same and settlement.name and settlement.pair[0] in members
     ]
-    return max(said_names, key=lambda one: one.rank).name if said_names else members[0].name
+    return max(said_names, key=lambda settlement: settlement.rank).name if said_names else members[0].name
 
 
 def _contradictions(settled: Mapping[Pair, Settlement], groups: _Groups) -> Iterator[Conflict]:
@@ -244,10 +251,10 @@ def _open(
     apart = {frozenset(map(groups.leader, pair)) for pair, one in settled.items() if not one.is_same}
     by_name: dict[str, list[NamedModule]] = {}
     by_record: dict[str, list[NamedModule]] = {}
-    for one in members:
-        by_name.setdefault(_folded(one.name), []).append(one)
-        for raw in sorted(records.get(one, ())):  # the same questions on every station
-            by_record.setdefault(raw, []).append(one)
+    for member in members:
+        by_name.setdefault(_folded(member.name), []).append(member)
+        for raw in sorted(records.get(member, ())):  # the same questions on every station
+            by_record.setdefault(raw, []).append(member)
     asked = _Groups(groups)
     for kind, parts in ((ConflictKind.SAME_NAME, by_name), (ConflictKind.SAME_RECORDS, by_record)):
         for part in parts.values():

@@ -162,7 +162,9 @@ def _link(contents: Contents) -> dict[str, object]:
         "sent": totals.sent,
         "frames": totals.frames,
         "bytes_received": totals.bytes_received,
-        "by_role": {role.value: count for role, count in sorted(totals.by_role.items(), key=lambda one: one[0].value)},
+        "by_role": {
+            role.value: count for role, count in sorted(totals.by_role.items(), key=lambda item: item[0].value)
+        },
         "rejected_bytes": {reason.value: count for reason, count in totals.rejected_bytes.most_common()},
         "time_outs": totals.time_outs,
         "retries": totals.retries,

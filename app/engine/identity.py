@@ -94,7 +94,7 @@ class Identity:
         """Whether a person's decision about `seen` still holds: only matching readings were added."""
         has_all = seen.now.settings.items() <= self.now.settings.items()
         has_all &= seen.now.boot_count in (None, self.now.boot_count)
-        against, seen_against = ((one.is_boot_count_lower, one.changed) for one in (self, seen))
+        against, seen_against = ((identity.is_boot_count_lower, identity.changed) for identity in (self, seen))
         return has_all and against == seen_against and replace(self, now=seen.now) == seen
 
     @property

@@ -47,7 +47,6 @@ class Session:
         line: Line,
         clock: Callable[[], float],
         *,
-        timing: Timing | None = None,
         asleep_s: Callable[[], float] = float,
         expected: Expected | None = None,
         is_attended: bool = False,
@@ -60,7 +59,7 @@ class Session:
         self._received_at = self.opened_at
         self.batch_s = BATCH_S
         self._is_fast = True
-        self._timing = timing or Timing()
+        self._timing = Timing()
         self._link = Link(self.opened_at, timing=self._timing)
         self.device = Device(line.baud_rate, self._link.lag)
         self._foreground: list[Run[Any]] = []

@@ -68,8 +68,8 @@ class WhatIfDrafts:
         return draft if draft is not None or standing is None else standing.value
 
     def question(self) -> Question:
-        missing = tuple(one for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME)
-                        if self.value(one) is None)  # fmt: skip
+        missing = tuple(command for command in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME)
+                        if self.value(command) is None)  # fmt: skip
         usual = TriggerLimits()
 
         def named(command: Command, usually: float) -> float:
@@ -86,10 +86,10 @@ class WhatIfDrafts:
             attitude_is_enabled=is_on(ATTITUDE_TRIGGER, ATTITUDE_THRESHOLD),
             freefall_is_enabled=is_on(FREEFALL_TRIGGER, FREEFALL_ACCELERATION, FREEFALL_TIME),
         )
-        held = {one: self.standing[one.key] for one in TRIED if one.key in self.standing}
+        held = {command: self.standing[command.key] for command in TRIED if command.key in self.standing}
         return Question(
             limits,
             unknown=missing,
-            assumed=tuple(one for one in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER) if self.value(one) is None),
+            assumed=tuple(trigger for trigger in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER) if self.value(trigger) is None),
             stale=tuple(one for one, source in held.items() if source.is_stale and one.key not in self.values),
         )

@@ -151,7 +151,7 @@ def _attitude_line(finding: WhatIfFinding, question: Question, clock: Clock) -> 
 def _freefall_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
     limits, fall, lowest = finding.limits, finding.longest_fall, finding.lowest
     if not limits.freefall_is_enabled:
-        is_open = any(one is not ATTITUDE_THRESHOLD for one in question.unknown)
+        is_open = any(command is not ATTITUDE_THRESHOLD for command in question.unknown)
         return _off(FREEFALL_TRIGGER, is_open=is_open)
     if fall is not None:
         return tr("Free fall: nearest {what} at {time}.", what=_fall_text(fall), time=clock(fall.ended_s))
@@ -167,14 +167,14 @@ def _off(trigger: Command, *, is_open: bool) -> str:
 
 
 def _unjudged_lines(finding: WhatIfFinding, question: Question, clock: Clock) -> list[str]:
-    lines = [tr("{setting}: enter a value.", setting=tr(TITLES[one.key])) for one in question.unknown]
+    lines = [tr("{setting}: enter a value.", setting=tr(TITLES[command.key])) for command in question.unknown]
     for trigger in question.assumed:
         is_judged = {
             ATTITUDE_TRIGGER: finding.limits.attitude_is_enabled, FREEFALL_TRIGGER: finding.limits.freefall_is_enabled,
         }[trigger]  # fmt: skip
         if is_judged:
             lines.append(tr("{setting}: assumed enabled.", setting=tr(trigger.title)))
-    lines += [tr("{setting}: may have changed.", setting=tr(TITLES[one.key])) for one in question.stale]
+    lines += [tr("{setting}: may have changed.", setting=tr(TITLES[command.key])) for command in question.stale]
     if finding.firing_count > len(finding.firings):
         lines.append(tr("First {count} only.", count=len(finding.firings)))
     if finding.pauses.count:

@@ -102,7 +102,7 @@ class Card:
 
     def next_step(self, now: float) -> str:
         """`need` with its reason, and what is due, translated."""
-        due = join_sentences(one.translated() for one in self.due)
+        due = join_sentences(due.translated() for due in self.due)
         return due if due and self.need is Need.NOTHING else f"{self._need(now)}\n{due}".strip()
 
     def _need(self, now: float) -> str:
@@ -117,7 +117,7 @@ class Card:
                 said = link_text(self.link, now)
                 return said.next_step or said.what
             case Need.NO_GO if self.verdict is not None:
-                return tr(Need.NO_GO.value, names=join_names(one.translated() for one in self.verdict.against))
+                return tr(Need.NO_GO.value, names=join_names(title.translated() for title in self.verdict.against))
             case Need.VOID if self.verdict is not None and self.verdict.void is not None:
                 return tr(Need.VOID.value, why=self.verdict.void.message.translated())
             case Need.OUTSIDE if self.cell_outside is not None:

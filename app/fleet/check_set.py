@@ -54,7 +54,7 @@ class SetMember:
         """What stands against it, translated; empty for GO and READY."""
         if self.trouble is not None:
             return self.trouble.translated()
-        return join_names(one.translated() for one in self.against)
+        return join_names(title.translated() for title in self.against)
 
 
 def word_of(verdict: Verdict | None) -> str:

@@ -90,7 +90,7 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
         return AppliedProfile(Applied.REFUSED, refusals=report.refusals)
     parts = (
         (marked("Not as written: {names}."), tuple(result.command for result in report.results if not result.is_fine)),
-        (marked("Changed without being written: {names}."), tuple(one.command for one in report.changed)),
+        (marked("Changed without being written: {names}."), tuple(change.command for change in report.changed)),
         (NOT_READ_BACK, report.unread),
     )
     failed = tuple((text, commands) for text, commands in parts if commands)
@@ -107,12 +107,12 @@ def broken_off(heard: Sequence[Written], error: BaseException) -> AppliedProfile
     text = marked("Link lost: the rest is unknown.")
     if isinstance(error, Cancelled):
         text = marked("Cancelled: the rest is unknown.")
-    done = tuple(one.command for one in heard if one.verified)
+    done = tuple(written.command for written in heard if written.verified)
     written = ((marked("Written: {names}."), done),) if done else ()
     return AppliedProfile(Applied.FAILED, ((text, ()), *written))
 
 
 def result_line(applied: Iterable[AppliedProfile]) -> str:
     """ "3 written and verified, 1 FAILED"."""
-    states = [one.state for one in applied]
+    states = [result.state for result in applied]
     return join_names(f"{states.count(state)} {tr(state.value)}" for state in Applied if state in states)

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -23,13 +23,6 @@ MAX_TIME_STEPS: Final = 255
 NEVER: Final = math.inf
 
 
-class FirstFiring(NamedTuple):
-    """The first row that fires; `at_s` is infinite and `sources` empty where none does."""
-
-    at_s: float
-    sources: Source
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class FiringCurves:
     """Of one flight under one reading. Times are seconds of the `FlightLog`, `NEVER` where nothing fires."""
@@ -42,8 +35,11 @@ class FiringCurves:
     longest_fall_s: Floats
     """Shape (16,): longest fall from first to last report, by threshold in tenths of g; -1 where there is none."""
 
-    def first(self, limits: TriggerLimits) -> FirstFiring:
-        """Raises LookupError for a free-fall acceleration above 1.5 g."""
+    def first(self, limits: TriggerLimits) -> tuple[float, Source]:
+        """When it fires first, and why; `NEVER` and nothing where it does not.
+
+        Raises LookupError for a free-fall acceleration above 1.5 g.
+        """
         attitude_s = freefall_s = NEVER
         if limits.attitude_is_enabled:
             tilt_step = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
@@ -57,9 +53,9 @@ class FiringCurves:
             )
         at_s = min(attitude_s, freefall_s)
         if at_s == NEVER:
-            return FirstFiring(NEVER, Source(0))
+            return NEVER, Source(0)
         sources = Source.ATTITUDE if attitude_s == at_s else Source(0)
-        return FirstFiring(at_s, sources | (Source.FREEFALL if freefall_s == at_s else Source(0)))
+        return at_s, sources | (Source.FREEFALL if freefall_s == at_s else Source(0))
 
 
 def steps_of(value: float, per_unit: int) -> int:

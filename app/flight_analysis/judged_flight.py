@@ -51,8 +51,8 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
     tilt = judge_samples(attitude_view(log, reading), only_tilt, resets_s=log.resets_s, counts_locked=False)
     fall = judge_samples(freefall_view(log, reading), only_fall, resets_s=log.resets_s, counts_locked=False)
     sources: dict[float, Source] = {}
-    for one in (*tilt.firings, *fall.firings):
-        sources[one.sample.at_s] = sources.get(one.sample.at_s, Source(0)) | one.sources
+    for firing in (*tilt.firings, *fall.firings):
+        sources[firing.sample.at_s] = sources.get(firing.sample.at_s, Source(0)) | firing.sources
     return JudgedFlight(
         limits,
         reading,

@@ -62,7 +62,7 @@ def summarise_log(path: Path, order: LogOrder = PLAIN, on_progress: Progress = N
         log = read_flight_log(path, order.columns, on_progress)
         summary = summarise(log)
         limits = order.limits
-        judged = () if limits is None else tuple(judge_flight(log, limits, one) for one in RuleReading)
+        judged = () if limits is None else tuple(judge_flight(log, limits, reading) for reading in RuleReading)
         return SummarisedLog(path, summary, judged=judged)
     except UserError as error:
         return SummarisedLog(path, None, error.message)

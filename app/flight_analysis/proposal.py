@@ -123,7 +123,7 @@ class _Reached(NamedTuple):
             falls.append(both.max(axis=0) if group is FlightGroup.MUST_NOT else both.min(axis=0))
         return cls(
             group,
-            tuple(one.name for one in flights),
+            tuple(flight.name for flight in flights),
             np.array(tilts, np.int64),
             np.array(falls, np.int64).reshape(-1, MAX_ACCELERATION_STEPS + 1),
         )
@@ -135,8 +135,8 @@ class _Reached(NamedTuple):
         worse = np.minimum if self.group is FlightGroup.MUST_NOT else np.maximum
         nearness = worse(tilt / FULL_TILT_STEPS, fall / FULL_TIME_STEPS)
         return [
-            FlightMargin(self.names[one], self.group, int(tilt[one]), int(fall[one]) / CENTISECOND.per_unit)
-            for one in np.argsort(nearness, kind="stable").tolist()
+            FlightMargin(self.names[flight], self.group, int(tilt[flight]), int(fall[flight]) / CENTISECOND.per_unit)
+            for flight in np.argsort(nearness, kind="stable").tolist()
         ]
 
 
@@ -193,10 +193,10 @@ def _hardest(tilt: Steps, fall: Steps) -> list[tuple[int, int]]:
     """The flights that must fire for which no other has both a smaller tilt and a shorter fall."""
     kept: list[tuple[int, int]] = []
     shortest = None
-    for one in sorted(set(zip(tilt.tolist(), fall.tolist(), strict=True))):
-        if shortest is None or one[1] < shortest:
-            kept.append(one)
-            shortest = one[1]
+    for pair in sorted(set(zip(tilt.tolist(), fall.tolist(), strict=True))):
+        if shortest is None or pair[1] < shortest:
+            kept.append(pair)
+            shortest = pair[1]
     return kept
 
 
@@ -231,7 +231,7 @@ def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
         return []
     return [
         SeparationConflict(
-            must.names[one],
+            must.names[flight],
             FlightGroup.MUST,
             message(
                 marked("Missed at {tilt}°, {acceleration:.1f} g and {time:.2f} s, where the others pass."),
@@ -239,5 +239,5 @@ def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
                 time=int(times[best_acceleration]) / CENTISECOND.per_unit,
             ),
         )
-        for one in np.flatnonzero(best).tolist()
+        for flight in np.flatnonzero(best).tolist()
     ]  # fmt: skip

@@ -51,7 +51,7 @@ class RecordMatch:
     @property
     def likeliest(self) -> Moment | None:
         """The moment with the fewest objections, the earliest of those."""
-        return min(self.moments, key=lambda one: (one.unnamed_s is not None, -len(one.readings)), default=None)
+        return min(self.moments, key=lambda moment: (moment.unnamed_s is not None, -len(moment.readings)), default=None)
 
 
 def record_limits(record: TriggerRecord) -> TriggerLimits:
@@ -72,13 +72,13 @@ def match_record(record: TriggerRecord, log: FlightLog) -> RecordMatch:
     found: list[Moment] = []
     for reading in RuleReading:
         for firing, unnamed_s in _firings(judged[reading].firings, wanted, limits):
-            same = next((one for one in found if abs(one.firing.at_s - firing.at_s) <= SAME_S
-                         and reading not in one.readings), None)  # fmt: skip
+            same = next((moment for moment in found if abs(moment.firing.at_s - firing.at_s) <= SAME_S
+                         and reading not in moment.readings), None)  # fmt: skip
             if same is None:
                 found.append(Moment(firing, frozenset({reading}), unnamed_s))
             else:
                 found[found.index(same)] = Moment(same.firing, same.readings | {reading}, same.unnamed_s)
-    found.sort(key=lambda one: one.firing.at_s)
+    found.sort(key=lambda moment: moment.firing.at_s)
     if found:
         return RecordMatch(limits, tuple(found[:MAX_MOMENTS]), has_more=len(found) > MAX_MOMENTS)
     return RecordMatch(limits, why_none=_why_none(log, wanted, judged[RuleReading.DIRECT]))
@@ -89,7 +89,7 @@ def _firings(
 ) -> list[tuple[LogFiring, float | None]]:
     """Firings of all wanted sources at about the same time, each with the time of an unnamed one just before."""
     found = []
-    others = [one for one in firings if one.sources & ~wanted]
+    others = [other for other in firings if other.sources & ~wanted]
     together_s = limits.freefall_time_s + SAME_S  # while it falls that long it may tip over as well
     for firing in firings:
         have = firing.sources & wanted
@@ -97,7 +97,7 @@ def _firings(
             if have and before.at_s <= firing.at_s <= before.at_s + together_s:
                 have |= before.sources & wanted
         if have == wanted and firing.sources & wanted:
-            unnamed = [one.at_s for one in others if one.at_s <= firing.at_s <= one.at_s + BEFORE_S]
+            unnamed = [other.at_s for other in others if other.at_s <= firing.at_s <= other.at_s + BEFORE_S]
             found.append((firing._replace(sources=wanted), unnamed[-1] if unnamed else None))
     return found
 

@@ -31,8 +31,10 @@ _DECIMALS: Final = 3
 def assembled(raw: RawLog) -> FlightLog:
     """Raises `UserError` where there is neither attitude nor acceleration."""
     problems = list(raw.problems)
-    tilt = next((one for one in (_cleaned(each, problems) for each in raw.tilts_deg) if len(one.time_s)), None)
-    forces = [one for one in (_cleaned(each, problems) for each in raw.forces_g) if len(one.time_s)]
+    tilt = next(
+        (channel for channel in (_cleaned(each, problems) for each in raw.tilts_deg) if len(channel.time_s)), None
+    )
+    forces = [channel for channel in (_cleaned(each, problems) for each in raw.forces_g) if len(channel.time_s)]
     sensed = [*((tilt,) if tilt else ()), *forces]
     if not sensed:
         raise unreadable(marked("no attitude and no acceleration"))
@@ -40,10 +42,10 @@ def assembled(raw: RawLog) -> FlightLog:
         problems.append(message(marked("No attitude: attitude trigger not judged.")))
     if not forces:
         problems.append(message(marked("No acceleration: free-fall trigger not judged.")))
-    start_s = min(float(one.time_s[0]) for one in sensed)
-    end_s = max(float(one.time_s[-1]) for one in sensed)
-    held = [_held(one.time_s - start_s) for one in sensed]
-    ticks = _merged([one[0] for one in held])
+    start_s = min(float(channel.time_s[0]) for channel in sensed)
+    end_s = max(float(channel.time_s[-1]) for channel in sensed)
+    held = [_held(channel.time_s - start_s) for channel in sensed]
+    ticks = _merged([places[0] for places in held])
     time_s = ticks / REPORT_HZ
     columns = [_column(ticks, *places, one.values) for places, one in zip(held, sensed, strict=True)]
     tilt_deg = columns.pop(0) if tilt is not None else np.full(len(ticks), np.nan)
@@ -71,7 +73,7 @@ def assembled(raw: RawLog) -> FlightLog:
 
 def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     """Finite samples in order of time; appends what was left out to `problems`."""
-    time_s, values = (np.asarray(one, np.float64) for one in channel)
+    time_s, values = (np.asarray(column, np.float64) for column in channel)
     is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
     if not is_number.all():
         count = int((~is_number).sum())
@@ -115,7 +117,7 @@ DISAGREE_G: Final = 0.3
 def believed_force(time_s: Floats, sensors: list[Floats], problems: list[UserMessage]) -> Floats:
     """Combines the sensors' columns (g, NaN without a sample); NaN where none is plausible."""
     checked = [_checked(time_s, one, number, problems) for number, one in enumerate(sensors, 1)]
-    believed = max(checked, key=lambda one: int(np.isfinite(one).sum()))  # the first of equals
+    believed = max(checked, key=lambda force_g: int(np.isfinite(force_g).sum()))  # the first of equals
     for other in checked:
         if other is not believed:
             believed = _agreed(time_s, believed, other, problems)

@@ -114,7 +114,7 @@ def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int], on_pro
         for number, row in enumerate(lines):
             if number % ROWS_AT_ONCE == 0:
                 on_progress(min(file.buffer.tell() / size, 1.0))
-            cells.extend([_number(row[one]) if one < len(row) else math.nan for one in wanted])
+            cells.extend([_number(row[place]) if place < len(row) else math.nan for place in wanted])
             if len(cells) > MAX_CELLS:
                 raise unreadable(marked("too large"))
     except csv.Error as error:

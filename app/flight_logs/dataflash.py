@@ -150,14 +150,16 @@ def _forces(table: RecordTable) -> list[Channel]:
     if not table.has("I"):
         return [Channel(time_s, force_g)]
     numbers = table.column("I")
-    return [Channel(time_s[numbers == one], force_g[numbers == one]) for one in np.unique(numbers)[:_MAX_SENSORS]]
+    return [
+        Channel(time_s[numbers == number], force_g[numbers == number]) for number in np.unique(numbers)[:_MAX_SENSORS]
+    ]
 
 
 def _altitude(file: DataflashFile) -> Channel | None:
     """The estimator's altitude, else the barometer's."""
     for name, labels in (("POS", ("RelHomeAlt", "Alt")), ("CTUN", ("Alt", "BarAlt")), ("BARO", ("Alt",))):
         table = file.tables.get(name)
-        label = next((one for one in labels if table is not None and table.has(one)), None)
+        label = next((name for name in labels if table is not None and table.has(name)), None)
         if table is not None and label is not None and any(table.has(clock) for clock, _ in _CLOCKS):
             time_s, altitude_m = _times(table), table.column(label)
             if table.has("I"):

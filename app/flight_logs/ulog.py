@@ -83,7 +83,7 @@ class UlogFile:
 
     def _walk_all(self) -> None:
         place = self._walk(_HEADER_BYTES, len(self._data), is_head=True)
-        bounds = [one for one in self._appended if place <= one < len(self._data)]
+        bounds = [start for start in self._appended if place <= start < len(self._data)]
         for start, stop in zip([place, *bounds], [*bounds, len(self._data)], strict=True):
             self._walk(start, stop)
 
@@ -124,7 +124,7 @@ class UlogFile:
                 unknown = body[8] & ~_APPENDED or any(body[9:16])
                 if unknown:
                     raise unreadable(marked("written by a newer version"))
-                self._appended = tuple(sorted(one for one in struct.unpack_from("<3Q", body, 16) if one))
+                self._appended = tuple(sorted(start for start in struct.unpack_from("<3Q", body, 16) if start))
             case "F":
                 name, _, fields = body.decode("latin-1").partition(":")
                 self._formats[name] = fields
@@ -163,9 +163,9 @@ class UlogFile:
             kind, count, label = found[1], int(found[2] or 1), found[3]
             if kind in _TYPES:
                 size = np.dtype(_TYPES[kind]).itemsize
-                for one in range(count if kind != "char" and count <= 32 else 0):
-                    key = label if found[2] is None else f"{label}[{one}]"
-                    fields[key] = RecordField(offset + one * size, _TYPES[kind])
+                for number in range(count if kind != "char" and count <= 32 else 0):
+                    key = label if found[2] is None else f"{label}[{number}]"
+                    fields[key] = RecordField(offset + number * size, _TYPES[kind])
             else:
                 nested = self._layout(kind, depth + 1)
                 if nested is None:
@@ -199,7 +199,7 @@ def read_ulog(path: Path) -> RawLog:
     """Raises `UserError`, OSError."""
     file = UlogFile(read_bytes(path), TOPICS)
     raw = RawLog(name=str(path), format=LogFormat.ULOG)
-    for topic in sorted(file.topics, key=lambda one: one.instance):
+    for topic in sorted(file.topics, key=lambda topic: topic.instance):
         if topic.has("timestamp"):
             _read_topic(topic, raw)
     raw.forces_g = [*_forces(file)][:_MAX_SENSORS]
@@ -214,7 +214,7 @@ def _read_topic(topic: UlogTopic, raw: RawLog) -> None:
     time_s = _times(topic)
     match topic.name:
         case "vehicle_attitude" if topic.has("q[0]", "q[1]", "q[2]", "q[3]"):
-            tilt_deg = tilt_of_quaternion(*(topic.column(f"q[{one}]") for one in range(4)))
+            tilt_deg = tilt_of_quaternion(*(topic.column(f"q[{number}]") for number in range(4)))
             raw.tilts_deg.append(Channel(time_s, tilt_deg))
         case "vehicle_local_position" if topic.has("z"):
             raw.altitude_m = Channel(time_s, -topic.column("z"))
@@ -239,17 +239,17 @@ def _forces(file: UlogFile) -> list[Channel]:
     """The estimator's acceleration first, then each sensor."""
     found: list[Channel] = []
     for name, labels in (
-        ("sensor_combined", [f"accelerometer_m_s2[{one}]" for one in range(3)]),
-        ("vehicle_acceleration", [f"xyz[{one}]" for one in range(3)]),
-        ("vehicle_imu", [f"delta_velocity[{one}]" for one in range(3)]),
+        ("sensor_combined", [f"accelerometer_m_s2[{axis}]" for axis in range(3)]),
+        ("vehicle_acceleration", [f"xyz[{axis}]" for axis in range(3)]),
+        ("vehicle_imu", [f"delta_velocity[{axis}]" for axis in range(3)]),
         ("sensor_accel", ["x", "y", "z"]),
     ):
-        topics = [one for one in file.topics if one.name == name and one.has("timestamp", *labels)]
+        topics = [topic for topic in file.topics if topic.name == name and topic.has("timestamp", *labels)]
         if found and name == "vehicle_acceleration":
             continue  # the same sensor, filtered
         if name == "sensor_accel" and len(found) > 1:
             continue  # vehicle_imu has them all
-        for topic in sorted(topics, key=lambda one: one.instance):
+        for topic in sorted(topics, key=lambda topic: topic.instance):
             axes = [topic.column(label) for label in labels]
             if name == "vehicle_imu":
                 axes = _over_time(topic, axes)

@@ -56,7 +56,7 @@ class MeasuredFall:
 
     @property
     def lowest_g(self) -> float:
-        return min(one.acceleration_g for one in self.below)
+        return min(report.acceleration_g for report in self.below)
 
 
 def prepare_free_fall() -> Procedure[Measure]:
@@ -81,7 +81,7 @@ def _measure(restarts: int, threshold_g: float, time_s: float, _steps: PersonSte
         has_fired = has_fired or any(report.triggered for report in reports)
         view: EngineView = yield Inspect()
         now = view.now
-    has_fired = has_fired or any(one.triggered for one in fall.below)
+    has_fired = has_fired or any(report.triggered for report in fall.below)
     return _result(fall, threshold_g, time_s, has_fired=has_fired)
 
 

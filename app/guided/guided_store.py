@@ -16,7 +16,7 @@ def keep_test(
     """Durable on return."""
     content = {
         "adapter": clean(adapter), "who": clean(who), "test": result.kind.value, "verdict": result.verdict.value,
-        "is_simulated": is_simulated, "program": program, "measured": [one.plain() for one in result.measured],
+        "is_simulated": is_simulated, "program": program, "measured": [value.plain() for value in result.measured],
     }  # fmt: skip
     return facts.add(FactKind.GUIDED_TEST, content, module=module)
 

@@ -65,7 +65,7 @@ def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: in
         counts.asked += 1
         counts.lost += not isinstance(outcome, Answered)
         if isinstance(outcome, Answered):
-            boots += [one.raw for one in outcome.messages if isinstance(one, Reading)]
+            boots += [answer.raw for answer in outcome.messages if isinstance(answer, Reading)]
         view = yield Inspect()
         counts.rejected = view.link.counters.rejected - rejected
         # The device counts a restart twice if the boot count is read between its two heartbeats.

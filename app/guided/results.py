@@ -82,7 +82,7 @@ class GuidedResult:
 
     @property
     def verdict(self) -> GuidedVerdict:
-        found = {one.verdict for one in self.measured}
+        found = {value.verdict for value in self.measured}
         if GuidedVerdict.FAILED in found:
             return GuidedVerdict.FAILED
         return GuidedVerdict.PASSED if found == {GuidedVerdict.PASSED} else GuidedVerdict.UNCLEAR
@@ -107,15 +107,17 @@ class StoredTest:
             "at": self.at,
             "who": self.who,
             "is_simulated": self.is_simulated,
-            "measured": [dict(one) for one in self.measured],
+            "measured": [dict(row) for row in self.measured],
         }
 
 
 def stored_test(plain: Mapping[str, object], at: str) -> StoredTest | None:
     """A result in a fact or a record, which is untrusted; None for a test that this version does not know. A verdict
     that it does not know is unclear."""
-    kind = next((one for one in GuidedKind if one.value == plain.get("test")), None)
-    verdict = next((one for one in GuidedVerdict if one.value == plain.get("verdict")), GuidedVerdict.UNCLEAR)
+    kind = next((kind for kind in GuidedKind if kind.value == plain.get("test")), None)
+    verdict = next(
+        (verdict for verdict in GuidedVerdict if verdict.value == plain.get("verdict")), GuidedVerdict.UNCLEAR
+    )
     if kind is None:
         return None
     measured = plain.get("measured")

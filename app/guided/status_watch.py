@@ -103,16 +103,18 @@ class StatusWatch:
         if view.device.is_streaming:
             heard: tuple[Received, ...] = yield Listen(LISTEN_S)
             reports = tuple(
-                StatusSample.of(one.message, one.at)
-                for one in heard
-                if isinstance(one.message, Status) and one.role in (Role.STREAMED, Role.ANSWER)
+                StatusSample.of(received.message, received.at)
+                for received in heard
+                if isinstance(received.message, Status) and received.role in (Role.STREAMED, Role.ANSWER)
             )
         else:
             yield Pause(ASK_EVERY_S)
         if not reports:
             outcome = yield Ask(STATUS.query(), ASK_WAITS_S, attempts=1)
             if isinstance(outcome, Answered):
-                reports = tuple(StatusSample.of(one, outcome.at) for one in outcome.messages if isinstance(one, Status))
+                reports = tuple(
+                    StatusSample.of(answer, outcome.at) for answer in outcome.messages if isinstance(answer, Status)
+                )
             view = yield Inspect()
         self._check(reports, view.now)
         return reports

@@ -187,7 +187,7 @@ class _TiltWatch:
 def _result(turns: list[Turn], threshold: float) -> GuidedResult:
     measured: list[MeasuredValue] = []
     for direction in TiltDirection:
-        turn = next((one for one in turns if one.direction is direction), None)
+        turn = next((turn for turn in turns if turn.direction is direction), None)
         side = message(direction.value)
         measured.append(_fired(side, turn, threshold))
         measured.append(_rearmed(side, turn, threshold - RESET_BELOW_THRESHOLD_DEG))

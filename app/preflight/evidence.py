@@ -99,7 +99,9 @@ class Evidence:
     @property
     def statuses(self) -> list[StatusSample]:
         """All statuses that were asked for."""
-        ends = [one.status for one in (self.first, self.last) if one is not None and one.status is not None]
+        ends = [
+            reading.status for reading in (self.first, self.last) if reading is not None and reading.status is not None
+        ]
         return [*ends, *self.trials]
 
     @property

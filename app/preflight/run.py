@@ -211,7 +211,7 @@ def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
     finally:
         settle_writes(journal, entries, results)
     if written.heard is SetReply.NOT_SENT:
-        why = tuple(one.message for one in refused) or (message(marked("no reply")),)
+        why = tuple(refusal.message for refusal in refused) or (message(marked("no reply")),)
         return TriggerFlag(FlagState.NOT_SENT, why)
     if written.is_acknowledged:
         return TriggerFlag(FlagState.ENABLED)

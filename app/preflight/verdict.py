@@ -56,7 +56,7 @@ def unsigned(who: object, module: object, aircraft: object) -> UserMessage | Non
 
 def verdict_named(name: object) -> Verdict:
     """By its value; NO-GO for any other."""
-    return next((one for one in Verdict if one.value == name), Verdict.NO_GO)
+    return next((verdict for verdict in Verdict if verdict.value == name), Verdict.NO_GO)
 
 
 def verdict_of(*, is_fine: bool, is_active: bool | None) -> Verdict:

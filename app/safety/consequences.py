@@ -7,7 +7,6 @@ figures are upper limits.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
 
 from app.text.messages import UserMessage, message
 from protocol.catalogue import BAUD_RATE, BY_NAME, DEFAULT_BAUD_RATE, RESET_BELOW_THRESHOLD_DEG, Command
@@ -44,21 +43,6 @@ class Consequence:
     def sentence(self) -> str:
         """In the language in use now."""
         return self.message.translated()
-
-
-class Fall(NamedTuple):
-    """A fall from rest, without drag."""
-
-    height_m: float
-    speed_m_s: float
-
-    @property
-    def speed_km_h(self) -> float:
-        return self.speed_m_s * 3.6
-
-
-def fall_after(seconds: float) -> Fall:
-    return Fall(GRAVITY_M_S2 * seconds**2 / 2, GRAVITY_M_S2 * seconds)
 
 
 def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
@@ -122,9 +106,9 @@ def _time(value: Value) -> Consequence:
     seconds = float(value)
     if seconds == 0:
         return Consequence(message(_JOLT), weight=Weight.GRAVE)
-    fall = fall_after(seconds)
+    height_m, speed_km_h = GRAVITY_M_S2 * seconds**2 / 2, GRAVITY_M_S2 * seconds * 3.6
     text = marked("{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.")
-    return Consequence(message(text, seconds=seconds, height=fall.height_m, speed=fall.speed_km_h))
+    return Consequence(message(text, seconds=seconds, height=height_m, speed=speed_km_h))
 
 
 def _light(value: Value) -> Consequence:

@@ -60,7 +60,7 @@ def fingerprint_of(device: DeviceView, now: float) -> Fingerprint:
 def is_fingerprint(text: str) -> bool:
     """Whether `text`, as heard or typed, is a complete code with the right check character."""
     plain = "".join(text.upper().split()).replace("-", "")
-    if len(plain) != HASHED_CHARACTERS + 1 or any(one not in ALPHABET for one in plain):
+    if len(plain) != HASHED_CHARACTERS + 1 or any(character not in ALPHABET for character in plain):
         return False
     return _check(plain[:-1]) == plain[-1]
 

@@ -22,9 +22,9 @@ def differences(identity: Identity) -> list[str]:
     before, found = identity.before, []
     if before is not None and identity.is_boot_count_lower:
         found.append(tr("boot count {now}, was {before}", now=identity.now.boot_count, before=before.boot_count))
-    for one in identity.changed:
-        name = tr(one.command.title)
-        values = {"now": value_text(one.command, one.after), "before": value_text(one.command, one.before)}
+    for change in identity.changed:
+        name = tr(change.command.title)
+        values = {"now": value_text(change.command, change.after), "before": value_text(change.command, change.before)}
         found.append(tr("{name} {now}, was {before}", name=name[:1].lower() + name[1:], **values))
     return found
 

@@ -253,7 +253,7 @@ class _Reader:
 
     def _tests(self, table: dict[str, Any]) -> Iterator[tuple[GuidedKind, int]]:
         for name, value in table.items():
-            kind = next((one for one in GuidedKind if one.value == name), None)
+            kind = next((kind for kind in GuidedKind if kind.value == name), None)
             is_number = isinstance(value, int) and not isinstance(value, bool)
             if kind is None:
                 self._refuse_unknown("tests", name)
@@ -310,7 +310,7 @@ class _Reader:
         if len(value) > longest:
             self._refuse(path, marked("{name}: at most {count} characters."), name=key, count=longest)
         allowed = "\n\t" if key == "notes" else ""
-        odd = next((one for one in value if one not in allowed and _is_odd(one)), None)
+        odd = next((character for character in value if character not in allowed and _is_odd(character)), None)
         if odd is not None:
             code = f"U+{ord(odd):04X}"
             self._refuse(path, marked("{name}: {code} is not allowed."), name=key, code=code)

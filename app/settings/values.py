@@ -85,5 +85,7 @@ def number_text(value: float) -> str:
 
 def shortened(text: str, longest: int = 40) -> str:
     """`text` cut at `longest` characters, with unprintable ones escaped."""
-    plain = "".join(one if one.isprintable() else f"\\u{ord(one):04x}" for one in text[: longest + 1])
+    plain = "".join(
+        character if character.isprintable() else f"\\u{ord(character):04x}" for character in text[: longest + 1]
+    )
     return plain if len(text) <= longest else plain[:longest] + "…"

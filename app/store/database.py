@@ -224,7 +224,7 @@ def _is_full(path: Path) -> bool:
 def _has_content(path: Path) -> bool:
     """In the file or in its write-ahead log."""
     both = (path, path.with_name(f"{path.name}-wal"))
-    return any(one.exists() and one.stat().st_size for one in both)
+    return any(file.exists() and file.stat().st_size for file in both)
 
 
 def _kept_aside(copy: Path | None, *before: UserMessage) -> UserMessage:

@@ -63,12 +63,12 @@ def left_active(store: Store) -> tuple[LeftActive, ...]:
         elif entry.act is not Act.ACTIVATE and entry.outcome is Outcome.CONFIRMED and not known_as.is_in_doubt:
             for key in seen.keys:
                 left.pop(key, None)
-    return tuple(sorted(left.values(), key=lambda one: one.at, reverse=True))
+    return tuple(sorted(left.values(), key=lambda active: active.at, reverse=True))
 
 
 def note_report(store: Store, here: LeftActive, origin: str, *, is_active: bool) -> None:
     """Logs what a known module reports where it differs from what the log says; to be run in the store's thread."""
-    left = {one.keys[0] for one in left_active(store)}
+    left = {active.keys[0] for active in left_active(store)}
     if any(key in left for key in here.keys) is not is_active:
         _log(store, here, origin, "module", is_active)
 

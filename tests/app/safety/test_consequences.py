@@ -3,16 +3,9 @@
 import pytest
 
 from app.limits.limits import SETTING_BOUNDS
-from app.safety.consequences import Weight, consequences, fall_after, is_advised
+from app.safety.consequences import Weight, consequences, is_advised
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
-
-
-def test_height_and_speed_of_a_fall() -> None:
-    fall = fall_after(1.6)
-    assert fall.height_m == pytest.approx(12.552512)
-    assert fall.speed_m_s == pytest.approx(15.69064)
-    assert fall.speed_km_h == pytest.approx(56.486304)
 
 
 @pytest.mark.parametrize(
