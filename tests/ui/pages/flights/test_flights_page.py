@@ -225,7 +225,7 @@ def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
 
 def test_a_place_is_dotted_where_the_readings_differ_in_either_group() -> None:
     fired = np.array([[1, 0], [1, 1]])
-    shown = FireMap(TriggerLimits(), RuleReading.DIRECT, np.array([30, 60]), np.array([0.5, 1.0]), 2, 2, fired, fired)
+    shown = FireMap(2, 2, fired, fired)
     for other in (replace(shown, must_not_fired=fired.T), replace(shown, must_fired=fired.T)):
         assert cells_of(shown, other).differs.tolist() == [[False, True], [True, False]]
     assert not cells_of(shown, shown).differs.any()
