@@ -35,7 +35,7 @@ from app.text.i18n import tr
 from app.text.messages import joined, message
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
-from protocol.catalogue import BY_NAME, STATUS
+from protocol.catalogue import BY_NAME, STATUS, Request
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.link_states import Presence
@@ -151,43 +151,47 @@ def perform(
     if permit is not None and permit.is_rehearsal and permit.act is act:
         return rehearse(act, permit)
     yield from _refresh(act)
-    open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
-    if open_conditions:
-        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
     request = REQUESTS[act]
-    frame = request.encode()
-    entry = journal.begin(act, frame, _detail((yield Inspect())))
-    try:
-        unsent = yield from last_moment(act, journal, entry, permit=permit, armed=armed)
-    except (Cancelled, PortLost, PortError) as error:
-        journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
-        raise
-    if unsent is not None:
-        journal.settle(entry, Outcome.NOT_SENT, {"why": [refusal.condition.name for refusal in unsent]})
-        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=unsent)
+    entry = yield from begin_act(act, request, _detail((yield Inspect())), journal, permit=permit, armed=armed)
+    if isinstance(entry, tuple):
+        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
     try:
         after = yield from _observe_after(act, (yield Ask(request, is_deliberate=True)))
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
-        return Performed(act=act, outcome=Outcome.UNKNOWN, frame=frame)
+        return Performed(act=act, outcome=Outcome.UNKNOWN, frame=request.encode())
     journal.settle(entry, _outcome(act, after), _result(after))
     return _performed(act, after)
 
 
-def last_moment(
-    act: Act, journal: Journal, intent: Entry, *, permit: Permit | None, armed: Armed | None
-) -> Procedure[tuple[Refusal, ...] | None]:
-    """Wait until the intent is durable, judge the conditions again and spend the permit. None: the frame may be sent
-    now, and only now; else why not."""
+def begin_act(
+    act: Act, request: Request, detail: Mapping[str, object], journal: Journal, *, permit: Permit | None,
+    armed: Armed | None,
+) -> Procedure[Entry | tuple[Refusal, ...]]:  # fmt: skip
+    """Judge the conditions, wait until the intent is durable, judge them again and spend the permit.
+
+    The entry: the frame may be sent now, and only now; else why not.
+    """
+    refused = _conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
+    if refused:
+        return refused
+    entry = journal.begin(act, request.encode(), detail)
     try:
-        is_slow = yield from durable(intent)
-    except UserError as error:
-        return (Refusal(Interlock.INTENT_DURABLE, joined((message(LOG_FAILED), error.message), " ")),)
-    if is_slow:
-        yield from _refresh(act)
-    yield Pause(0.0)  # lets the session read the clock and the line
-    refused = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
-    return None if not refused and permit is not None and permit.spend() else refused
+        try:
+            if (yield from durable(entry)):  # the disk was slow
+                yield from _refresh(act)
+            yield Pause(0.0)  # lets the session read the clock and the line
+            refused = _conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
+            if not refused and permit is not None and permit.spend():
+                return entry
+        except UserError as error:
+            why = joined((message(LOG_FAILED), error.message), " ")
+            refused = (Refusal(Interlock.INTENT_DURABLE, why),)
+    except (Cancelled, PortLost, PortError) as error:
+        journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
+        raise
+    journal.settle(entry, Outcome.NOT_SENT, {"why": [refusal.condition.name for refusal in refused]})
+    return refused
 
 
 def _performed(act: Act, after: _Observed) -> Performed:
@@ -230,7 +234,7 @@ def _watch_motion() -> Procedure[None]:
         view = yield Inspect()
 
 
-def conditions_open(
+def _conditions_open(
     act: Act, view: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None
 ) -> tuple[Refusal, ...]:
     """The conditions of `act` that are not met at the time of `view`; none if it may be sent."""

@@ -11,16 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.procedure import (
-    Ask,
-    Cancelled,
-    EngineView,
-    Inspect,
-    PortLost,
-    Procedure,
-)
-from app.engine.transport import PortError
-from app.procedures.act import Armed, conditions_open, last_moment
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure
+from app.procedures.act import Armed, begin_act
 from app.procedures.ask_status import ask_status
 from app.procedures.find import look_for
 from app.procedures.write import SetReply, acknowledged
@@ -94,18 +86,10 @@ def change_baud(
     yield from ask_status()
     view: EngineView = yield Inspect()
     old_rate = view.baud_rate
-    refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
-    if refused:
-        return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
-    entry = journal.begin(Act.CHANGE_BAUD, request.encode(), {"old": old_rate, "new": new_rate})
-    try:
-        unsent = yield from last_moment(Act.CHANGE_BAUD, journal, entry, permit=permit, armed=armed)
-    except (Cancelled, PortLost, PortError):
-        journal.settle(entry, Outcome.NOT_SENT, {})
-        raise
-    if unsent is not None:
-        journal.settle(entry, Outcome.NOT_SENT, {})
-        return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=unsent)
+    rates = {"old": old_rate, "new": new_rate}
+    entry = yield from begin_act(Act.CHANGE_BAUD, request, rates, journal, permit=permit, armed=armed)
+    if isinstance(entry, tuple):
+        return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=entry)
     # Without an outcome, as where the port is lost now, the module is searched for at the next start.
     reply = acknowledged((yield Ask(request, is_deliberate=True)))
     if reply.heard is SetReply.NOT_SENT:

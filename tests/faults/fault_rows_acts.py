@@ -3,7 +3,7 @@
 from types import MappingProxyType
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
-from app.procedures.act import Performed, last_moment, perform
+from app.procedures.act import Performed, begin_act, perform
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
@@ -76,12 +76,10 @@ def _act(act: Act, **options: str) -> Row:
     )
 
 
-def _last_moment() -> Procedure[tuple[Refusal, ...] | None]:
+def _begin_act() -> Procedure[Entry | tuple[Refusal, ...]]:
     yield from ask_status()
-    intent = Entry()
-    intent.set_result(0)
-    permit = _permit(Act.SHUTDOWN)
-    return (yield from last_moment(Act.SHUTDOWN, FakeJournal(), intent, permit=permit, armed=None))
+    act, permit = Act.SHUTDOWN, _permit(Act.SHUTDOWN)
+    return (yield from begin_act(act, REQUESTS[act], {}, FakeJournal(), permit=permit, armed=None))
 
 
 def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:
@@ -143,9 +141,9 @@ ACT_ROWS: tuple[Row, ...] = (
     _act(Act.SHUTDOWN),
     _act(Act.ZERO, tilt="4"),
     Row(
-        "act.last_moment",
-        _last_moment,
-        lambda _refused, cell: ["sent"] if REQUESTS[Act.SHUTDOWN] in cell.port.requests else [],
+        "act.begin_act",
+        _begin_act,
+        lambda _entry, cell: ["sent"] if REQUESTS[Act.SHUTDOWN] in cell.port.requests else [],
     ),
     Row(
         "baud.change_baud",
