@@ -147,8 +147,7 @@ class DeviceView:
     @property
     def reported(self) -> tuple[Value | None, ...]:
         """Triggered and active, as last reported; None while unknown."""
-        known = (self.values.get(key) for key in ("triggered", "active"))
-        return tuple(None if value is None else value.value for value in known)
+        return tuple(None if known is None else known.value for known in map(self.values.get, ("triggered", "active")))
 
     def known(self, key: str, now: float) -> Known | None:
         """The value, stale if it is too old at `now`; None while unknown."""
