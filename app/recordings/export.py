@@ -1,22 +1,32 @@
 """Exports a recording for other programs."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 from app.recordings.excerpt import csv_parts, part_count
 from app.recordings.library import RecordingEntry, part_path
-from app.recordings.recording import Recording
+from app.recordings.recording import open_recording
 from app.system.files import whole_file
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import not_written
 
-Progress = Callable[[float], None]
+Progress = Callable[[float], object]
+"""Gets 0 … 1 in the calling thread. What it raises ends the export, and the file is unchanged."""
 _BLOCK_BYTES = 1 << 20
 
 
 class ExportCancelled(Exception):
     """The export was cancelled; the file is unchanged."""
+
+
+class Exported(NamedTuple):
+    """`damage`: what is missing in the file, because it is damaged in the recording."""
+
+    rows: int
+    damage: UserMessage | None
 
 
 def not_saved_text(path: Path, error: Exception) -> str:
@@ -26,61 +36,45 @@ def not_saved_text(path: Path, error: Exception) -> str:
     return not_written(path, error)
 
 
-def write_parts(
-    path: Path,
-    parts: Iterable[bytes],
-    count: int,
-    *,
-    on_progress: Progress = lambda _share: None,
-    is_cancelled: Callable[[], bool] = bool,
-) -> None:
-    """Writes a file atomically. `count`: about how many parts. Raises OSError, `ExportCancelled`."""
+def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Progress = bool) -> None:
+    """Writes a file atomically. `count`: about how many parts. Raises OSError, and what `on_progress` raises."""
     with whole_file(path) as file:
         for number, part in enumerate(parts):
-            if is_cancelled():
-                raise ExportCancelled
+            on_progress(min(1.0, number / count))
             file.write(part)
-            on_progress(min(1.0, (number + 1) / count))
+        on_progress(1.0)
 
 
-def export_csv(
-    recording: Recording,
-    path: Path,
-    *,
-    appends: bool = False,
-    on_progress: Progress = lambda _share: None,
-    is_cancelled: Callable[[], bool] = bool,
-) -> int:
-    """Writes a CSV table and returns its number of rows. Raises OSError, `ExportCancelled`.
+def export(
+    entry: RecordingEntry, path: Path, *, is_table: bool, appends: bool = False, on_progress: Progress = bool
+) -> Exported:
+    """Writes a CSV table, with `appends` behind the rows of the file; or copies the session, with the further parts of
+    a long one beside the first. Raises OSError, `UserError`, ValueError for a file that shrinks meanwhile, and what
+    `on_progress` raises."""
+    with open_recording(entry) as recording:
+        damage = recording.damage
+        if not is_table:
+            _copy(entry.parts, path, on_progress)
+            return Exported(len(recording.tilt), damage)
+        excerpt = recording.excerpt(recording.start_s, recording.end_s)
+        rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
+        if appends and path.exists() and path.stat().st_size:
+            next(rows)  # without a second head
+            rows = chain((path.read_bytes(),), rows)
+        write_parts(path, rows, part_count(excerpt), on_progress)
+        return Exported(excerpt.row_count, damage)
 
-    `on_progress` gets 0 … 1 in the calling thread. `appends`: adds to the rows of an existing file.
-    """
-    excerpt = recording.excerpt(recording.start_s, recording.end_s)
-    parts = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
-    if appends and path.exists() and path.stat().st_size:
-        next(parts)  # without a second head
-        parts = chain((path.read_bytes(),), parts)
-    write_parts(path, parts, part_count(excerpt), on_progress=on_progress, is_cancelled=is_cancelled)
-    return excerpt.row_count
+
+def _copy(parts: Sequence[Path], path: Path, on_progress: Progress) -> None:
+    for number, part in enumerate(parts):
+
+        def on_part(share: float, done: int = number) -> None:
+            on_progress((done + share) / len(parts))
+
+        write_parts(part_path(path, number + 1), _blocks(part), part.stat().st_size // _BLOCK_BYTES + 1, on_part)
 
 
-def export_session(
-    entry: RecordingEntry,
-    path: Path,
-    *,
-    on_progress: Progress = lambda _share: None,
-    is_cancelled: Callable[[], bool] = bool,
-) -> None:
-    """Copies a session; the further parts of a long one beside the first. Raises OSError, `ExportCancelled`."""
-    whole, done = max(1, entry.size_bytes), 0
-
-    def blocks(part: Path) -> Iterator[bytes]:
-        nonlocal done
-        with part.open("rb") as file:
-            while block := file.read(_BLOCK_BYTES):
-                yield block
-                done += len(block)
-                on_progress(min(1.0, done / whole))
-
-    for number, part in enumerate(entry.parts, start=1):
-        write_parts(part_path(path, number), blocks(part), 1, is_cancelled=is_cancelled)
+def _blocks(path: Path) -> Iterator[bytes]:
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK_BYTES):
+            yield block

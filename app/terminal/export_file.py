@@ -11,7 +11,7 @@ from app.text.sentences import not_written
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry
-    from app.recordings.recording import Recording
+    from app.text.messages import UserMessage
 
 CSV, MCAP = ".csv", ".mcap"
 ENDINGS = (MCAP, CSV)
@@ -53,43 +53,35 @@ def refuse_unwritable(path: Path, *, appends: bool, replaces: bool) -> None:
 def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> bool:
     """Export a recording, and print what came of it; whether it is whole. Raises `Refused` where the file cannot be
     written, else `UserError`; the file is unchanged then."""
-    from app.recordings.export import export_csv, export_session
-    from app.recordings.recording import open_recording
+    from app.recordings.export import export as write_file
 
-    try:
-        with open_recording(entry) as recording:
-            if path == STANDARD_OUTPUT:
-                rows = _write_csv(recording)
-            elif path.suffix.lower() == MCAP:
-                export_session(entry, path, on_progress=_show)
-                rows = len(recording.tilt)
-            else:
-                rows = export_csv(recording, path, appends=appends, on_progress=_show)
-            damage = recording.damage
-    except (OSError, ValueError) as error:
-        raise Refused(not_written(path, error), PARTIAL) from error
-    finally:
-        clear_progress()
-    if path != STANDARD_OUTPUT:
+    if path == STANDARD_OUTPUT:
+        damage = _write_out(entry)
+    else:
+        try:
+            rows, damage = write_file(entry, path, is_table=path.suffix.lower() != MCAP, appends=appends,
+                                      on_progress=lambda share: show_progress(f"{share:.0%}"))  # fmt: skip
+        except (OSError, ValueError) as error:
+            raise Refused(not_written(path, error), PARTIAL) from error
+        finally:
+            clear_progress()
         write_lines([tr("Rows written to {file}: {count}.", count=rows, file=path)])
     if damage is not None:
         notify(damage.translated())
     return damage is None
 
 
-def _write_csv(recording: "Recording") -> int:
-    """Write the table to standard output; returns the number of rows."""
+def _write_out(entry: "RecordingEntry") -> "UserMessage | None":
+    """Write the table to standard output; returns what is missing in it."""
     from app.recordings.excerpt import csv_parts
+    from app.recordings.recording import open_recording
 
-    excerpt = recording.excerpt(recording.start_s, recording.end_s)
-    write_table(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s))
-    return excerpt.row_count
+    with open_recording(entry) as recording:
+        excerpt = recording.excerpt(recording.start_s, recording.end_s)
+        write_table(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s))
+        return recording.damage
 
 
 def write_table(parts: Iterable[bytes]) -> None:
     for part in parts:
         write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
-
-
-def _show(share: float) -> None:
-    show_progress(f"{share:.0%}")

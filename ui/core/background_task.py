@@ -26,6 +26,14 @@ class Running:
         """Set the progress, 0 … 1."""
         self.share = share
 
+    def go_on(self, share: float) -> None:
+        """Set the progress. Raises `ExportCancelled` where it is cancelled."""
+        if self.is_cancelled():
+            from app.recordings.export import ExportCancelled
+
+            raise ExportCancelled
+        self.share = share
+
     def is_cancelled(self) -> bool:
         """Checked between two steps by long functions."""
         return not self.is_requested

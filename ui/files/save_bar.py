@@ -141,8 +141,7 @@ class SaveNote(QWidget):
     ) -> None:  # fmt: skip
         def save(path: Path) -> None:
             def write(running: Running) -> None:
-                write_parts(path, make_parts(path), count, on_progress=running.set_progress,
-                            is_cancelled=running.is_cancelled)  # fmt: skip
+                write_parts(path, make_parts(path), count, running.go_on)
 
             def fail(error: Exception) -> None:
                 meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION

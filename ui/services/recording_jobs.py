@@ -5,13 +5,12 @@ from collections.abc import Callable, Iterable
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from PySide6.QtCore import Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
-from app.text.messages import UserMessage
 from app.text.sentences import error_text, join_sentences
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
@@ -20,6 +19,7 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
 if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
+    from app.recordings.export import Exported
     from app.recordings.library import RecordingEntry, RecordingLibrary
 
 Result = TypeVar("Result")
@@ -31,13 +31,6 @@ class ExportKind(Enum):
 
     CSV = ".csv"
     MCAP = ".mcap"
-
-
-class _Exported(NamedTuple):
-    """`damage`: what is missing in the file, because it was damaged in the recording."""
-
-    rows: int
-    damage: UserMessage | None
 
 
 class RecordingJobs(JobNotice):
@@ -130,21 +123,12 @@ class RecordingJobs(JobNotice):
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Export the recording into one file, written whole or not at all."""
 
-        def work(running: Running) -> _Exported:
-            from app.recordings.export import export_csv, export_session
-            from app.recordings.recording import open_recording
+        def work(running: Running) -> "Exported":
+            from app.recordings.export import export
 
-            with open_recording(entry) as recording:
-                count = len(recording.tilt)
-                if kind is ExportKind.MCAP:
-                    export_session(entry, path, on_progress=running.set_progress, is_cancelled=running.is_cancelled)
-                else:
-                    count = export_csv(
-                        recording, path, on_progress=running.set_progress, is_cancelled=running.is_cancelled
-                    )
-                return _Exported(count, recording.damage)
+            return export(entry, path, is_table=kind is ExportKind.CSV, on_progress=running.go_on)
 
-        def notify(done: _Exported) -> None:
+        def notify(done: "Exported") -> None:
             def text() -> str:
                 saved = tr("Saved to {path}. Rows: {rows}.", rows=f"{done.rows:,}", path=path)
                 return saved if done.damage is None else join_sentences([saved, done.damage.translated()])

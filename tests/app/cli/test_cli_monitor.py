@@ -297,6 +297,18 @@ def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.Captur
     assert run_here(capsys, ["recordings", "export", "latest", "-"]).out == printed.out
 
 
+def test_a_table_that_nobody_reads_any_more_is_no_failure(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_here(capsys, ["record", "--port", port, "--seconds", "0.3", "-"])
+
+    def ended(_text: str) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr("app.terminal.export_file.write", ended)
+    assert run_here(capsys, ["recordings", "export", "latest", "-"]).err == ""
+
+
 def test_the_table_on_standard_output_comes_while_it_is_recorded(port: str) -> None:
     with subprocess.Popen(
         [sys.executable, "-m", "app", "record", "--port", port, "--seconds", "30", "-"],

@@ -17,11 +17,11 @@ from app.flight_analysis.many_logs import summarise_log
 from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.read_log import read_flight_log
-from app.recordings.export import export_csv
+from app.recordings.export import export
+from app.recordings.library import entry_of
 from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
 from tests.support.flights.recorded_flight import recorded_reports
-from tests.support.records.recordings_made import opened
 
 TIMES = np.arange(60) / 20
 MEGABYTE = 1 << 20
@@ -47,8 +47,7 @@ def mcap(folder: Path) -> bytes:
 def csv(folder: Path) -> bytes:
     path = folder / "session.mcap"
     path.write_bytes(mcap(folder))
-    with opened(path) as recording:
-        export_csv(recording, folder / "out.csv")
+    export(entry_of(path), folder / "out.csv", is_table=True)
     return (folder / "out.csv").read_bytes()
 
 

@@ -10,12 +10,12 @@ from app.flight_analysis.judged_flight import judge_flight
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
 from app.flight_logs.flight_log import FlightLog, LogFormat, ModeChange
 from app.flight_logs.read_log import find_logs, read_flight_log
-from app.recordings.export import export_csv
+from app.recordings.export import export
+from app.recordings.library import entry_of
 from app.text.user_error import UserError
 from protocol.messages import Source
 from tests.support.flights import log_bytes as made
 from tests.support.flights.recorded_flight import recorded_reports
-from tests.support.records.recordings_made import opened
 
 STARTS_S = 73.0
 """Of the flight controller's clock."""
@@ -120,8 +120,7 @@ def test_a_csv_file_without_acceleration_is_judged_for_its_attitude_alone(tmp_pa
 
 def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
     folder = recorded_reports(tmp_path, zip(FAST.tolist(), TILT.tolist(), FORCE.tolist(), strict=True))
-    with opened(folder) as recording:
-        export_csv(recording, tmp_path / "out.csv")
+    export(entry_of(folder), tmp_path / "out.csv", is_table=True)
     logs = [read_flight_log(one) for one in (folder, tmp_path / "out.csv")]
     assert [one.format for one in logs] == [LogFormat.RECORDING, LogFormat.CSV]
     for log in logs:

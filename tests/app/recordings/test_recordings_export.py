@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 
 from app.engine.transport import PortError, PortTrouble
 from app.recordings.excerpt import HEAD
-from app.recordings.export import ExportCancelled, export_csv, export_session
+from app.recordings.export import ExportCancelled, export
 from app.recordings.recording import Recording
 from app.recordings.session_format import CHANNELS
 from protocol.catalogue import BY_NAME
@@ -82,7 +82,7 @@ def at_ns(recording: Recording, time_s: float) -> int:
 
 def test_another_program_reads_the_session(recording: Recording, tmp_path: Path) -> None:
     path = tmp_path / "x.mcap"
-    export_session(recording.entry, path)
+    export(recording.entry, path, is_table=False)
     assert path.read_bytes() == recording.entry.path.read_bytes()
     found = messages(path)
     assert set(found) == {"/status", "/events", "/progress", "/line/rx", "/line/tx"}
@@ -125,7 +125,7 @@ def test_what_changes_the_module_is_an_event(tmp_path: Path) -> None:
 
 def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
-    count = export_csv(recording, path)
+    count = export(recording.entry, path, is_table=True).rows
     text = path.read_bytes().decode("utf-8-sig")
     rows = list(csv.DictReader(io.StringIO(text)))
     assert text.splitlines()[0] == HEAD
@@ -147,33 +147,35 @@ def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
     assert [row["cell_voltage_v"] for row in rows if row["cell_voltage_v"]] == ["3.00", "3.01", "3.02"]
 
 
-def export_whole(recording: Recording, path: Path, **options: Any) -> None:
-    export_session(recording.entry, path, **options)
-
-
-@pytest.mark.parametrize("export", [export_csv, export_whole])
-def test_progress_goes_to_the_end(recording: Recording, tmp_path: Path, export: Any) -> None:
+@pytest.mark.parametrize("is_table", [True, False])
+def test_progress_goes_to_the_end(recording: Recording, tmp_path: Path, is_table: bool) -> None:
     shares: list[float] = []
-    export(recording, tmp_path / "x", on_progress=shares.append)
+    export(recording.entry, tmp_path / "x", is_table=is_table, on_progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
 
 
-@pytest.mark.parametrize(("export", "looks"), [(export_csv, 0), (export_csv, 1), (export_whole, 0)])
+@pytest.mark.parametrize(("is_table", "looks"), [(True, 0), (True, 1), (False, 0), (False, 1)])
 def test_a_cancelled_export_leaves_the_file_unchanged(
-    recording: Recording, tmp_path: Path, export: Any, looks: int
+    recording: Recording, tmp_path: Path, is_table: bool, looks: int
 ) -> None:
     path = tmp_path / "out" / "x"
     path.parent.mkdir()
     path.write_text("before", encoding="utf-8")
-    left = iter([False] * looks)
+    shares: list[float] = []
+
+    def go_on(share: float) -> None:
+        if len(shares) == looks:
+            raise ExportCancelled
+        shares.append(share)
+
     with pytest.raises(ExportCancelled):
-        export(recording, path, is_cancelled=lambda: next(left, True))
+        export(recording.entry, path, is_table=is_table, on_progress=go_on)
     assert path.read_text(encoding="utf-8") == "before"
     assert [one.name for one in path.parent.iterdir()] == ["x"]
 
 
-@pytest.mark.parametrize("export", [export_csv, export_whole])
-def test_a_folder_that_is_not_there(recording: Recording, tmp_path: Path, export: Any) -> None:
+@pytest.mark.parametrize("is_table", [True, False])
+def test_a_folder_that_is_not_there(recording: Recording, tmp_path: Path, is_table: bool) -> None:
     with pytest.raises(OSError):
-        export(recording, tmp_path / "nowhere" / "x")
+        export(recording.entry, tmp_path / "nowhere" / "x", is_table=is_table)

@@ -153,10 +153,8 @@ class CaptureFiles(QWidget):
 
             def counted() -> Iterator[CaptureEntry]:
                 for number, entry in enumerate(entries):
-                    if running.is_cancelled():
-                        raise ExportCancelled
                     if number % 1000 == 0:
-                        running.set_progress(number / len(entries))
+                        running.go_on(number / len(entries))
                     yield entry
 
             opening = Opening(

@@ -6,7 +6,6 @@ from datetime import UTC
 from functools import partial
 from pathlib import Path
 from shutil import copyfile
-from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
@@ -14,7 +13,6 @@ from PySide6.QtWidgets import QApplication, QLabel, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.entry_texts import size_text
-from app.recordings.export import ExportCancelled
 from app.recordings.recording import tilt_outline
 from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
@@ -249,16 +247,16 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     ended = threading.Event()
     never = threading.Event()
 
-    def endless(_recording: object, _path: Path, *, on_progress: Any, is_cancelled: Callable[[], bool]) -> int:
-        on_progress(0.4)
+    def endless(_entry: object, _path: Path, *, is_table: bool, on_progress: Callable[[float], object]) -> None:
+        assert is_table
         try:
-            while not is_cancelled():
+            while True:
+                on_progress(0.4)
                 never.wait(0.01)
         finally:
             ended.set()
-        raise ExportCancelled
 
-    monkeypatch.setattr("app.recordings.export.export_csv", endless)
+    monkeypatch.setattr("app.recordings.export.export", endless)
     one.page.table.selectRow(0)
     one.page.ask_path = choosing(tmp_path / "all.csv")
     one.click(one.page.buttons.csv)
