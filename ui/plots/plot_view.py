@@ -213,7 +213,8 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         hidden = ", ".join(tr(lane.lane.title) for lane in self.all_lanes[len(self.lanes) :])
         if hidden:
             note = tr("A higher window also shows: {plots}", plots=hidden)
-            overlay.put(note, theme.muted, [QPointF(first, self.viewport().height() - overlay.line_px - 2)])
+            place = QPointF(first, self.viewport().height() - overlay.line_px - 2)
+            overlay.put(note, theme.muted, [place], is_above=True)
 
     def _write_marks(self, marks: Sequence[Mark]) -> list[float]:
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""

@@ -4,7 +4,6 @@ The page fills the series, adds marks, and calls `draw`. Importing this module l
 after the window's first paint.
 """
 
-import time
 from collections.abc import Sequence
 from typing import Final
 
@@ -42,12 +41,7 @@ class TimePlot(QWidget):
     save_picture_wanted = Signal()
 
     def __init__(
-        self,
-        lanes: Sequence[Lane],
-        texts: Texts,
-        *,
-        wall_offset_s: float | None = None,
-        bounds: Span | None = None,
+        self, lanes: Sequence[Lane], texts: Texts, *, wall_offset_s: float, bounds: Span | None = None
     ) -> None:
         super().__init__()
         self.setObjectName("time-plot")
@@ -55,8 +49,7 @@ class TimePlot(QWidget):
         self.reading = ""
         """The values at the cursor in words."""
         self.menu = named(QMenu(self), "time_plot_menu")
-        offset_s = time.time() - time.monotonic() if wall_offset_s is None else wall_offset_s
-        self.canvas = PlotView(lanes, self.time_range, offset_s)
+        self.canvas = PlotView(lanes, self.time_range, wall_offset_s)
         self._head = PlotHeader(texts, self.time_range)
         self.pause = self._head.pause
         in_column(self._head, (self.canvas, 1), of=self, spacing=Space.XS, margins=0)

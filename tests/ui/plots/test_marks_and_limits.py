@@ -11,15 +11,17 @@ from pytestqt.qtbot import QtBot
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
 from tests.support.window.steps import find
-from tests.ui.plots.plot_bench import NOW_S, Bench
+from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
+from ui.core.texts import Texts
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.overlay import Overlay
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
 from ui.style import appearance, theme
+from ui.style.appearance import Appearance
 from ui.style.icons import Icon
-from ui.style.theme import LIGHT, Meaning
+from ui.style.theme import LIGHT, Choice, Meaning
 
 
 @pytest.fixture
@@ -176,7 +178,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
     weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
     appearance.apply(qapp, LIGHT)
     lanes = [Lane(title, "", Series(), scales, weight=weight) for title, weight in weights.items()]
-    plot = TimePlot(lanes, Bench(qtbot).texts)
+    plot = TimePlot(lanes, Texts(), wall_offset_s=0.0)
     qtbot.addWidget(plot)
     plot.show()
     view = find(plot, PlotView, "time-plot-canvas")
@@ -197,3 +199,22 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         assert notes == ([f"A higher window also shows: {hidden}"] if hidden else [])
     assert seen[600] == list(weights)
     assert seen[240] == ["Tilt", "Acceleration"]
+
+
+@pytest.mark.parametrize("percent", [100, 200])
+def test_at_its_minimum_height_nothing_covers_the_times(qapp: QApplication, qtbot: QtBot, percent: int) -> None:
+    """At 200 % the line that names the hidden plots lay on them."""
+    looks = Appearance(qapp, Choice.LIGHT)
+    looks.zoom(percent)
+    lanes = [Lane(title, "", Series(), (Scale(0, 4, 2),)) for title in ("Tilt", "Acceleration", "Light")]
+    plot = TimePlot(lanes, Texts(), wall_offset_s=0.0)
+    qtbot.addWidget(plot)
+    plot.resize(600, plot.minimumHeight())
+    plot.show()
+    QApplication.processEvents()
+    times, written = plot.canvas.times, [*plot.canvas.overlay.shown]
+    labels = [times.mapRectToScene(room) for _, room in labels_of(times)]
+    looks.zoom(100)
+    assert labels
+    assert any(str(shown.what).startswith("A higher window") for shown in written)
+    assert not any(shown.room.intersects(label) for shown in written for label in labels)

@@ -4,8 +4,8 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, Qt
-from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QPainter
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QMouseEvent, QPainter
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -112,6 +112,17 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     assert bench.lane.scale[:2] == (0, 90)
     qtbot.keyClick(view, Qt.Key.Key_Tab)
     assert not view.hasFocus()
+
+
+def test_only_the_left_button_goes_back_to_live(bench: Bench, qtbot: QtBot) -> None:
+    bench.plot.time_range.toggle_pause()
+    place, right = QPointF(bench.at(0.5)), Qt.MouseButton.RightButton
+    kind, screen = QEvent.Type.MouseButtonDblClick, QPointF(bench.view.mapToGlobal(place))
+    event = QMouseEvent(kind, place, screen, right, right, Qt.KeyboardModifier.NoModifier)
+    QApplication.sendEvent(bench.view.viewport(), event)
+    assert not bench.plot.time_range.is_live
+    qtbot.mouseDClick(bench.view.viewport(), LEFT, pos=bench.at(0.5))
+    assert bench.plot.time_range.is_live
 
 
 def test_the_mouse_leaves_the_plots(bench: Bench) -> None:
