@@ -48,6 +48,9 @@ class IdentityEvidence:
         return self.boot_count is not None and all(command.key in self.settings for command in READABLE_SETTINGS)
 
 
+UNKNOWN = IdentityEvidence()
+
+
 def same_module(
     before: IdentityEvidence, now: IdentityEvidence, *, do_records_follow: bool = True, is_said: bool = False
 ) -> Trust:
@@ -138,6 +141,8 @@ class IdentityCheck:
 
     def __init__(self, expected: Expected | None = None, *, is_attended: bool = False) -> None:
         self._is_attended = is_attended
+        self._is_said = False
+        """A person gave it the name: only readings that refute it make it a question."""
         self._expected: Expected | None = None
         self._answered_at: float | None = None
         self._identity = Identity()
@@ -153,16 +158,25 @@ class IdentityCheck:
         """When what answers now may have taken the place of another module; monotonic seconds."""
         return -inf if self._answered_at is None else self._answered_at
 
-    def confirm(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
+    def confirm(
+        self,
+        seen: Identity | None = None,
+        *,
+        is_named: bool | None = None,
+        before: IdentityEvidence = UNKNOWN,
+    ) -> None:
         """A person said that it is the expected module or, by `is_named`, that it has a name or none; nothing is done
-        if it differs from what the person had `seen`."""
+        if it differs from what the person had `seen`. `before`: what was last read of the module of that name."""
         if seen is None or self._identity.is_as_seen(seen):
             self._expected = None
             proven = Identity(Trust.PROVEN, is_named=self._identity.is_named if is_named is None else is_named)
             self._identity = NO_EXPECTATION if is_named is False else proven
+            if before != UNKNOWN:
+                self._expect(Expected(before), None)
+                self._is_said = True
 
     def _expect(self, expected: Expected, answered_at: float | None) -> None:
-        self._expected, self._answered_at = expected, answered_at
+        self._expected, self._answered_at, self._is_said = expected, answered_at, False
         self._identity = Identity(
             Trust.OPEN, expected.evidence, is_adapter_same=expected.is_adapter_same, is_named=expected.is_named
         )
@@ -176,24 +190,28 @@ class IdentityCheck:
         if view.presence is Presence.ONLINE and self._answered_at is None:
             self._answered_at = now
         found = evidence_of(view.values, is_fresh=True)
-        trust = same_module(expected.evidence, found)
+        trust = same_module(expected.evidence, found, is_said=self._is_said)
         is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
-        if trust is Trust.UNPROVEN and not (found.is_complete or is_late):
+        if trust is not Trust.REFUTED and not (found.is_complete or is_late):
             trust = Trust.OPEN
+        if trust is Trust.PROVEN:
+            self.confirm(is_named=True)
+            return
         if (trust, found) != (self._identity.trust, self._identity.now):
             self._identity = replace(self._identity, trust=trust, now=found)
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
         """Call before the device takes the event in: what may be another module from now on."""
         if self._expected is not None:
+            self._is_said &= not isinstance(event, FellSilent | Restarted | WentOffline)
             return
         is_named = self._identity.is_named
-        known = evidence_of(device.view(now).values, is_fresh=False) if _may_tell(event) else IdentityEvidence()
+        known = evidence_of(device.view(now).values, is_fresh=False) if _may_tell(event) else UNKNOWN
         match event:
             case FellSilent() | Restarted():
                 is_in_doubt = is_named
             case WentOffline():
-                is_in_doubt = is_named or (self._is_attended and known != IdentityEvidence())
+                is_in_doubt = is_named or (self._is_attended and known != UNKNOWN)
             case Received(role=Role.ANSWER, message=Reading(command=command) as reading) if command is BOOT_COUNT:
                 # The frame, not `Answered`, which does not exist for the answer to a fence.
                 boots = int(reading.value)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.engine.device import Device, StaleReason
-from app.engine.identity import Expected, IdentityCheck
+from app.engine.identity import UNKNOWN, Expected, Identity, IdentityCheck, IdentityEvidence
 from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
 from app.engine.transport import Line
@@ -115,10 +115,15 @@ class Session:
             if ask is not None and ask.request.hazard is Hazard.DANGEROUS and run is not self._asking:
                 run.resume(Unanswered(ask.request, 0, 0.0, now), now)
 
-    def treat_as_new(self, *, is_named: bool) -> None:
+    def confirm_identity(self, seen: Identity | None, *, is_named: bool | None, before: IdentityEvidence) -> None:
+        """A person said which module it is; see `IdentityCheck.confirm`."""
+        self.identity.confirm(seen, is_named=is_named, before=before)
+        self.identity.on_device(self.device, self.clock())
+
+    def treat_as_new(self, *, is_named: bool, before: IdentityEvidence = UNKNOWN) -> None:
         """A person said that it is another module than before."""
         self.device.forget(self.identity.since)
-        self.identity.confirm(is_named=is_named)
+        self.confirm_identity(None, is_named=is_named, before=before)
 
     def run_in_background(self, procedure: Procedure[None]) -> None:
         self._background = Run(procedure)

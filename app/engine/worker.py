@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Any, Generic
 
 from app.engine.device import Device, DeviceView, StatusSample
-from app.engine.identity import NO_EXPECTATION, Expected, Identity
+from app.engine.identity import NO_EXPECTATION, UNKNOWN, Expected, Identity, IdentityEvidence
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.engine.session import BATCH_S, Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
@@ -167,14 +167,16 @@ class Worker:
         )
         return connection.opening
 
-    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
+    def confirm_identity(
+        self, seen: Identity | None = None, *, is_named: bool | None = None, before: IdentityEvidence = UNKNOWN
+    ) -> None:
         """Accept the module because a person said which it is; see `IdentityCheck.confirm`."""
-        self._decide(lambda session: session.identity.confirm(seen, is_named=is_named))
+        self._decide(lambda session: session.confirm_identity(seen, is_named=is_named, before=before))
 
-    def treat_as_new(self, *, is_named: bool) -> int:
+    def treat_as_new(self, *, is_named: bool, before: IdentityEvidence = UNKNOWN) -> int:
         """A person said that it is another module; return the number by which the batches from then on are known."""
         self._openings += 1
-        self._decide(lambda session: session.treat_as_new(is_named=is_named))
+        self._decide(lambda session: session.treat_as_new(is_named=is_named, before=before))
         return self._openings
 
     def _decide(self, decide: Callable[[Session], None]) -> None:

@@ -84,6 +84,8 @@ class _StreamProgress:
     """It restarted about when the stream was switched on: a stream that appears is ours to switch off."""
     has_given_up: bool = False
     """It was switched on and nothing came: polled until the next restart."""
+    is_streaming: bool = False
+    """At the last turn; where a stream ends that nobody switched off, it may not be the module that sent it."""
     restarts: int = 0
     breaks: int = 0
     last_sleep: Sleep | None = None
@@ -121,10 +123,11 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
     if view.device.presence is Presence.OFFLINE:
         progress.has_read = False  # everything is read again once the link's own heartbeats are answered
         return
-    if view.device.breaks != progress.breaks:
+    has_ended, progress.is_streaming = progress.is_streaming and not view.device.is_streaming, view.device.is_streaming
+    if has_ended or view.device.breaks != progress.breaks:
         progress.breaks = view.device.breaks
         for question, _every_s in (*_SETTINGS, (_BOOT_COUNT, BOOT_EVERY_S)):
-            progress.due.pop(question, None)  # another module may answer now
+            progress.due.pop(question, None)  # another module may answer now, or this one after a restart
     if view.device.restarts != progress.restarts:
         progress.restarts = view.device.restarts
         on_at = progress.switched_on_at

@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.device import DeviceView
-from app.engine.identity import NO_EXPECTATION, Expected, Identity, Trust, evidence_of
+from app.engine.identity import NO_EXPECTATION, UNKNOWN, Expected, Identity, IdentityEvidence, Trust, evidence_of
 from app.engine.ports import PortInfo
 from app.engine.procedure import Procedure, Report, Result, Slept
 from app.engine.reconnect import Address, Reconnection
@@ -194,14 +194,16 @@ class PortConnection(QObject):
         self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)
         self.update_view()
 
-    def confirm_identity(self, seen: Identity | None = None, *, is_named: bool | None = None) -> None:
+    def confirm_identity(
+        self, seen: Identity | None = None, *, is_named: bool | None = None, before: IdentityEvidence = UNKNOWN
+    ) -> None:
         """A person says which module this is, see `IdentityCheck.confirm`; `seen` is what was shown to them."""
-        self._worker.confirm_identity(seen, is_named=is_named)
+        self._worker.confirm_identity(seen, is_named=is_named, before=before)
 
-    def treat_as_new(self, *, is_named: bool = False) -> None:
+    def treat_as_new(self, *, is_named: bool = False, before: IdentityEvidence = UNKNOWN) -> None:
         """A person says that this is another module: what was known of the first one is dropped, and what is still
         under way of it ignored."""
-        number = self._worker.treat_as_new(is_named=is_named)
+        number = self._worker.treat_as_new(is_named=is_named, before=before)
         if self.target is not None:
             self.target = replace(self.target, baud_rate=self.connection.baud_rate)  # it answers at this one
         self.adapter_key = f"{'' if self.target is None else self.target.key}#{number}"

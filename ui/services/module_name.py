@@ -7,7 +7,7 @@ from math import inf
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.identity import Expected, IdentityEvidence, evidence_of
+from app.engine.identity import Expected, IdentityEvidence, Trust, evidence_of, same_module
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.settings.identity_words import known_by
@@ -84,10 +84,16 @@ class ModuleName(QObject):
                 self.confirm_identity()
             elif name:
                 self._before_new(partial(self._begin_new, name))
+        elif port.is_open:
+            before = self._evidence_of(name)
+            if same_module(before, evidence_of(port.device.values, is_fresh=True)) is Trust.REFUTED:
+                self.expected_name = name  # asked about, as the engine sees it too
+                self._use("")
+            else:
+                self._use(name)
+            port.confirm_identity(port.identity, is_named=bool(name), before=before)
         else:
             self._use(name)
-            if port.is_open:
-                port.confirm_identity(port.identity, is_named=bool(name))
 
     def confirm_identity(self) -> None:
         """A person confirms that it is the expected module."""
@@ -99,7 +105,7 @@ class ModuleName(QObject):
 
     def _begin_new(self, name: str) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too
-        self._port.treat_as_new(is_named=bool(name))
+        self._port.treat_as_new(is_named=bool(name), before=self._evidence_of(name))
 
     def remember_adapter(self) -> None:
         """Store the adapter and what was read of the module, so that it is recognised when plugged in again."""
@@ -150,14 +156,15 @@ class ModuleName(QObject):
         if not self._port.identity.is_settled:
             self.expected_name = self.name or self.expected_name
             self._use("")
-        elif self.expected_name:
+        elif self.expected_name and self._port.identity.is_named:
             meant, self.expected_name = self.expected_name, ""
             self._use(meant)
 
     # What was last read of it
 
     def _on_batch(self, batch: Batch) -> None:
-        is_module = batch.connection.state is PortState.OPEN and batch.identity.is_settled and bool(self.name)
+        identity = batch.identity
+        is_module = batch.connection.state is PortState.OPEN and identity.is_settled and identity.is_named and self.name
         if not is_module:
             return
         evidence = evidence_of(batch.device.values, is_fresh=True)

@@ -158,6 +158,7 @@ class Ports(QObject):
         )
         port.set_shown(is_shown=not self._connections)
         port.changed.connect(self.any_changed)
+        port.lock.changed.connect(self.any_changed)
         self._connections.append(port)
         self.added.emit(port)
         return port

@@ -11,7 +11,7 @@ from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.identity_words import identity_question, same_module_words
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.sentences import join_names, join_sentences, labelled
 from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
 from ui.style.theme import Meaning
@@ -248,7 +248,7 @@ class Attention(QObject):
         if self._question is not None:
             return self._question.make()
         port = self._connector.current
-        asked, locking = identity_notice(port), port.lock.notice()
+        asked, locking = identity_notice(port), self._lock_notice()
         if asked is not None and port.module.asked_on == self._shown_page():
             return locking  # one question at a time
         if asked is not None:
@@ -261,7 +261,7 @@ class Attention(QObject):
             return left
         is_unlocked = port.lock.failed is not None  # which says itself how to treat the module
         said = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
-        locking = port.lock.notice(said.choices if said is not None else ())
+        locking = self._lock_notice(said.choices if said is not None else ())
         if locking is not None:
             return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))
         if left is not None and said is not None:
@@ -272,6 +272,21 @@ class Attention(QObject):
         if self._queued and (said is None or state.phase is Phase.CLOSED):
             return next(iter(self._queued))()
         return said or self._trigger_notice() or self._module_notice()
+
+    def _lock_notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
+        """LOCK of the shown module, else that of others which do not report it; Fleet says it itself."""
+        here, others = self._connector.current, self._connector.connections
+        ports = [port for port in others if port is not here and port.lock.failed is not None]
+        if (notice := here.lock.notice(more)) is not None or not ports or self._shown_page() == "fleet":
+            return notice
+        names = join_names(port.module.name or port.connection.port for port in ports)
+
+        def press() -> None:
+            for port in ports:
+                port.lock.press()
+
+        again = Choice("lock_others", tr("LOCK again"), press)
+        return Notice(Meaning.DANGER, tr("NOT reported, treat as ACTIVE: {names}", names=names), (again, *more))
 
     def _module_notice(self) -> Notice | None:
         """A change or a restart of the module."""

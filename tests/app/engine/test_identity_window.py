@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLineEdit
+from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import evidence_of
+from app.engine.identity import IdentityEvidence, evidence_of
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch
@@ -19,7 +20,7 @@ from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from protocol.link_states import Presence
-from tests.app.engine.test_identity import NOT_PROVEN
+from tests.app.engine.test_identity import FOUND, NOT_PROVEN, with_setting
 from tests.support.window.fakes_ui import simulated, wait_online, window
 from tests.support.window.steps import find, press
 from ui.acts.outcomes import open_conditions
@@ -232,6 +233,39 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
         qtbot.keyClicks(edit, "9")
         connector.connect_to(Target("/dev/another", 115200))
         assert edit.text() == "", "it was typed for the former module"
+
+
+OF_ANOTHER = replace(FOUND, boot_count=90)
+
+
+@pytest.mark.parametrize(
+    "before", [OF_ANOTHER, with_setting("freefall_time_s", 2.0), FOUND], ids=["count", "set", "fits"]
+)
+@pytest.mark.parametrize("was_asked", [False, True])
+def test_a_name_that_the_readings_refute_is_asked_about(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, before: IdentityEvidence, *, was_asked: bool
+) -> None:
+    """Typed for a module without a name, or as the answer to the question; nothing of the other one is overwritten."""
+    with desk(qtbot, qapp, tmp_path, "typed") as one:
+        store = one.assembly.storage.store
+        assert isinstance(store, Store)
+        store.register_module("M-90")
+        store.store_evidence("M-90", before)
+        if was_asked:
+            one.bench.restart()
+            one.bench.module.memory.boot_count = 37
+            one.wait(lambda: one.asked.startswith("M-07? Read"))
+        one.naming.choose("M-90")
+        if before is FOUND:
+            one.wait(lambda: one.naming.name == "M-90" and one.asked == "")
+            return
+        one.wait(lambda: "another module" in one.asked)
+        assert one.naming.name == ""
+        qtbot.wait(300)
+        assert store.evidence("M-90") == before
+        assert "It is M-90" in [button.text() for button in one.assembly.window.notice_bar.findChildren(QPushButton)]
+        one.answer("identity_same")
+        one.wait(lambda: one.naming.name == "M-90" and one.asked == "")
 
 
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """What keeps the screen fresh, on the simulated module: streamed or polled, left as found, doubted when perhaps old."""
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -259,6 +260,16 @@ def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: fl
     rig.bench.end_faults()
     rig.step_for(0.3)
     assert rig.session.device.view(rig.clock()).known("attitude_trigger", rig.clock()) is None
+
+
+def test_where_a_stream_ends_by_itself_everything_that_tells_modules_apart_is_read_at_once() -> None:
+    """Exchanged too quickly for a silence, or restarted without its heartbeats."""
+    rig = settled_rig(boots=37)
+    watched(rig)
+    rig.step_for(4)
+    rig.bench.module.memory.boot_count = 38
+    rig.bench.module._stream_due_s = math.inf
+    rig.step_until(lambda: rig.session.device.view(0).values["boot_count"].value == 38, limit_s=2.5)
 
 
 def test_a_stream_goes_on_after_a_silence_and_is_still_steered() -> None:

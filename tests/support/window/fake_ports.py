@@ -64,9 +64,9 @@ class FakeWorker:
         self.jobs.append((job, is_urgent))
         return job
 
-    def confirm_identity(self, _seen: Identity | None = None, *, is_named: bool | None = None) -> None: ...
+    def confirm_identity(self, _seen: Identity | None = None, **_said: object) -> None: ...
 
-    def treat_as_new(self, *, is_named: bool) -> int:
+    def treat_as_new(self, **_said: object) -> int:
         self.opened.append(self.connection.port)
         self.connection = replace(self.connection, opening=len(self.opened))
         return len(self.opened)

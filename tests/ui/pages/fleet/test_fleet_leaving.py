@@ -13,13 +13,13 @@ from ui.shell.attention import Attention
 from ui.widgets.notice_bar import NoticeBar
 
 
-def attention_of(desk: Desk) -> tuple[Attention, NoticeBar]:
-    """The window's, wired as there."""
+def attention_of(desk: Desk, page: str = "fleet") -> tuple[Attention, NoticeBar]:
+    """The window's, wired as there, while this page is shown."""
     bar, connector = NoticeBar(Texts()), desk.ports.connector
     desk.qtbot.addWidget(bar)
     attention = Attention(
         connector, bar, acts={}, pending_edits=desk.services.pending_edits, go_to=lambda _page: None,
-        shown_page=lambda: "fleet", is_choosing=lambda: False, find_left=lambda: None, parent=desk.page,
+        shown_page=lambda: page, is_choosing=lambda: False, find_left=lambda: None, parent=desk.page,
     )  # fmt: skip
     connector.before_new = attention.leave_edits
     connector.before_leaving = lambda port, act: attention.leave(act, port=port)
@@ -113,3 +113,17 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     button.click()
     assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
     assert not closed
+
+
+def test_a_lock_that_another_port_does_not_confirm_is_said_on_every_page(desk: Desk) -> None:
+    desk.plug_in(2, active=True)
+    _, bar = attention_of(desk, page="live")
+    (_, first), (second, worker) = desk.modules
+    second.module.choose("M-02")
+    second.lock._finish(Locked(outcome=Outcome.UNKNOWN, sent=50))
+    assert bar.notice is not None
+    assert bar.notice.text == "NOT reported, treat as ACTIVE: M-02"
+    press(bar, "lock_others")
+    assert [len(one.wanted(is_urgent=True)) for one in (first, worker)] == [0, 1]
+    lock_reported(desk, second, worker)
+    assert bar.notice is None
