@@ -11,6 +11,7 @@ from app.archive.local_facts import find_others
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import KnownStation, Stations, is_same_fingerprint
 from app.stations.station import fingerprint_of
+from app.store.database import FILE_NAME
 from app.store.store import Store
 from app.system.folders import data_folder
 from app.terminal import console
@@ -94,6 +95,8 @@ def _line(station: KnownStation) -> str:
 
 
 def _log(store: Store | None) -> int:
+    if store is None and (data_folder() / FILE_NAME).exists():
+        return console.USAGE_ERROR  # why it cannot be opened is said
     if store is None:
         raise console.Refused(tr("No audit log."))
     faults, count = store.facts.faults(), len(store.audit())

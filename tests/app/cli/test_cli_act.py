@@ -126,6 +126,7 @@ def test_this_computers_own_records_are_intact(tmp_path: Path, capsys: pytest.Ca
 
 def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["verify", "--log"]) == 2
+    assert "No audit log." in capsys.readouterr().err
     assert not data_folder().exists()
     with closing(open_store()) as store:
         for _ in range(3):
@@ -135,3 +136,11 @@ def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
     tamper(data_folder() / FILE_NAME, "DELETE FROM facts WHERE number = 2")
     assert program.main(["verify", "--log"]) == 1
     assert capsys.readouterr().out == "Entry 2 was removed.\n"
+
+
+def test_an_audit_log_that_cannot_be_opened_is_not_said_to_be_none(capsys: pytest.CaptureFixture[str]) -> None:
+    (data_folder() / FILE_NAME).mkdir(parents=True)
+    assert program.main(["verify", "--log"]) == 2
+    said = capsys.readouterr().err
+    assert FILE_NAME in said
+    assert "No audit log." not in said
