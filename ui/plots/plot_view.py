@@ -253,7 +253,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             if near is not None and last.left() <= lane.x(near.time_s) <= last.right():
                 overlay.dots.append((QPointF(lane.x(near.time_s), y), lane.ink))
             tag(text, y - 14, lane.box)
-        row = QRectF(last.left(), last.bottom() + 2, self.viewport().width() - last.left(), self.times.height())
+        row = QRectF(last.left(), last.bottom(), self.viewport().width() - last.left(), self.times.height())
         return tag(self.cursor_time, row.center().y(), row)
 
     # Mouse and keyboard

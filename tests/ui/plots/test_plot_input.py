@@ -4,7 +4,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QMouseEvent, QPainter
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
@@ -186,6 +186,7 @@ def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
     assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
     assert bench.plot.reading.endswith("Tilt 12°, Acceleration 1.0 g")
     assert {"12°", "1.0 g"} <= set(bench.words)
+    assert all(QRectF(bench.view.viewport().rect()).contains(room) for room in bench.words.values())
     middle = pytest.approx(bench.lane.box.center().x(), abs=1)
     assert bench.lines == [middle]
     dot = bench.dots[0]
