@@ -157,7 +157,7 @@ def _read_act(fact: Fact, end: Fact | None) -> AuditEntry | None:
     try:
         if fact.kind == FactKind.AUDIT.value:
             return former_entry(fact.content["entry"])
-        return audit_entry(0, fact.made_at, fact.content, end.made_at if end else None, end.content if end else {})
+        return audit_entry(0, fact.made_at, fact.content, end.content if end else {})
     except (UserError, ValueError, LookupError, TypeError, AttributeError):
         return None
 

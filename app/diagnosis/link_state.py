@@ -10,7 +10,7 @@ from app.engine.device import DeviceView
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
-from app.procedures.handshake import Handshake, NoAnswer, Silence
+from app.procedures.handshake import NoAnswer, Silence
 from app.safety.last_known import keep_away
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -79,15 +79,16 @@ class LinkText:
 def link_state(
     connection: Connection,
     device: DeviceView,
-    handshake: Handshake | None,
+    silence: Silence | None,
     *,
     is_finding: bool,
     absence: Absence | None = None,
     switched_off_at: float | None = None,
     was_active: bool = False,
 ) -> LinkState:
-    """`absence`: why a lost port is not open again. `switched_off_at`: `time.time()` of a shutdown by command since
-    which the module has not answered. `was_active`: it was ACTIVE when it was last heard."""
+    """`silence`: what came instead of an answer, as far as is known. `absence`: why a lost port is not open again.
+    `switched_off_at`: `time.time()` of a shutdown by command since which the module has not answered. `was_active`: it
+    was ACTIVE when it was last heard."""
     state = partial(LinkState, port=connection.port, baud_rate=connection.baud_rate, was_active=was_active)
     if absence is not None and absence.is_waiting:
         return state(Phase.LOST, trouble=connection.trouble, absence=absence)
@@ -103,13 +104,13 @@ def link_state(
         return state(Phase.LATE, lag_s=round((device.lag_s or 0.0) * 2) / 2)
     if device.presence is Presence.ONLINE:
         return state(Phase.ONLINE)
-    is_mute = handshake is None or handshake.silence in (None, Silence.NOTHING)
+    is_mute = silence in (None, Silence.NOTHING)
     if switched_off_at is not None and (device.values or is_mute):
         return state(Phase.SWITCHED_OFF, off_at=switched_off_at)
     if device.values:
         return state(Phase.OFFLINE, since=device.presence_since)
-    if handshake is not None and handshake.silence is not None:
-        return state(Phase.SILENT, silence=handshake.silence)
+    if silence is not None:
+        return state(Phase.SILENT, silence=silence)
     return state(Phase.ASKING)
 
 

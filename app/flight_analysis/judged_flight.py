@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.firing.judge import TriggerLimits
-from app.firing.what_if import NearFall, NearTilt, judge_samples
+from app.firing.what_if import NearFall, judge_samples
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view, to_steps
 from protocol.catalogue import DEGREE, TENTH_G
@@ -23,7 +23,6 @@ class LogFiring(NamedTuple):
     """Whole degrees, as a module reports it."""
     acceleration_g: float
     """Tenths of g, as a module reports it."""
-    altitude_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +33,6 @@ class JudgedFlight:
     reading: RuleReading
     firings: tuple[LogFiring, ...]
     """In order of time, the first 500 of each trigger."""
-    firing_count: int
-    """All, including those that are not listed."""
-    near_tilts: tuple[NearTilt, ...]
-    """Angles near the threshold, the nearest first."""
     near_falls: tuple[NearFall, ...]
     """Falls that were too short, the longest first."""
 
@@ -57,8 +52,6 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
         limits,
         reading,
         tuple(_firing(log, at_s, sources[at_s]) for at_s in sorted(sources)),
-        len(sources) + sum(found.firing_count - len(found.firings) for found in (tilt, fall)),
-        tilt.near_tilts,
         fall.near_falls,
     )
 
@@ -66,11 +59,9 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
 def _firing(log: FlightLog, at_s: float, sources: Source) -> LogFiring:
     row = int(np.searchsorted(log.time_s, at_s, "left"))
     tilt, force = log.tilt_deg[row : row + 1], log.specific_force_g[row : row + 1]
-    altitude_m = float("nan") if log.altitude_m is None else float(log.altitude_m[row])
     return LogFiring(
         at_s,
         sources,
         float(to_steps(tilt, DEGREE.per_unit)[0]),
         float(to_steps(force, TENTH_G.per_unit)[0]),
-        altitude_m,
     )

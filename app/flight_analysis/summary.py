@@ -8,7 +8,7 @@ import numpy as np
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import NEVER, FiringCurves, firing_curves
-from app.flight_logs.flight_log import Flags, FlightLog, Floats, LogFormat
+from app.flight_logs.flight_log import Flags, FlightLog, Floats
 from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
 from app.text.i18n import tr
@@ -148,7 +148,6 @@ class FlightSummary:
 
     name: str
     """Path of the file as given."""
-    format: LogFormat
     duration_s: float
     not_judged_s: float
     tilt_max_deg: float
@@ -196,7 +195,6 @@ def summarise(log: FlightLog) -> FlightSummary:
     altitude_time_s, altitude_m = _altitude(log)
     return FlightSummary(
         name=log.name,
-        format=log.format,
         duration_s=log.duration_s,
         not_judged_s=log.not_judged_s,
         tilt_max_deg=float(tilts.max()) if len(tilts) else math.nan,

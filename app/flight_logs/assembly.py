@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import MAX_GAP_S
-from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, LogFormat, ModeChange, unreadable
+from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, unreadable
 from app.flight_logs.module_view import averaged
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
 from app.text.messages import UserMessage, message
@@ -57,7 +57,6 @@ def assembled(raw: RawLog) -> FlightLog:
     _note_pauses(time_s, is_judged, problems)
     return FlightLog(
         name=raw.name,
-        format=raw.format,
         time_s=time_s,
         tilt_deg=tilt_deg,
         specific_force_g=force_g,
@@ -66,7 +65,6 @@ def assembled(raw: RawLog) -> FlightLog:
         is_armed=is_armed,
         is_on_ground=is_on_ground,
         altitude_m=None if raw.altitude_m is None else _altitude_at(raw.altitude_m, time_s + start_s),
-        modes=tuple(ModeChange(mode.time_s - start_s, mode.name) for mode in raw.modes),
         problems=tuple(dict.fromkeys(problems)),
     )
 
@@ -264,7 +262,7 @@ class Reports(NamedTuple):
     resets_s: tuple[float, ...] = ()
 
 
-def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: list[UserMessage]) -> FlightLog:
+def flight_of_reports(name: str, reports: Reports, problems: list[UserMessage]) -> FlightLog:
     """Makes each report a row. Raises `UserError` where there is none."""
     time_s, tilt_deg, acceleration_g, resets_s = reports
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
@@ -281,7 +279,6 @@ def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: li
     _note_pauses(time_s, is_judged, problems)
     return FlightLog(
         name=name,
-        format=kind,
         time_s=time_s - start_s,
         tilt_deg=tilt_deg.round(_DECIMALS),
         specific_force_g=acceleration_g.round(_DECIMALS),

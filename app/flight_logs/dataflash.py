@@ -1,5 +1,5 @@
 """Reads ArduPilot's DataFlash logs (`.bin`), which define their own record formats: attitude, acceleration of every
-sensor, altitude, arming, landing, modes.
+sensor, altitude, arming, landing.
 
 Read without pymavlink, which is larger than the rest of the program: see docs/flight-logs.md.
 """
@@ -11,8 +11,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, LogFormat, ModeChange, unreadable
-from app.flight_logs.raw_log import MAX_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
+from app.flight_logs.flight_log import Floats, unreadable
+from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
 from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable, read_bytes
 from app.text.messages import message
 from protocol.translatable import marked
@@ -98,14 +98,9 @@ class DataflashFile:
 
 
 TABLES: Final = frozenset({
-    "ATT", "AHR2", "IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3", "EV", "ARM", "MODE", "BARO", "CTUN", "POS",
-    "MSG",
+    "ATT", "AHR2", "IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3", "EV", "ARM", "BARO", "CTUN", "POS",
 })  # fmt: skip
 EVENT_ARMED, EVENT_DISARMED, EVENT_LANDED, EVENT_NOT_LANDED = 10, 11, 18, 28
-COPTER_MODES: Final = {
-    0: "STABILIZE", 1: "ACRO", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 5: "LOITER", 6: "RTL", 7: "CIRCLE", 9: "LAND",
-    11: "DRIFT", 13: "SPORT", 14: "FLIP", 15: "AUTOTUNE", 16: "POSHOLD", 17: "BRAKE", 18: "THROW", 21: "SMART_RTL",
-}  # fmt: skip
 _CLOCKS: Final = (("TimeUS", 1e-6), ("TimeMS", 1e-3))
 _SENSORS: Final = ("IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3")
 _MAX_SENSORS: Final = 6
@@ -114,7 +109,7 @@ _MAX_SENSORS: Final = 6
 def read_dataflash(path: Path) -> RawLog:
     """Raises `UserError`, OSError."""
     file = DataflashFile(read_bytes(path), TABLES)
-    raw = RawLog(name=str(path), format=LogFormat.DATAFLASH)
+    raw = RawLog(name=str(path))
     for name in ("ATT", "AHR2"):
         table = file.tables.get(name)
         if table is not None and table.has("Roll", "Pitch"):
@@ -127,7 +122,6 @@ def read_dataflash(path: Path) -> RawLog:
     raw.forces_g = raw.forces_g[:_MAX_SENSORS]
     raw.altitude_m = _altitude(file)
     _read_events(file, raw)
-    _read_modes(file, raw)
     if file.skipped_bytes:
         raw.problems.append(message(marked("Damaged; bytes left out: {count}."), count=f"{file.skipped_bytes:,}"))
     return raw
@@ -182,18 +176,3 @@ def _read_events(file: DataflashFile, raw: RawLog) -> None:
 def _switched(time_s: Floats, numbers: Floats, turns_on: int, turns_off: int) -> FlagChannel | None:
     rows = np.isin(numbers, (turns_on, turns_off))
     return FlagChannel(time_s[rows], numbers[rows] == turns_on, is_changes=True) if rows.any() else None
-
-
-def _read_modes(file: DataflashFile, raw: RawLog) -> None:
-    table, messages = file.tables.get("MODE"), file.tables.get("MSG")
-    if table is None or not table.has("Mode") or not any(table.has(clock) for clock, _ in _CLOCKS):
-        return
-    said_texts = messages.texts("Message") if messages is not None and messages.has("Message") else []
-    is_copter = any("copter" in text.lower() for text in said_texts)
-    names = COPTER_MODES if is_copter else {}
-    numbers = table.column("Mode")
-    raw.modes = [
-        ModeChange(float(at_s), names.get(int(number), f"mode {int(number)}"))
-        for at_s, number in zip(_times(table)[:MAX_MODES], numbers[:MAX_MODES], strict=True)
-        if np.isfinite(number)
-    ]

@@ -5,8 +5,7 @@ Times are seconds since the first sample, angles degrees, accelerations multiple
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import Enum
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,26 +25,9 @@ REPORT_HZ: Final = 50
 """Rows per second of a `FlightLog` that no module measured; the rate of the simulated module."""
 
 
-class LogFormat(Enum):
-    """Kind of file; the value is the name that is shown."""
-
-    ULOG = "PX4 ULog"
-    DATAFLASH = "ArduPilot DataFlash"
-    CSV = "CSV"
-    RECORDING = marked("recording")
-
-
 def unreadable(why: str) -> UserError:
     """`why` without a full stop, English, marked."""
     return UserError(marked("{why}."), why=message(why))
-
-
-class ModeChange(NamedTuple):
-    """The flight mode from this time on."""
-
-    time_s: float
-    name: str
-    """The flight controller's name: "LOITER", "mode 5"."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,7 +39,6 @@ class FlightLog:
 
     name: str
     """Path of the file as given."""
-    format: LogFormat
     time_s: Floats
     """Ascending seconds since the first sample."""
     tilt_deg: Floats
@@ -74,8 +55,6 @@ class FlightLog:
     """None: the log does not say."""
     altitude_m: Floats | None = None
     """Above any fixed level; NaN where unknown. None: the log does not say."""
-    modes: tuple[ModeChange, ...] = ()
-    """In order of time."""
     resets_s: tuple[float, ...] = ()
     """Times at which the measuring module restarted."""
     problems: tuple[UserMessage, ...] = field(default=())

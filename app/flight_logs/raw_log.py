@@ -5,11 +5,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Flags, Floats, LogFormat, ModeChange
+from app.flight_logs.flight_log import Flags, Floats
 from app.text.messages import UserMessage
 
 STANDARD_GRAVITY_M_S2: Final = 9.80665
-MAX_MODES: Final = 10_000
 
 
 class Channel(NamedTuple):
@@ -33,15 +32,12 @@ class RawLog:
     """Candidates of a quantity are in order of preference."""
 
     name: str
-    format: LogFormat
     tilts_deg: list[Channel] = field(default_factory=list)
     forces_g: list[Channel] = field(default_factory=list)
     """Length of the specific force, one channel for each sensor."""
     altitude_m: Channel | None = None
     armed: FlagChannel | None = None
     on_ground: FlagChannel | None = None
-    modes: list[ModeChange] = field(default_factory=list)
-    """On the log's clock."""
     problems: list[UserMessage] = field(default_factory=list)
 
 

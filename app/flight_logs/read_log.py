@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Iterator
+from enum import Enum
 from pathlib import Path
 from typing import Final
 
@@ -9,11 +10,19 @@ import numpy as np
 
 from app.flight_logs.assembly import Reports, assembled, flight_of_reports
 from app.flight_logs.csv_columns import CsvColumns
-from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, LogFormat, Progress, unreadable
+from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Progress, unreadable
 from app.text.messages import message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
+
+
+class LogFormat(Enum):
+    ULOG = "PX4 ULog"
+    DATAFLASH = "ArduPilot DataFlash"
+    CSV = "CSV"
+    RECORDING = "recording"
+
 
 SUFFIXES: Final = {
     ".ulg": LogFormat.ULOG,
@@ -83,7 +92,7 @@ def _read_session(path: Path) -> FlightLog:
         raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
     if entry.was_cut_off:
         problems.append(message(marked("cut off")))
-    return flight_of_reports(str(path), LogFormat.RECORDING, reports, problems)
+    return flight_of_reports(str(path), reports, problems)
 
 
 def format_of(path: Path) -> LogFormat | None:

@@ -18,7 +18,6 @@ MAX_WALKED: Final = 100_000_000
 """Records of all types; later ones are not read."""
 MAX_DAMAGES: Final = 1_000_000
 """Places without an expected record; what follows is not read."""
-MAX_TEXTS: Final = 1000
 
 
 def read_bytes(path: Path) -> bytes:
@@ -59,14 +58,8 @@ class RecordTable:
             values: Floats = self._gathered(name).astype(np.float64) * scale
         return values
 
-    def texts(self, name: str) -> list[str]:
-        """The first thousand texts, up to the first NUL of each."""
-        if not self.fields[name].kind.startswith("S"):
-            return []
-        return [text.split(b"\0")[0].decode("latin-1") for text in self._gathered(name, MAX_TEXTS).tolist()]
-
-    def _gathered(self, name: str, most: int | None = None) -> NDArray[Any]:
+    def _gathered(self, name: str) -> NDArray[Any]:
         offset, kind, _ = self.fields[name]
-        places, wanted = np.frombuffer(self.places, np.int64)[:most] + offset, np.dtype(kind)
+        places, wanted = np.frombuffer(self.places, np.int64) + offset, np.dtype(kind)
         raw = np.frombuffer(self.data, np.uint8)[places[:, None] + np.arange(wanted.itemsize)]
         return np.ascontiguousarray(raw).view(wanted).reshape(len(places))

@@ -1,4 +1,4 @@
-"""Reads PX4's ULog, versions 0 and 1: attitude, acceleration of every sensor, altitude, arming, landing, modes.
+"""Reads PX4's ULog, versions 0 and 1: attitude, acceleration of every sensor, altitude, arming, landing.
 
 https://docs.px4.io/main/en/dev_log/ulog_file_format.html
 
@@ -15,8 +15,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flight_logs.flight_log import Floats, LogFormat, ModeChange, unreadable
-from app.flight_logs.raw_log import MAX_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
+from app.flight_logs.flight_log import Floats, unreadable
+from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
 from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, RecordField, RecordTable, read_bytes
 from app.text.messages import message
 from protocol.translatable import marked
@@ -187,10 +187,6 @@ TOPICS: Final = frozenset(
 )  # fmt: skip
 ARMED: Final = 2
 """vehicle_status.arming_state."""
-NAV_STATES: Final = {
-    0: "MANUAL", 1: "ALTCTL", 2: "POSCTL", 3: "MISSION", 4: "LOITER", 5: "RTL", 10: "ACRO", 12: "DESCEND",
-    13: "TERMINATION", 14: "OFFBOARD", 15: "STAB", 17: "TAKEOFF", 18: "LAND", 19: "FOLLOW", 20: "PRECLAND", 21: "ORBIT",
-}  # fmt: skip
 _MICROSECOND: Final = 1e-6
 _MAX_SENSORS: Final = 6
 
@@ -198,7 +194,7 @@ _MAX_SENSORS: Final = 6
 def read_ulog(path: Path) -> RawLog:
     """Raises `UserError`, OSError."""
     file = UlogFile(read_bytes(path), TOPICS)
-    raw = RawLog(name=str(path), format=LogFormat.ULOG)
+    raw = RawLog(name=str(path))
     for topic in sorted(file.topics, key=lambda topic: topic.instance):
         if topic.has("timestamp"):
             _read_topic(topic, raw)
@@ -222,11 +218,8 @@ def _read_topic(topic: UlogTopic, raw: RawLog) -> None:
             raw.altitude_m = Channel(time_s, topic.column("baro_alt_meter"))
         case "vehicle_land_detected" if topic.has("landed"):
             raw.on_ground = FlagChannel(time_s, topic.column("landed") != 0)
-        case "vehicle_status":
-            if topic.has("arming_state"):
-                raw.armed = FlagChannel(time_s, topic.column("arming_state") == ARMED)
-            if topic.has("nav_state"):
-                raw.modes = _modes(time_s, topic.column("nav_state"))
+        case "vehicle_status" if topic.has("arming_state"):
+            raw.armed = FlagChannel(time_s, topic.column("arming_state") == ARMED)
         case _:
             pass
 
@@ -264,11 +257,3 @@ def _over_time(topic: UlogTopic, axes: list[Floats]) -> list[Floats]:
     took_s = topic.column("delta_velocity_dt") * _MICROSECOND
     took_s[took_s <= 0] = np.nan
     return [axis / took_s for axis in axes]
-
-
-def _modes(time_s: Floats, states: Floats) -> list[ModeChange]:
-    changes = np.flatnonzero(np.diff(states, prepend=-1.0) != 0)[:MAX_MODES]
-    return [
-        ModeChange(float(time_s[change]), NAV_STATES.get(int(states[change]), f"mode {int(states[change])}"))
-        for change in changes
-    ]

@@ -6094,10 +6094,6 @@
         <translation>记录内容</translation>
     </message>
     <message>
-        <source>recording</source>
-        <translation>回放记录</translation>
-    </message>
-    <message>
         <source>refused</source>
         <translation>被拒绝</translation>
     </message>

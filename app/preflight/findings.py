@@ -105,4 +105,3 @@ def judged(measured: Value | str, shown: str | UserMessage, limit: UserMessage, 
 
 
 YES = message(marked("yes"))
-NO = message(marked("no"))

@@ -1,6 +1,5 @@
 """Detects whether a module answers, and what is received if none does."""
 
-from dataclasses import dataclass
 from enum import Enum
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
@@ -33,25 +32,13 @@ class NoAnswer(Exception):
         self.silence = silence
 
 
-@dataclass(frozen=True, slots=True)
-class Handshake:
-    """`silence` is None if the module answered; `round_trip_s`: if it answered the first heartbeat."""
-
-    silence: Silence | None
-    round_trip_s: float | None = None
-
-    @property
-    def is_answered(self) -> bool:
-        return self.silence is None
-
-
-def handshake() -> Procedure[Handshake]:
+def handshake() -> Procedure[Silence | None]:
+    """What came instead of an answer; None if the module answered."""
     before: EngineView = yield Inspect()
-    outcome = yield Ask(HEARTBEAT.query(), HANDSHAKE_WAITS_S)
-    if isinstance(outcome, Answered):
-        return Handshake(None, outcome.round_trip_s)
+    if isinstance((yield Ask(HEARTBEAT.query(), HANDSHAKE_WAITS_S)), Answered):
+        return None
     after: EngineView = yield Inspect()
-    return Handshake(what_came(after.link.counters - before.link.counters))
+    return what_came(after.link.counters - before.link.counters)
 
 
 def what_came(counters: Counters, noise: bytes = b"") -> Silence:

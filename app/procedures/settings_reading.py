@@ -29,7 +29,7 @@ class ReadFault(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SettingsReading:
-    """Values by key, in the field's unit. Times are monotonic seconds."""
+    """Values by key, in the field's unit. `began_at`: monotonic seconds."""
 
     values: Mapping[str, Value]
     faults: Mapping[str, ReadFault]
@@ -41,7 +41,6 @@ class SettingsReading:
     is_silent: bool = False
     """The module stopped answering; the rest was not asked for."""
     began_at: float
-    ended_at: float
 
     @property
     def is_complete(self) -> bool:
@@ -71,7 +70,6 @@ def read_settings() -> Procedure[SettingsReading]:
     has_restarted = yield from restarted_since(begin)
     counts = {*boots}
     is_restarted = has_restarted or len(counts - {None}) > 1
-    end: EngineView = yield Inspect()
     return SettingsReading(
         values=values,
         faults=faults,
@@ -79,7 +77,6 @@ def read_settings() -> Procedure[SettingsReading]:
         is_restarted=is_restarted,
         is_silent=is_silent,
         began_at=begin.now,
-        ended_at=end.now,
     )
 
 

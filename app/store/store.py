@@ -33,16 +33,14 @@ class Module:
 
 @dataclass(frozen=True, slots=True)
 class AuditEntry:
-    """`settled_at` None: the program ended before the outcome was known; the outcome reads as unknown."""
+    """The outcome of one that the program did not see the end of reads as unknown."""
 
     id: int
     port: str
-    origin: str
     at: str
     act: Act
     frame: bytes
     detail: Mapping[str, object]
-    settled_at: str | None
     outcome: Outcome
     result: Mapping[str, object]
 
@@ -145,18 +143,18 @@ class Store:
         """The newest first; of these acts, or of all."""
         which = f"AND a.link IN ({', '.join('?' * len(acts))})" if acts else ""
         rows = self.database.read(
-            "SELECT a.number, a.kind, a.made_at, a.payload, o.made_at, o.payload FROM facts a "  # noqa: S608
+            "SELECT a.number, a.kind, a.made_at, a.payload, o.payload FROM facts a "  # noqa: S608
             f"LEFT JOIN facts o ON o.link = a.hash AND o.kind = ? WHERE a.kind IN (?, ?) {which} ORDER BY a.number",
             (FactKind.OUTCOME.value, FactKind.ACT.value, FactKind.AUDIT.value, *(act.value for act in acts)),
         )
         entries: dict[object, AuditEntry] = {}
-        for number, kind, at, payload, settled_at, outcome in rows:
+        for number, kind, at, payload, outcome in rows:
             content = object_in(payload)
             if kind == FactKind.AUDIT.value:
                 entry = former_entry(content["entry"])
                 entries["former", entry.id] = entry
             else:
-                entries[number] = audit_entry(number, at, content, settled_at, object_in(outcome))
+                entries[number] = audit_entry(number, at, content, object_in(outcome))
         return tuple(reversed(entries.values()))
 
     def pending_bauds(self) -> tuple[PendingBaud, ...]:
@@ -178,12 +176,10 @@ def _module(name: str, state: Mapping[str, Any]) -> Module:
     return Module(name, str(state.get("adapter", "")), str(state.get("first_seen_at", "")))
 
 
-def audit_entry(
-    number: int, at: str, content: Mapping[str, Any], settled_at: str | None, outcome: Mapping[str, Any]
-) -> AuditEntry:
+def audit_entry(number: int, at: str, content: Mapping[str, Any], outcome: Mapping[str, Any]) -> AuditEntry:
     return AuditEntry(
-        number, content["port"], content["origin"], at, Act(content["act"]), bytes.fromhex(content["frame"]),
-        content["detail"], settled_at, Outcome(outcome.get("outcome", Outcome.UNKNOWN.value)),
+        number, content["port"], at, Act(content["act"]), bytes.fromhex(content["frame"]),
+        content["detail"], Outcome(outcome.get("outcome", Outcome.UNKNOWN.value)),
         outcome.get("result", {}),
     )  # fmt: skip
 
@@ -192,7 +188,7 @@ def former_entry(entry: Sequence[Any]) -> AuditEntry:
     """An act as the former audit log had it."""
     of = dict(zip(FORMER_ENTRY, entry, strict=True))
     end = {"result": object_in(of["result"])} | ({"outcome": of["outcome"]} if of["outcome"] else {})
-    return audit_entry(of["id"], of["at"], {**of, "detail": object_in(of["detail"])}, of["settled_at"], end)
+    return audit_entry(of["id"], of["at"], {**of, "detail": object_in(of["detail"])}, end)
 
 
 def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:

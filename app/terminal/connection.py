@@ -225,9 +225,9 @@ def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> 
         if search.baud_rate is None:
             raise NoLink(no_module_found(port))
         return
-    answer = conversation.run(handshake())
-    if answer.silence is not None:
-        raise NoAnswer(port, baud_rate, answer.silence)
+    silence = conversation.run(handshake())
+    if silence is not None:
+        raise NoAnswer(port, baud_rate, silence)
 
 
 def no_module_found(port: str) -> str:

@@ -20,7 +20,7 @@ from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
 from app.procedures.find import Found, find_rate
-from app.procedures.handshake import Handshake, handshake
+from app.procedures.handshake import Silence, handshake
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
@@ -76,7 +76,7 @@ class PortConnection(QObject):
         self._ports.listed.connect(self._on_ports)
         self.target: Target | None = None
         self.last = Batch(clock(), Connection(), DeviceView(), None)
-        self._handshake: Handshake | None = None
+        self._silence: Silence | None = None
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         self._finding: Job[Found] | None = None
         self._last_known = LastKnown()
@@ -132,7 +132,7 @@ class PortConnection(QObject):
         elif not self.is_requested and connection.state is PortState.CLOSED:
             connection = replace(connection, trouble=None)  # that port is no longer wanted
         return link_state(
-            connection, self.device, self._handshake, is_finding=self._finding is not None,
+            connection, self.device, self._silence, is_finding=self._finding is not None,
             absence=self._return.absence, switched_off_at=self._last_known.switched_off_at, was_active=self.is_active,
         )  # fmt: skip
 
@@ -268,7 +268,7 @@ class PortConnection(QObject):
 
     def _open(self, target: Target, expected: Expected | None) -> None:
         self.target = target
-        self._handshake = self._finding = None
+        self._silence = self._finding = None
         self.stream_memory = self._memory_of(target)
         background = partial(watch, self.stream, memory=self.stream_memory)
         device, rate, is_another = target.device, target.baud_rate, not self.device.values
@@ -374,9 +374,9 @@ class PortConnection(QObject):
         """Who is there?"""
         opening = self._opening
 
-        def end(job: Job[Handshake]) -> None:
+        def end(job: Job[Silence | None]) -> None:
             if opening == self._opening and job.run.error is None:
-                self._handshake = job.outcome()
+                self._silence = job.outcome()
 
         self.run(handshake(), end)
 

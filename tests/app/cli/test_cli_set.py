@@ -15,6 +15,7 @@ from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile, save_profile
 from app.settings.profiles import Profile
 from app.store.database import FILE_NAME
+from app.store.facts import FactKind
 from app.store.store import open_store
 from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
@@ -134,9 +135,8 @@ def test_it_is_recorded_and_the_old_values_are_kept(port: str, capsys: pytest.Ca
     store = open_store()
     try:
         (entry,) = store.audit()
-        assert (entry.act, entry.outcome, entry.port, entry.origin) == (
-            Act.WRITE, Outcome.CONFIRMED, port, "command line",
-        )  # fmt: skip
+        assert (entry.act, entry.outcome, entry.port) == (Act.WRITE, Outcome.CONFIRMED, port)
+        assert store.facts.select(FactKind.ACT)[0].content["origin"] == "command line"
         assert entry.frame == BY_NAME["freefall_time"].set(1.2).encode()
         assert entry.result["read_back"] == 1.2
         (kept,) = kept_settings(store)

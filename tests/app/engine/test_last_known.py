@@ -15,7 +15,7 @@ from app.diagnosis.link_state import Phase, link_state, link_text
 from app.engine.device import Device, DeviceView, How, Known, StaleReason
 from app.engine.motion import WATCHED_FOR_S, MotionExtremes, MotionWatch
 from app.engine.worker import Connection, PortState
-from app.procedures.handshake import Handshake, Silence
+from app.procedures.handshake import Silence
 from app.procedures.read import read_everything
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, interlock_inputs, refusals
@@ -107,8 +107,8 @@ def test_the_chip_of_a_lost_active_is_amber_and_hatched(chip: StateChip) -> None
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 
 
-def offline(last: LastKnown, device: DeviceView, greeting: Handshake | None = None) -> Any:
-    return link_state(OPEN, device, greeting, is_finding=False, switched_off_at=last.switched_off_at)
+def offline(last: LastKnown, device: DeviceView, silence: Silence | None = None) -> Any:
+    return link_state(OPEN, device, silence, is_finding=False, switched_off_at=last.switched_off_at)
 
 
 def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
@@ -144,8 +144,7 @@ def test_the_shut_down_of_one_module_is_not_that_of_another() -> None:
     last, nothing = LastKnown(), DeviceView()
     last.feed(nothing, "a")
     last.note_shutdown(NOW, 1_700_000_000.0)
-    garbage = Handshake(silence=Silence.GARBAGE)
-    assert offline(last, nothing, garbage).phase is Phase.SILENT  # somebody speaks, at another rate
+    assert offline(last, nothing, Silence.GARBAGE).phase is Phase.SILENT  # somebody speaks, at another rate
     assert offline(last, nothing).phase is Phase.SWITCHED_OFF
     last.feed(nothing, "b")
     assert offline(last, nothing).phase is Phase.ASKING

@@ -1,4 +1,4 @@
-"""Logs of every kind with known contents: times, tilt, acceleration, arming, landing, modes, altitude."""
+"""Logs of every kind with known contents: times, tilt, acceleration, arming, landing, altitude."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import pytest
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import judge_flight
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
-from app.flight_logs.flight_log import FlightLog, LogFormat, ModeChange
+from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.read_log import find_logs, read_flight_log
 from app.recordings.export import export
 from app.recordings.library import entry_of
@@ -43,11 +43,9 @@ def test_a_ulog_is_judged(tmp_path: Path) -> None:
     rows += made.ulog_altitude(STARTS_S + FAST[::10], 50 - FAST[::10])
     rows += made.ulog_status((STARTS_S, 2, 2), (STARTS_S + 3, 2, 5))
     log = read(tmp_path / "flight.ulg", made.ulog_bytes(rows))
-    assert log.format is LogFormat.ULOG
     assert fires(log) == EXPECTED
     assert log.duration_s == pytest.approx(9.99)
     assert log.not_judged_s == pytest.approx(0.0, abs=0.02)
-    assert log.modes == (ModeChange(0.0, "POSCTL"), ModeChange(pytest.approx(3.0), "RTL"))  # type: ignore[arg-type]
     assert log.altitude_m is not None
     assert log.altitude_m[log.time_s == 4.0] == pytest.approx(46.0, abs=0.05)
     assert log.problems == ()
@@ -58,9 +56,7 @@ def test_a_dataflash_log_is_judged(tmp_path: Path) -> None:
     rows += made.dataflash_altitude(STARTS_S + FAST[::10], 50 - FAST[::10])
     rows += made.dataflash_message(STARTS_S, "ArduCopter V4.5.1") + made.dataflash_modes((STARTS_S + 1, 5))
     log = read(tmp_path / "00000012.BIN", made.dataflash_bytes(rows))
-    assert log.format is LogFormat.DATAFLASH
     assert fires(log) == EXPECTED
-    assert log.modes == (ModeChange(pytest.approx(1.0), "LOITER"),)  # type: ignore[arg-type]
     assert log.altitude_m is not None
     assert log.altitude_m[log.time_s == 4.0] == pytest.approx(46.0, abs=0.05)
     assert log.problems == ()
@@ -122,7 +118,6 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
     folder = recorded_reports(tmp_path, zip(FAST.tolist(), TILT.tolist(), FORCE.tolist(), strict=True))
     export(entry_of(folder), tmp_path / "out.csv", is_table=True)
     logs = [read_flight_log(one) for one in (folder, tmp_path / "out.csv")]
-    assert [one.format for one in logs] == [LogFormat.RECORDING, LogFormat.CSV]
     for log in logs:
         assert len(log.time_s) == len(FAST)
         assert fires(log) == EXPECTED

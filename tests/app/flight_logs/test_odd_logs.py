@@ -8,7 +8,7 @@ import pytest
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import judge_flight
 from app.flight_logs.assembly import ascending, assembled
-from app.flight_logs.flight_log import FlightLog, LogFormat
+from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
 from app.flight_logs.read_log import read_flight_log
@@ -21,7 +21,7 @@ REST = np.ones(len(TIMES))
 
 
 def raw_log(*forces: Channel, tilt: Channel | None = None) -> RawLog:
-    raw = RawLog(name="x", format=LogFormat.CSV)
+    raw = RawLog(name="x")
     raw.tilts_deg = [Channel(TIMES, LEVEL) if tilt is None else tilt]
     raw.forces_g = list(forces) if forces else [Channel(TIMES, REST)]
     return raw
@@ -170,7 +170,7 @@ def test_quaternions_of_no_length_are_no_attitude() -> None:
 
 def test_a_log_without_attitude_and_acceleration_cannot_be_judged() -> None:
     with pytest.raises(UserError, match="no attitude and no acceleration"):
-        assembled(RawLog(name="x", format=LogFormat.CSV))
+        assembled(RawLog(name="x"))
 
 
 def test_two_sensors_of_one_table_and_the_landing_of_a_dataflash_log(tmp_path: Path) -> None:

@@ -190,7 +190,7 @@ def test_a_check_that_did_not_end_is_not_undisturbed() -> None:
 
 def reading(boot_count: int | None, status: StatusSample | None = LEVEL, freefall_time_s: float = 1.6) -> StateReading:
     settings = SettingsReading(
-        values={"freefall_time_s": freefall_time_s}, faults={}, boot_count=boot_count, began_at=0.0, ended_at=1.0
+        values={"freefall_time_s": freefall_time_s}, faults={}, boot_count=boot_count, began_at=0.0
     )
     return StateReading(settings, status)
 

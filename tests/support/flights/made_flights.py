@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from app.flight_logs.flight_log import REPORT_HZ, FlightLog, LogFormat
+from app.flight_logs.flight_log import REPORT_HZ, FlightLog
 
 STEP_S = 1 / REPORT_HZ
 
@@ -24,7 +24,6 @@ def made_flight(
     times = np.arange(count) / REPORT_HZ if time_s is None else np.asarray(time_s, np.float64)
     return FlightLog(
         name=name,
-        format=LogFormat.CSV,
         time_s=times,
         tilt_deg=np.broadcast_to(np.asarray(tilt_deg, np.float64), count).copy(),
         specific_force_g=np.broadcast_to(np.asarray(force_g, np.float64), count).copy(),

@@ -18,7 +18,7 @@ from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.handshake import Handshake, Silence
+from app.procedures.handshake import Silence
 from protocol.link_states import Presence
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -54,8 +54,7 @@ def phase(assembly: Assembly) -> Phase:
 def said_of(
     connection: Connection = OPEN, device: DeviceView = EMPTY, silence: Silence | None = None
 ) -> tuple[LinkState, LinkText]:
-    handshake = None if silence is None else Handshake(silence)
-    state = link_state(connection, device, handshake, is_finding=False)
+    state = link_state(connection, device, silence, is_finding=False)
     return state, link_text(state, 22.0)
 
 

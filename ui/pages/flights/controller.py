@@ -16,9 +16,8 @@ from app.flight_analysis.proposal import ThresholdProposal, propose, settings_of
 from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.csv_log import read_head
-from app.flight_logs.flight_log import LogFormat
 from app.flight_logs.module_view import RuleReading
-from app.flight_logs.read_log import find_logs, format_of
+from app.flight_logs.read_log import LogFormat, find_logs, format_of
 from app.text.messages import UserMessage
 from app.text.sentences import error_text
 from app.text.user_error import UserError
