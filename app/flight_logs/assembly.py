@@ -62,7 +62,6 @@ def assembled(raw: RawLog) -> FlightLog:
         specific_force_g=force_g,
         is_judged=is_judged,
         duration_s=end_s - start_s,
-        is_armed=is_armed,
         is_on_ground=is_on_ground,
         altitude_m=None if raw.altitude_m is None else _altitude_at(raw.altitude_m, time_s + start_s),
         problems=tuple(dict.fromkeys(problems)),

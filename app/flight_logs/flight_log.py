@@ -49,8 +49,6 @@ class FlightLog:
     """False before the first arming and after the landing: these rows are not judged."""
     duration_s: float
     """From the first sample of the log to its last."""
-    is_armed: Flags | None = None
-    """None: the log does not say."""
     is_on_ground: Flags | None = None
     """None: the log does not say."""
     altitude_m: Floats | None = None
