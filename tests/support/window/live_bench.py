@@ -98,12 +98,12 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     qtbot.addWidget(page)
     bench = Bench(qtbot, page, connector, texts, appearance, workers[0])
     moment.append(bench)
+    appearance.apply_theme(page)
     page.resize(876, 500)
     page.show()
     yield bench
     qtbot.waitUntil(lambda: not page.save.note.is_saving)
     page.hide()
     appearance.choose(Choice.LIGHT)
-    appearance.deleteLater()  # its connections would keep the page alive
     connector.stop(1.0)
     ports.stop(1.0)
