@@ -117,6 +117,7 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
         row.addWidget(page)
     qtbot.addWidget(shown)
     appearance.apply_theme(shown)
+    connector.setParent(shown)  # else its connections would keep the pages alive
     shown.resize(876 * len(kinds), 500)
     shown.show()
     desk = Desk(qtbot, storage, texts, pages.get(RecordingsPage), pages.get(LivePage))  # type: ignore[arg-type]
