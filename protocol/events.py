@@ -109,6 +109,8 @@ class FellSilent:
     """Questions go, or went, unanswered for `Timing.silent_gap_s` or longer: the module may have been exchanged."""
 
     at: float
+    lasted_s: float
+    """Until now."""
 
 
 @dataclass(frozen=True, slots=True)

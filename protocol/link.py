@@ -372,8 +372,9 @@ class Link:
         self._give_up(flight, now, events)
 
     def _note_silence(self, now: float, events: list[Event]) -> None:
-        if self.has_timed_out and now - (self.unanswered_since or now) >= self.timing.silent_gap_s:
-            events.append(FellSilent(now))
+        lasted_s = now - (self.unanswered_since or now)
+        if self.has_timed_out and lasted_s >= self.timing.silent_gap_s:
+            events.append(FellSilent(now, lasted_s))
 
     def _give_up(self, flight: Flight, now: float, events: list[Event]) -> None:
         fenced, self._behind_fence = self._behind_fence, None

@@ -24,6 +24,10 @@ WENT_BACK = 128
 """Of 256: a boot count that grew by this much more likely fell."""
 
 
+ABSENT_S = 1.0
+"""A module without a name that does not answer for as long may be another one."""
+
+
 class Trust(Enum):
     """`same_module` returns the first three."""
 
@@ -208,10 +212,11 @@ class IdentityCheck:
         is_named = self._identity.is_named
         known = evidence_of(device.view(now).values, is_fresh=False) if _may_tell(event) else UNKNOWN
         match event:
-            case FellSilent() | Restarted():
+            case Restarted():
                 is_in_doubt = is_named
-            case WentOffline():
-                is_in_doubt = is_named or (self._is_attended and known != UNKNOWN)
+            case FellSilent() | WentOffline():
+                is_absent = isinstance(event, WentOffline) or event.lasted_s >= ABSENT_S
+                is_in_doubt = is_named or (is_absent and self._is_attended and known != UNKNOWN)
             case Received(role=Role.ANSWER, message=Reading(command=command) as reading) if command is BOOT_COUNT:
                 # The frame, not `Answered`, which does not exist for the answer to a fence.
                 boots = int(reading.value)

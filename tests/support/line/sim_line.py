@@ -146,11 +146,16 @@ class Rig:
     """A session with its line and clock."""
 
     def __init__(
-        self, options: Mapping[str, Any] | None = None, *, baud_rate: int = 115200, expected: Expected | None = None
+        self,
+        options: Mapping[str, Any] | None = None,
+        *,
+        baud_rate: int = 115200,
+        expected: Expected | None = None,
+        is_attended: bool = False,
     ) -> None:
         self.clock = FakeClock()
         self.line = SimulatedLine(self.clock, options, baud_rate=baud_rate)
-        self.session = Session(self.line, self.clock, expected=expected)
+        self.session = Session(self.line, self.clock, expected=expected, is_attended=is_attended)
         self.clock.now_s += INSTANT_S
 
     @property
