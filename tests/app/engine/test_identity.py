@@ -172,24 +172,6 @@ def test_a_person_is_asked_if_it_is_not_read_within_three_seconds(after_s: float
     assert check.identity.trust is result
 
 
-@pytest.mark.parametrize("is_busy", [False, True])
-@pytest.mark.parametrize("lasts_s", [1.4, 1.7, 2.0, 2.5, 4.0])
-def test_a_module_without_a_name_is_asked_about_after_an_absence(lasts_s: float, *, is_busy: bool) -> None:
-    """Whenever it begins, also while something is read."""
-    for begins_s in (0.0, 0.07, 0.15, 0.23, 0.31, 0.4):
-        rig = Rig(OPTIONS, is_attended=True)
-        watched(rig)
-        rig.step_for(5 + begins_s)
-        assert trust(rig) is Trust.UNNAMED
-        rig.bench.change(mute=True)
-        if is_busy:
-            rig.session.run(Run(read_everything()))
-        rig.step_for(lasts_s)
-        rig.bench.end_faults()
-        rig.step_for(4)
-        assert trust(rig) is Trust.UNPROVEN, begins_s
-
-
 NOT_PROVEN = "Module not proven: only queries are sent."
 
 

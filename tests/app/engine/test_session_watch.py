@@ -7,12 +7,14 @@ from itertools import pairwise
 import pytest
 
 from app.engine.device import How, StaleReason
+from app.engine.identity import Trust
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
 from app.procedures.handshake import handshake
 from app.procedures.read import READABLE, read_everything
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT
+from tests.app.engine.test_identity import OPTIONS, trust
 from tests.support.line import reference_decoder
 from tests.support.line.sim_line import Rig, end_watch, settled_rig, watched
 
@@ -260,6 +262,24 @@ def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: fl
     rig.bench.end_faults()
     rig.step_for(0.3)
     assert rig.session.device.view(rig.clock()).known("attitude_trigger", rig.clock()) is None
+
+
+@pytest.mark.parametrize("is_busy", [False, True])
+@pytest.mark.parametrize("lasts_s", [1.4, 1.7, 2.0, 2.5, 4.0])
+def test_a_module_without_a_name_is_asked_about_after_an_absence(lasts_s: float, *, is_busy: bool) -> None:
+    """Whenever it begins, also while something is read."""
+    for begins_s in (0.0, 0.07, 0.15, 0.23, 0.31, 0.4):
+        rig = Rig(OPTIONS, is_attended=True)
+        watched(rig)
+        rig.step_for(5 + begins_s)
+        assert trust(rig) is Trust.UNNAMED
+        rig.bench.change(mute=True)
+        if is_busy:
+            rig.session.run(Run(read_everything()))
+        rig.step_for(lasts_s)
+        rig.bench.end_faults()
+        rig.step_for(4)
+        assert trust(rig) is Trust.UNPROVEN, begins_s
 
 
 def test_where_a_stream_ends_by_itself_everything_that_tells_modules_apart_is_read_at_once() -> None:

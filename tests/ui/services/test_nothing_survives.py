@@ -104,7 +104,7 @@ class Rig:
             notice.notify(Meaning.DANGER, lambda: "Said of it")
         self.assembly.storage.recordings.notify(Meaning.GOOD, lambda: "Said of it")
         self.assembly.window.show_message("Said of it")
-        self.pages["live"].save.note.show_message(lambda: "Said of it")
+        self.pages["live"].save.note._show(lambda: "Said of it")
         self.settle()
 
     def texts(self, key: str) -> Iterator[tuple[str, str]]:
