@@ -162,7 +162,7 @@ def _readable(row: FactRow) -> Fact | RefusedFact:
     try:
         return fact_of(row)
     except ValueError:
-        return _refused(row, marked("its content cannot be read"))
+        return _refused(row, marked("cannot be read"))
 
 
 def _signed(id_: str) -> bytes:

@@ -210,4 +210,4 @@ def _proposal_lines(flights: Sequence[FlightSummary], *, is_must: bool) -> list[
     values = " ".join(f"{key}={value}" for key, value in proposal.settings.items())
     margins = tr("Least margin: {tilt}°, {fall:.2f} s in {file}.",
                  tilt=nearest.attitude_deg, fall=nearest.freefall_s, file=nearest.name)  # fmt: skip
-    return ["", tr("Proposed: {values}", values=values), margins]
+    return ["", tr("Proposal: {limits}", limits=values), margins]

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
     if not history.is_confirmed:
-        console.notify(tr("The readings differ or frames were lost: records may be missing. Read again."))
+        console.notify(tr("The readings differ: records may be missing. Read again."))
         return console.PARTIAL
     return console.SUCCESS if is_written else console.PARTIAL
 

@@ -70,10 +70,6 @@
         <translation>01 已触发，其他未触发</translation>
     </message>
     <message>
-        <source>1. Bay closed</source>
-        <translation>1. 伞仓关闭</translation>
-    </message>
-    <message>
         <source>1. Connect: choose the adapter's port.
 2. Settings: compare with the vendor's advice.
 3. Pre-flight: check and activate before each flight, until it says GO.</source>
@@ -92,10 +88,6 @@
     <message>
         <source>115200 (usual)</source>
         <translation>115200（常用）</translation>
-    </message>
-    <message>
-        <source>2. Bay open</source>
-        <translation>2. 伞仓打开</translation>
     </message>
     <message>
         <source>24 mm tape…</source>
@@ -194,10 +186,6 @@
         <translation>A4 标签页…</translation>
     </message>
     <message>
-        <source>ACTIVE</source>
-        <translation>已激活</translation>
-    </message>
-    <message>
         <source>ACTIVE during the test</source>
         <translation>测试期间变为激活</translation>
     </message>
@@ -274,16 +262,8 @@
         <translation>由谁激活</translation>
     </message>
     <message>
-        <source>Activate…</source>
-        <translation>激活…</translation>
-    </message>
-    <message>
         <source>Activation</source>
         <translation>激活状态</translation>
-    </message>
-    <message>
-        <source>Active</source>
-        <translation>已激活</translation>
     </message>
     <message>
         <source>Active?</source>
@@ -340,10 +320,6 @@
     <message>
         <source>All</source>
         <translation>全部</translation>
-    </message>
-    <message>
-        <source>All are new, also those that resemble a known module</source>
-        <translation>全部是新模块，包括与已知模块相似的</translation>
     </message>
     <message>
         <source>All commands: {command}</source>
@@ -426,10 +402,6 @@
         <translation>所有站点的归档</translation>
     </message>
     <message>
-        <source>Archive of all stations…</source>
-        <translation>所有站点的归档…</translation>
-    </message>
-    <message>
         <source>Arm</source>
         <translation>预备</translation>
     </message>
@@ -446,10 +418,6 @@
         <translation>飞控解锁状态</translation>
     </message>
     <message>
-        <source>Arms for ten seconds. Nothing is sent yet.</source>
-        <translation>预备十秒钟。此时什么也不发送。</translation>
-    </message>
-    <message>
         <source>Arrow keys move, + and − zoom, Shift with arrow keys reads off</source>
         <translation>方向键移动，+ − 缩放，Shift 加方向键读数</translation>
     </message>
@@ -462,16 +430,8 @@
         <translation>请管理员授予串口访问权限。</translation>
     </message>
     <message>
-        <source>Asked at each start, and only if there is an address</source>
-        <translation>每次启动时查询，仅在填写了地址时</translation>
-    </message>
-    <message>
         <source>Asking the module…</source>
         <translation>正在询问模块…</translation>
-    </message>
-    <message>
-        <source>Asks once more before anything is sent.</source>
-        <translation>发送前会再问一次。</translation>
     </message>
     <message>
         <source>Assumed: LOCK, a restart or a 0.5 s pause ends a fall.</source>
@@ -488,10 +448,6 @@
     <message>
         <source>Attention: {count}</source>
         <translation>需处理：{count}</translation>
-    </message>
-    <message>
-        <source>Attitude</source>
-        <translation>姿态</translation>
     </message>
     <message>
         <source>Attitude threshold</source>
@@ -534,10 +490,6 @@
         <translation>新模块批量配置</translation>
     </message>
     <message>
-        <source>Batch of new modules…</source>
-        <translation>新模块批量配置…</translation>
-    </message>
-    <message>
         <source>Batch {names}, profile {profile}: {count} of {all} done</source>
         <translation>批次 {names}，配置文件 {profile}：已完成 {count}/{all}</translation>
     </message>
@@ -548,14 +500,6 @@
     <message>
         <source>Baud-rate timing</source>
         <translation>按波特率计时</translation>
-    </message>
-    <message>
-        <source>Bay closed</source>
-        <translation>伞仓关闭</translation>
-    </message>
-    <message>
-        <source>Bay open</source>
-        <translation>伞仓打开</translation>
     </message>
     <message>
         <source>Below 0.7 g.</source>
@@ -580,10 +524,6 @@
     <message>
         <source>Bit errors</source>
         <translation>位翻转</translation>
-    </message>
-    <message>
-        <source>Boot count</source>
-        <translation>开机次数</translation>
     </message>
     <message>
         <source>Boot count {before} → {after}.</source>
@@ -630,10 +570,6 @@
         <translation>取消</translation>
     </message>
     <message>
-        <source>Cancelled.</source>
-        <translation>已取消。</translation>
-    </message>
-    <message>
         <source>Cancelled: the rest is unknown.</source>
         <translation>已取消：其余未知。</translation>
     </message>
@@ -650,16 +586,8 @@
         <translation>电芯电压</translation>
     </message>
     <message>
-        <source>Cell voltage and charge</source>
-        <translation>电芯电压与充电</translation>
-    </message>
-    <message>
         <source>Chain: {what}.</source>
         <translation>记录链：{what}。</translation>
-    </message>
-    <message>
-        <source>Change baud rate…</source>
-        <translation>更改波特率…</translation>
     </message>
     <message>
         <source>Change now</source>
@@ -734,10 +662,6 @@
         <translation>请检查供电和线缆，并长按开关 2 s。</translation>
     </message>
     <message>
-        <source>Check its power and the wiring.</source>
-        <translation>请检查其供电和接线。</translation>
-    </message>
-    <message>
         <source>Check only</source>
         <translation>仅检查</translation>
     </message>
@@ -792,10 +716,6 @@
     <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
-    </message>
-    <message>
-        <source>Choose a port…</source>
-        <translation>选择串口…</translation>
     </message>
     <message>
         <source>Choose another port.</source>
@@ -900,10 +820,6 @@
     <message>
         <source>Connection</source>
         <translation>连接</translation>
-    </message>
-    <message>
-        <source>Connect…</source>
-        <translation>连接…</translation>
     </message>
     <message>
         <source>Contents</source>
@@ -1178,10 +1094,6 @@
         <translation>之前的数据不再有效。</translation>
     </message>
     <message>
-        <source>Echo</source>
-        <translation>回显</translation>
-    </message>
-    <message>
         <source>Echoed frames</source>
         <translation>回显帧</translation>
     </message>
@@ -1378,10 +1290,6 @@
         <translation>已开伞。在其上报“已锁定”之前，请视为随时可能开伞。</translation>
     </message>
     <message>
-        <source>Fires</source>
-        <translation>触发</translation>
-    </message>
-    <message>
         <source>Fires as soon as it is activated.</source>
         <translation>一激活就会开伞。</translation>
     </message>
@@ -1462,10 +1370,6 @@
         <translation>禁止串口触发</translation>
     </message>
     <message>
-        <source>Forbid serial trigger…</source>
-        <translation>禁止串口触发…</translation>
-    </message>
-    <message>
         <source>Forget</source>
         <translation>移除</translation>
     </message>
@@ -1476,10 +1380,6 @@
     <message>
         <source>Frames</source>
         <translation>帧</translation>
-    </message>
-    <message>
-        <source>Free fall</source>
-        <translation>失重</translation>
     </message>
     <message>
         <source>Free fall below</source>
@@ -1802,10 +1702,6 @@
         <translation>标签是 {module} 吗？</translation>
     </message>
     <message>
-        <source>LOCK</source>
-        <translation>锁定</translation>
-    </message>
-    <message>
         <source>LOCK ALL</source>
         <translation>全部锁定</translation>
     </message>
@@ -1848,14 +1744,6 @@
     <message>
         <source>LOCK was pressed</source>
         <translation>已按“锁定”</translation>
-    </message>
-    <message>
-        <source>LOCKED</source>
-        <translation>已锁定</translation>
-    </message>
-    <message>
-        <source>LOCKED: the module says so.</source>
-        <translation>已锁定：模块已确认。</translation>
     </message>
     <message>
         <source>LOST at the power cycle: it holds {stands}.</source>
@@ -1982,10 +1870,6 @@
         <translation>列出串口</translation>
     </message>
     <message>
-        <source>Live</source>
-        <translation>实时</translation>
-    </message>
-    <message>
         <source>Load defaults</source>
         <translation>载入默认值</translation>
     </message>
@@ -1996,10 +1880,6 @@
     <message>
         <source>Lock it, enable the triggers, activate it again.</source>
         <translation>先锁定，启用触发，再重新激活。</translation>
-    </message>
-    <message>
-        <source>Lock {module}</source>
-        <translation>锁定 {module}</translation>
     </message>
     <message>
         <source>Lock, enable and check again</source>
@@ -2040,10 +1920,6 @@
     <message>
         <source>Looking for thresholds…</source>
         <translation>正在计算阈值…</translation>
-    </message>
-    <message>
-        <source>Looks for the moment of this record in a flight log</source>
-        <translation>在飞行日志中查找此记录的时刻</translation>
     </message>
     <message>
         <source>Looser than advised: {checks}.</source>
@@ -2210,10 +2086,6 @@
         <translation>更多</translation>
     </message>
     <message>
-        <source>More for {module}</source>
-        <translation>{module} 的更多操作</translation>
-    </message>
-    <message>
         <source>More light reads higher.</source>
         <translation>光线越强，读数越高。</translation>
     </message>
@@ -2242,16 +2114,8 @@
         <translation>禁止飞行</translation>
     </message>
     <message>
-        <source>NOT CHECKED</source>
-        <translation>未检查</translation>
-    </message>
-    <message>
         <source>NOT SIGNED: anyone can make such a record.</source>
         <translation>未签名：任何人都能制作这样的记录。</translation>
-    </message>
-    <message>
-        <source>NOT TRIGGERED</source>
-        <translation>未触发</translation>
     </message>
     <message>
         <source>NOT all kept over the power cycle: see the rows. {boots}</source>
@@ -2534,10 +2398,6 @@
         <translation>无结果：{why}。</translation>
     </message>
     <message>
-        <source>No serial port found. Plug the adapter in, or try another cable.</source>
-        <translation>未找到串口。请插入适配器，或换一根线。</translation>
-    </message>
-    <message>
         <source>No server is set.</source>
         <translation>未设置服务器。</translation>
     </message>
@@ -2614,10 +2474,6 @@
         <translation>未连接</translation>
     </message>
     <message>
-        <source>Not found</source>
-        <translation>未找到</translation>
-    </message>
-    <message>
         <source>Not found. Switch the module off and on, then “Find the baud rate”.</source>
         <translation>未找到。请将模块关机再开机，然后“查找波特率”。</translation>
     </message>
@@ -2644,10 +2500,6 @@
     <message>
         <source>Not judged: {total:.1f} s on the ground.</source>
         <translation>不判断：地面时段 {total:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Not kept.</source>
-        <translation>未保存。</translation>
     </message>
     <message>
         <source>Not known: {names}</source>
@@ -2692,10 +2544,6 @@
     <message>
         <source>Not testable by hand at {threshold:.0f}°.</source>
         <translation>阈值 {threshold:.0f}° 无法手动测试。</translation>
-    </message>
-    <message>
-        <source>Not triggered</source>
-        <translation>未触发</translation>
     </message>
     <message>
         <source>Not trusted: it is unsigned or altered.</source>
@@ -2782,10 +2630,6 @@
         <translation>关机；长按开关 2 秒或接通外接供电后开机。</translation>
     </message>
     <message>
-        <source>Offline</source>
-        <translation>离线</translation>
-    </message>
-    <message>
         <source>Offline for {time}</source>
         <translation>已离线 {time}</translation>
     </message>
@@ -2838,14 +2682,6 @@
         <translation>打开文件…</translation>
     </message>
     <message>
-        <source>Open flight log</source>
-        <translation>打开飞行日志</translation>
-    </message>
-    <message>
-        <source>Open flight logs</source>
-        <translation>打开飞行日志</translation>
-    </message>
-    <message>
         <source>Open folder…</source>
         <translation>打开文件夹…</translation>
     </message>
@@ -2878,10 +2714,6 @@
         <translation>正在打开…</translation>
     </message>
     <message>
-        <source>Open…</source>
-        <translation>打开…</translation>
-    </message>
-    <message>
         <source>Operation</source>
         <translation>运行</translation>
     </message>
@@ -2896,10 +2728,6 @@
     <message>
         <source>Other port or baud rate</source>
         <translation>其他串口或波特率</translation>
-    </message>
-    <message>
-        <source>Other port…</source>
-        <translation>其他串口…</translation>
     </message>
     <message>
         <source>Over serial only: it still fires by itself.</source>
@@ -3014,10 +2842,6 @@
         <translation>串口</translation>
     </message>
     <message>
-        <source>Port lost</source>
-        <translation>串口断开</translation>
-    </message>
-    <message>
         <source>Port {port} ({name})</source>
         <translation>串口 {port}（{name}）</translation>
     </message>
@@ -3066,10 +2890,6 @@
         <translation>偏好设置</translation>
     </message>
     <message>
-        <source>Preferences…</source>
-        <translation>偏好设置…</translation>
-    </message>
-    <message>
         <source>Press switch</source>
         <translation>按开关</translation>
     </message>
@@ -3098,10 +2918,6 @@
         <translation>问题</translation>
     </message>
     <message>
-        <source>Profile</source>
-        <translation>配置文件</translation>
-    </message>
-    <message>
         <source>Profile (*.toml)</source>
         <translation>配置文件 (*.toml)</translation>
     </message>
@@ -3120,10 +2936,6 @@
     <message>
         <source>Proposal: {limits}</source>
         <translation>建议：{limits}</translation>
-    </message>
-    <message>
-        <source>Proposed: {values}</source>
-        <translation>建议：{values}</translation>
     </message>
     <message>
         <source>Protocol differences</source>
@@ -3346,10 +3158,6 @@
         <translation>请求</translation>
     </message>
     <message>
-        <source>Required</source>
-        <translation>必需</translation>
-    </message>
-    <message>
         <source>Restart</source>
         <translation>重启</translation>
     </message>
@@ -3478,14 +3286,6 @@
         <translation>保存数据…</translation>
     </message>
     <message>
-        <source>Saved as {path}.</source>
-        <translation>已保存为 {path}。</translation>
-    </message>
-    <message>
-        <source>Saved as {path}. Unknown, left out: {names}.</source>
-        <translation>已保存为 {path}。未知，未包含：{names}。</translation>
-    </message>
-    <message>
         <source>Saved to {path}.</source>
         <translation>已保存到 {path}。</translation>
     </message>
@@ -3496,10 +3296,6 @@
     <message>
         <source>Saved to {path}. Rows: {rows}; older ones are gone.</source>
         <translation>已保存到 {path}。行数：{rows}；更早的已不再保留。</translation>
-    </message>
-    <message>
-        <source>Save…</source>
-        <translation>保存…</translation>
     </message>
     <message>
         <source>Saving…</source>
@@ -3572,10 +3368,6 @@
     <message>
         <source>Sent: {sent}. Received: {received}.</source>
         <translation>已发送：{sent} 条。已接收：{received} 条。</translation>
-    </message>
-    <message>
-        <source>Serial</source>
-        <translation>串口</translation>
     </message>
     <message>
         <source>Serial line</source>
@@ -3702,10 +3494,6 @@
         <translation>关机</translation>
     </message>
     <message>
-        <source>Shut down…</source>
-        <translation>关机…</translation>
-    </message>
-    <message>
         <source>Signature</source>
         <translation>签名</translation>
     </message>
@@ -3720,10 +3508,6 @@
     <message>
         <source>Simulated module</source>
         <translation>模拟模块</translation>
-    </message>
-    <message>
-        <source>Simulated module panel</source>
-        <translation>模拟模块面板</translation>
     </message>
     <message>
         <source>Simulator</source>
@@ -3762,10 +3546,6 @@
         <translation>立即待机：始终允许，从不二次询问，优先于其他一切发送。</translation>
     </message>
     <message>
-        <source>Standby, at once</source>
-        <translation>立即进入待机</translation>
-    </message>
-    <message>
         <source>Start</source>
         <translation>开始</translation>
     </message>
@@ -3784,10 +3564,6 @@
     <message>
         <source>State</source>
         <translation>状态</translation>
-    </message>
-    <message>
-        <source>State of {setting}</source>
-        <translation>{setting}的状态</translation>
     </message>
     <message>
         <source>Station</source>
@@ -3876,10 +3652,6 @@
     <message>
         <source>System</source>
         <translation>跟随系统</translation>
-    </message>
-    <message>
-        <source>TRIGGERED</source>
-        <translation>已触发</translation>
     </message>
     <message>
         <source>TRIGGERED: lock it, read its records.</source>
@@ -4066,10 +3838,6 @@
         <translation>模块已激活：请先锁定。</translation>
     </message>
     <message>
-        <source>The module is ACTIVE: to enable triggers, lock it first.</source>
-        <translation>模块已激活：要启用触发，请先锁定。</translation>
-    </message>
-    <message>
         <source>The module is LOCKED: activate it first.</source>
         <translation>模块已锁定：请先激活。</translation>
     </message>
@@ -4108,10 +3876,6 @@
     <message>
         <source>The module reports that it has fired.</source>
         <translation>模块上报已触发开伞。</translation>
-    </message>
-    <message>
-        <source>The module restarted.</source>
-        <translation>模块已重启。</translation>
     </message>
     <message>
         <source>The module restarted. Read again.</source>
@@ -4160,10 +3924,6 @@
     <message>
         <source>The program may not write into {file}.</source>
         <translation>程序无权写入 {file}。</translation>
-    </message>
-    <message>
-        <source>The readings differ or frames were lost: records may be missing. Read again.</source>
-        <translation>多次读取结果不一致或有丢帧：可能缺少记录。请重新读取。</translation>
     </message>
     <message>
         <source>The readings differ: records may be missing. Read again.</source>
@@ -4442,16 +4202,8 @@
         <translation>触发记录</translation>
     </message>
     <message>
-        <source>Trigger records reviewed; without an answer: a new module</source>
-        <translation>触发记录已复核；不应答的是新模块</translation>
-    </message>
-    <message>
         <source>Trigger state is unknown after power-up. Enable the triggers to set it.</source>
         <translation>模块上电后触发开关状态未知。请启用触发以确定状态。</translation>
-    </message>
-    <message>
-        <source>Triggered</source>
-        <translation>已触发</translation>
     </message>
     <message>
         <source>Triggered?</source>
@@ -4498,10 +4250,6 @@
         <translation>两个模块</translation>
     </message>
     <message>
-        <source>Two seconds, by mouse or space bar. Letting go before sends nothing.</source>
-        <translation>用鼠标或空格键按住两秒。提前松开则不发送。</translation>
-    </message>
-    <message>
         <source>Type: {command}</source>
         <translation>请输入：{command}</translation>
     </message>
@@ -4512,10 +4260,6 @@
     <message>
         <source>Type: {command} — then plug the adapter in again.</source>
         <translation>请输入：{command}，然后重新插入适配器。</translation>
-    </message>
-    <message>
-        <source>UNKNOWN</source>
-        <translation>未知</translation>
     </message>
     <message>
         <source>UNKNOWN STATION: signed, but not by a known station.</source>
@@ -4628,10 +4372,6 @@
     <message>
         <source>User guide</source>
         <translation>用户指南</translation>
-    </message>
-    <message>
-        <source>VOID</source>
-        <translation>作废</translation>
     </message>
     <message>
         <source>Valid now only; not monitored afterwards.</source>
@@ -4860,10 +4600,6 @@
     <message>
         <source>Zero the sensor</source>
         <translation>传感器置零</translation>
-    </message>
-    <message>
-        <source>Zero the sensor…</source>
-        <translation>传感器置零…</translation>
     </message>
     <message>
         <source>Zip file (*.zip)</source>
@@ -5460,10 +5196,6 @@
     <message>
         <source>it was altered</source>
         <translation>已被修改</translation>
-    </message>
-    <message>
-        <source>its content cannot be read</source>
-        <translation>内容无法读取</translation>
     </message>
     <message>
         <source>its key is lost or was copied: never trust it</source>
@@ -6642,16 +6374,8 @@
         <translation>{file} 已损坏</translation>
     </message>
     <message>
-        <source>{file} is damaged.</source>
-        <translation>{file} 已损坏。</translation>
-    </message>
-    <message>
         <source>{file} is held by another program.</source>
         <translation>{file} 被其他程序占用。</translation>
-    </message>
-    <message>
-        <source>{file} is no profile: {why}</source>
-        <translation>{file} 不是配置文件：{why}</translation>
     </message>
     <message>
         <source>{file} is not a profile</source>

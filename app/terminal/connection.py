@@ -240,7 +240,7 @@ def module_is_silent(port: str, device: DeviceView) -> str:
     what = tr("The module on {port} stopped answering.", port=port)
     if was_heard_active(device):
         return join_sentences((what, tr(LAST_HEARD_ACTIVE), keep_away()))
-    return join_sentences((what, tr("Check its power and the wiring.")))
+    return join_sentences((what, tr("Check cable and power.")))
 
 
 class LinkTrouble(AbstractContextManager["LinkTrouble"]):

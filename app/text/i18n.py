@@ -45,6 +45,13 @@ _spoken: ContextVar[_Language | None] = ContextVar("spoken", default=None)
 
 
 def read_translations(path: Path) -> dict[str, str]:
+    """The finished translations of one .ts file with their `variants`, by English text. Raises as `read_messages`."""
+    texts = read_messages(path)
+    capitals_last = sorted(texts.items(), key=lambda pair: pair[0][:1].isupper())
+    return {variant: text for pair in capitals_last for variant, text in variants(*pair)} | texts
+
+
+def read_messages(path: Path) -> dict[str, str]:
     """The finished translations of one .ts file, by English text.
 
     Raises OSError when the file cannot be read and ``xml.etree.ElementTree.ParseError`` when it is not XML.
@@ -60,6 +67,18 @@ def read_translations(path: Path) -> dict[str, str]:
         if source and text:
             texts[source] = text
     return texts
+
+
+def variants(english: str, chinese: str) -> Iterator[tuple[str, str]]:
+    """The same text with a capital first letter, in capitals, as a sentence, and with the ellipsis of what asks first:
+    none of them is translated by itself, unless it means something else."""
+    for text in (english, english[:1].upper() + english[1:]):
+        yield text, chinese
+        if text[-1:].isalnum() or text.endswith("}"):
+            yield f"{text}.", f"{chinese}。"
+            yield f"{text}…", f"{chinese}…"
+    if "{" not in english:
+        yield english.upper(), chinese
 
 
 def set_language(name: str) -> None:

@@ -5,6 +5,8 @@
     python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
     python3 docs/generate/translations.py merge DIR --over corrections.json    whose entries replace existing ones
 
+A capital letter, a full stop or an ellipsis needs no message of its own: see `app.text.i18n.variants`.
+
 Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)``, ``control(...)``,
 ``scroll_area(...)`` and ``RowsTable(...)``.  Any other argument of ``tr`` has to be the name of a marked text.
 """
@@ -22,6 +24,10 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
 ROOT: Final = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from app.text.i18n import variants  # noqa: E402  the package lies beside this folder
+
 TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
 CONTEXT: Final = "dps-s"
@@ -148,16 +154,36 @@ def write_ts(messages: Mapping[str, Translation], path: Path = TS) -> None:
     path.write_text("\n".join(lines), encoding="utf-8", newline="\n")
 
 
+def followed(texts: Mapping[str, str], messages: Mapping[str, Translation]) -> dict[str, str]:
+    """The Chinese of the texts that are another message with a capital letter, a full stop or an ellipsis."""
+    return {
+        variant: chinese
+        for english in sorted(messages.keys() & texts.keys(), key=lambda text: text[:1].isupper())
+        for variant, chinese in variants(english, messages[english].chinese)
+        if variant in texts and variant != english and messages[english].is_finished
+    }
+
+
 def updated(texts: Mapping[str, str], old: Mapping[str, Translation]) -> dict[str, Translation]:
-    """The messages for exactly these texts, with existing translations."""
-    return {english: old.get(english, Translation("", is_finished=False)) for english in texts}
+    """The messages for exactly these texts, with existing translations; none for what follows from another."""
+    follows, new = followed(texts, old), Translation("", is_finished=False)
+    return {
+        english: old.get(english, new)
+        for english in texts
+        if english not in follows or (english in old and old[english].chinese != follows[english])
+    }
 
 
 def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[str]:
     """The problems found by ``check``, one line each."""
     yield from found.faults
+    follows = followed(found.texts, messages)
     for english, place in sorted(found.texts.items()):
         translation = messages.get(english)
+        if translation is None and english in follows:
+            continue
+        if translation is not None and translation.chinese == follows.get(english):
+            yield f"{TS.name}: follows from another: {english!r}"
         if translation is None:
             yield f"{place}: missing: {english!r}"
         elif not translation.is_finished:

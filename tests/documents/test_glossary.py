@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import pytest
 
-from app.text.i18n import CHINESE, read_translations
+from app.text.i18n import CHINESE, read_messages
 
 ROOT: Final = Path(__file__).parents[2]
 TS: Final = ROOT / "app" / "locale" / f"{CHINESE}.ts"
@@ -58,7 +58,7 @@ def terms() -> list[Term]:
 
 
 def pairs() -> dict[str, str]:
-    return read_translations(TS)
+    return read_messages(TS)
 
 
 def without_fields(text: str) -> str:

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from app.text.i18n import read_translations
+from app.text.i18n import read_messages, read_translations
 
 GENERATE = Path(__file__).parents[2] / "docs" / "generate"
 
@@ -41,7 +41,8 @@ def test_every_text_is_in_chinese(translations: ModuleType) -> None:
 
 def test_what_is_checked_is_what_the_program_reads(translations: ModuleType) -> None:
     finished = {english: one.chinese for english, one in translations.read_ts().items() if one.is_finished}
-    assert read_translations(translations.TS) == finished
+    assert read_messages(translations.TS) == finished
+    assert finished.items() <= read_translations(translations.TS).items()
 
 
 @pytest.mark.parametrize(
@@ -100,6 +101,21 @@ def test_problems_are_found(translations: ModuleType) -> None:
         assert part in line or any(part in other for other in listed)
 
 
+def test_a_capital_a_stop_and_an_ellipsis_follow(translations: ModuleType) -> None:
+    texts = dict.fromkeys(("lock", "Lock…", "Lock.", "LOCK", "Open", "open"), "x.py:1")
+    messages = {
+        english: translations.Translation(chinese, is_finished=True)
+        for english, chinese in {"lock": "锁定", "LOCK": "锁定", "open": "未完成", "Open": "打开"}.items()
+    }
+    new = translations.updated(texts, messages)
+    assert sorted(new) == ["Open", "lock", "open"]
+    found = translations.Extract(texts=texts)
+    assert list(translations.problems(found, new)) == []
+    assert [line.split(": ", 1)[1] for line in translations.problems(found, messages)] == [
+        "follows from another: 'LOCK'"
+    ]
+
+
 def test_update_keeps_adds_and_removes(translations: ModuleType, tmp_path: Path) -> None:
     old = {"kept <&>": translations.Translation("留 <&>", is_finished=True), "gone": ("去", True)}
     new = translations.updated({"kept <&>": "x", "added\nline": "x"}, old)
@@ -107,7 +123,7 @@ def test_update_keeps_adds_and_removes(translations: ModuleType, tmp_path: Path)
     translations.write_ts(new, path)
     first = path.read_bytes()
     assert translations.read_ts(path) == new
-    assert read_translations(path) == {"kept <&>": "留 <&>"}
+    assert read_messages(path) == {"kept <&>": "留 <&>"}
     translations.write_ts(dict(reversed(translations.read_ts(path).items())), path)
     assert path.read_bytes() == first
 

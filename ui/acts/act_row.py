@@ -1,8 +1,6 @@
 """Row of one dangerous act: description, unmet conditions, confirmation, outcome."""
 
-from collections.abc import Mapping
 from functools import partial
-from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
@@ -13,7 +11,6 @@ from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import ASKING, OutcomeWatch, motion_text, not_begun, open_conditions, outcome_notice
 from ui.services.context import Services
@@ -23,13 +20,6 @@ from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
-
-ASK_WORDS: Final[Mapping[Act, str]] = {
-    Act.ACTIVATE: marked("Activate…"),
-    Act.ZERO: marked("Zero the sensor…"),
-    Act.SHUTDOWN: marked("Shut down…"),
-    Act.FORBID_DEPLOY: marked("Forbid serial trigger…"),
-}
 
 
 class ActRow(QFrame):
@@ -57,7 +47,7 @@ class ActRow(QFrame):
         self.conditions = text_label(f"{name}_conditions", "attention")
         # Stacked, so that a notice never changes the height of the row.
         self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
-        self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=TITLES[act])
+        self.confirm = Confirm(name, texts, ask=f"{TITLES[act]}…", go=TITLES[act])
         self.said = named(NoticeBar(texts), f"{name}_said")
         texts.bind(self._title.setText, TITLES[act])
         texts.bind(self._effect.setText, EFFECTS[act])

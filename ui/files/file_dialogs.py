@@ -65,12 +65,12 @@ def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str, then: 
 
 def ask_flight_logs(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     """Existing files, one or many."""
-    _ask_existing(parent, folder, tr("Open flight logs"), _log_kinds(), QFileDialog.FileMode.ExistingFiles, then)
+    _ask_existing(parent, folder, tr("Open…"), _log_kinds(), QFileDialog.FileMode.ExistingFiles, then)
 
 
 def ask_flight_log(parent: QWidget, folder: Path, then: ThenPath) -> None:
     """One existing file."""
-    ask_open(parent, folder, tr("Open flight log"), _log_kinds(), then)
+    ask_open(parent, folder, tr("Open…"), _log_kinds(), then)
 
 
 def _log_kinds() -> str:
@@ -79,7 +79,7 @@ def _log_kinds() -> str:
 
 def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     """One existing folder."""
-    dialog = QFileDialog(parent, tr("Open flight logs"), str(folder))
+    dialog = QFileDialog(parent, tr("Open…"), str(folder))
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
     _open_file_dialog(dialog, "open_dialog", QFileDialog.FileMode.Directory, then, QFileDialog.AcceptMode.AcceptOpen)
 

@@ -79,7 +79,7 @@ THEMES = (
 )
 # Each language in its own words, for those who do not read the other one.
 LANGUAGES = ((ENGLISH, "English"), (CHINESE, "简体中文 (Chinese)"))
-ZOOMS = (100, 125, 150)
+ZOOMS = (100, 125, 150, 200)
 
 
 class PreferencesDialog(QDialog):
@@ -112,8 +112,7 @@ class PreferencesDialog(QDialog):
             texts.bind(box.setAccessibleName, english)
             form.addRow(label, box)
         texts.bind(self.language.setAccessibleName, "Language")
-        self.updates = control(QLineEdit(), texts, "preferences_updates", says="Address for newer versions",
-                               tip="Asked at each start, and only if there is an address")  # fmt: skip
+        self.updates = control(QLineEdit(), texts, "preferences_updates", says="Address for newer versions")
         texts.bind(self.updates.setPlaceholderText, "https://…; empty: never asked")
         caption = control(QLabel(), texts, "preferences_updates_label", "Newer versions")
         caption.setBuddy(self.updates)

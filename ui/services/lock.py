@@ -190,7 +190,7 @@ class PortLock(QObject):
         then, self._then = self._then, []
         if locked.is_locked:
             self.failed, self.confirmed = None, locked
-            self.notified.emit(tr("LOCKED: the module says so."))
+            self.notified.emit(tr("The module reports LOCKED."))
         else:
             self.failed = None if locked.is_replaced else locked
             self.notified.emit("")

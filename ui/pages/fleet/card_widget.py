@@ -14,7 +14,7 @@ from app.preflight.verdict import Verdict
 from app.settings.identity_words import same_module_words
 from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import capitalised
+from app.text.sentences import capitalised, labelled
 from ui.core.texts import Texts
 from ui.services.port import Port
 from ui.style.icons import MEANING_ICONS, Icon
@@ -127,8 +127,8 @@ class CardWidget(QFrame):
         self._show_verdict(card, age)
         self.lock.setEnabled(card.can_lock)
         set_role(self.lock, "primary" if card.activation.may_fire else "")
-        self.lock.setAccessibleName(tr("Lock {module}", module=card.label))
-        self.more.setAccessibleName(tr("More for {module}", module=card.label))
+        self.lock.setAccessibleName(labelled(tr("LOCK"), card.label))
+        self.more.setAccessibleName(labelled(tr("More"), card.label))
         self.need_icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
         self.need.setText(need)
         self.need.setToolTip(need)

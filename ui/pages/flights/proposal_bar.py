@@ -143,7 +143,7 @@ class ProposalBar(QFrame):
 
         def saved_text() -> str:
             note = tr("Its approved settings code was removed.") if loses_approval else ""
-            return join_sentences([tr("Saved as {path}.", path=path), note])
+            return join_sentences([tr("Saved to {path}.", path=path), note])
 
         self._result.notify(Meaning.GOOD, saved_text)
 

@@ -79,7 +79,7 @@ def _not_checked(work: PreflightController) -> Announcement:
     head = tr("Start the check.") if work.can_check else tr("Connect a module.")
     lines = [tr("Set the aircraft level and do not touch it.")]
     if work.can_check and work.reported_active:
-        lines = [tr("The module is ACTIVE: to enable triggers, lock it first."), tr("Do not touch the aircraft.")]
+        lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]
     elif work.can_check and work.may_fire:
         lines = [tr(LAST_HEARD_ACTIVE), keep_away()]
     elif work.can_check and not work.are_triggers_known:

@@ -69,8 +69,7 @@ class TriggersDetail(QFrame):
             text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
             self.buttons[judgement] = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="choice",
                                               is_checkable=True, slot=partial(self._judge, judgement))  # fmt: skip
-        self.beside = control(QToolButton(), texts, "triggers_beside", "Beside a flight log…", picture=Icon.MAP,
-                              says="Looks for the moment of this record in a flight log")  # fmt: skip
+        self.beside = control(QToolButton(), texts, "triggers_beside", "Beside a flight log…", picture=Icon.MAP)
         self.note = control(QLineEdit(), texts, "triggers_note", says="Note", tip="Note")
         self.note.setMaxLength(MAX_NOTE_LENGTH)
         texts.bind(self.note.setPlaceholderText, "Note")

@@ -60,7 +60,7 @@ def test_search_wraps_around_and_reports_no_match(qtbot: QtBot, qapp: QApplicati
         qtbot.waitUntil(lambda: found() not in (first, []))
         traffic.search.field.clear()
         qtbot.keyClicks(traffic.search.field, "FF FF FF")
-        qtbot.waitUntil(lambda: traffic._count.text() == "Not found")
+        qtbot.waitUntil(lambda: traffic._count.text() == "No matches")
 
 
 def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> None:

@@ -308,7 +308,7 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         page.bundle.ask_path = choosing(path)
         press(qtbot, page.bundle.save)
         qtbot.waitUntil(path.exists)
-        qtbot.waitUntil(lambda: "Saved as" in page.strip.accessibleName())
+        qtbot.waitUntil(lambda: "Saved to" in page.strip.accessibleName())
         with zipfile.ZipFile(path) as archive:
             assert {name: archive.read(name).decode() for name in archive.namelist()} == {
                 part.name: part.text for part in bundle.preview()

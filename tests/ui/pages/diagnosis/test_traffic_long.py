@@ -68,7 +68,7 @@ def test_repeated_texts_are_formatted_once(qtbot: QtBot, page: TrafficPage, monk
     page.search.field.setText("nowhere")
     page.search.find_next()
     qtbot.waitUntil(lambda: not page.search.is_searching)
-    assert page._count.text() == "Not found"
+    assert page._count.text() == "No matches"
     assert len(looked_at) == TILTS + 1
     page.search.field.setText("query")
     page.search.find_next()

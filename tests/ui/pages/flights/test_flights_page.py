@@ -372,7 +372,7 @@ def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
     assert read_profile(path).settings == {
         "attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25,
     }  # fmt: skip
-    assert desk.notice() == f"Saved as {path}."
+    assert desk.notice() == f"Saved to {path}."
     code = fingerprint({"attitude_threshold_deg": 70}).code
     path.write_text(
         f'format = 1\nname = "H6"\nairframe = "H6"\napproved_fingerprint = "{code}"\n'
