@@ -12,7 +12,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QStackedLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QProgressBar, QStackedLayout, QWidget
 
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform, rehearse
@@ -32,19 +32,23 @@ from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
 from ui.services.module_name import module_label
 from ui.services.running_job import RunningJob
-from ui.style.theme import Meaning, Space, scaled
+from ui.style.theme import Meaning, Space, scale_in_use, scaled
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.notice_bar import Notice, NoticeBar
-from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
+from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
+from ui.widgets.visibility_timer import VisibilityTimer
 
 TICK_MS: Final = 20
 _BAR_PX: Final = 8
 _COUNTDOWN_PX: Final = 160
-_MARK_PX: Final = 24
-_NOTICE_PX: Final = 40
+_MARK_PX: Final = 22
+_NOTICE_PX: Final = (40, 47)
+"""In one line, and where the text is below the title."""
+_BESIDE_UP_TO: Final = 1.5
+"""Size of text up to which it is beside the title."""
 _ENDED: Final = {
     Input.CANCEL: marked("cancelled"),
     Input.RAN_OUT: marked("time is up"),
@@ -103,10 +107,8 @@ class RitualWidget(QFrame):
         self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",
                                 tip="Nothing is sent.",
                                 slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
-        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger",
-                           about="Arms for ten seconds. Nothing is sent yet.")  # fmt: skip
-        self.hold = control(HoldButton(), texts, "ritual_hold", tip="Mouse or space bar",
-                            about="Two seconds, by mouse or space bar. Letting go before sends nothing.")  # fmt: skip
+        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger")
+        self.hold = control(HoldButton(), texts, "ritual_hold", tip="Mouse or space bar")
         self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
                               tip="Nothing is sent.", key="Esc")  # fmt: skip
         self.said = named(NoticeBar(texts), "ritual_said")
@@ -143,7 +145,6 @@ class RitualWidget(QFrame):
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
         notice = self._job.notice(ASKING, can_cancel=False)
-        self.said.setMinimumHeight(scaled(_NOTICE_PX))
         self.said.show_notice(notice)
         self._head.setCurrentWidget(self._words if notice is None else self.said)
 
@@ -156,6 +157,10 @@ class RitualWidget(QFrame):
     # The gestures
 
     def _choose(self, *, is_rehearsal: bool) -> None:
+        if not is_in_sight(self):
+            bring_into_sight(self)
+            if is_in_sight(self):
+                return  # it moved under the pointer; where there is no room for all of it, the watch says so
         self.ritual.choose(is_rehearsal=is_rehearsal)
         self._focus_cancel()
         self._job.dismiss()
@@ -329,6 +334,13 @@ class RitualWidget(QFrame):
         super().hideEvent(event)
         self.disarm(Input.WINDOW_LEFT)
 
+    def _fit(self) -> None:
+        """Large text is below the title; room for a notice, or for two lines of it, whatever is said."""
+        direction, is_large = QBoxLayout.Direction, scale_in_use() > _BESIDE_UP_TO
+        self._row.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
+        self._row.setSpacing(0 if is_large else Space.M)
+        self.said.setMinimumHeight(scaled(_NOTICE_PX[is_large]))
+
     def _lay_out(self) -> None:
         for stack, widgets in (
             (self._reasons, (self._effect, self.conditions)),
@@ -336,9 +348,11 @@ class RitualWidget(QFrame):
         ):
             for widget in widgets:
                 stack.addWidget(widget)
-        in_row(self._title, (self._reasons, 1), self.step, self.countdown, of=self._words, spacing=Space.M, margins=0)
+        told = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
+        self._row = in_row(self._title, (told, 1), of=self._words, spacing=Space.M, margins=0)
+        VisibilityTimer(self, self._fit, restyle=self._fit)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
-        row = FlowRow(spacing_px=Space.XL)
+        row = FlowRow(spacing_px=Space.L)
         starts = in_row(self.rehearse, self.choose, spacing=Space.S)
         for mark, buttons in zip(self.marks, (starts, in_row(self.arm), in_row(self.hold)), strict=True):
             row.add(_column(mark, buttons))
@@ -350,8 +364,8 @@ class RitualWidget(QFrame):
 
 
 def _column(head: QWidget, buttons: QHBoxLayout) -> QWidget:
-    head.setFixedHeight(_MARK_PX)
     column = QWidget()
+    VisibilityTimer(column, fit := lambda: head.setFixedHeight(scaled(_MARK_PX)), restyle=fit)
     in_column((head, Qt.AlignmentFlag.AlignLeft), buttons, 1, of=column, spacing=Space.XS, margins=0)
     return column
 

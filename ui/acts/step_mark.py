@@ -11,7 +11,7 @@ from ui.core.texts import Texts
 from ui.style import icons
 from ui.style.icons import Icon
 from ui.style.painted_widget import PaintedWidget, pen
-from ui.style.theme import Meaning, Size, Space, current, font
+from ui.style.theme import Meaning, Size, Space, current, font, scaled
 from ui.widgets.controls import named
 
 _CIRCLE_PX = 20
@@ -54,13 +54,15 @@ class StepMark(PaintedWidget):
 
     def sizeHint(self) -> QSize:
         metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
-        return QSize(round(_CIRCLE_PX + Space.S + metrics.horizontalAdvance(self._text)) + 4, _CIRCLE_PX + 2)
+        circle_px = scaled(_CIRCLE_PX)
+        return QSize(round(circle_px + Space.S + metrics.horizontalAdvance(self._text)) + 4, circle_px + 2)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme, is_now = current(), self._place is StepPlace.NOW
         tint = theme.tint(self._meaning)
         painter = self.begin_paint()
-        circle = QRectF(1, (self.height() - _CIRCLE_PX) / 2, _CIRCLE_PX, _CIRCLE_PX).adjusted(1, 1, -1, -1)
+        circle_px = scaled(_CIRCLE_PX)
+        circle = QRectF(1, (self.height() - circle_px) / 2, circle_px, circle_px).adjusted(1, 1, -1, -1)
         painter.setPen(pen(tint.fill if is_now else theme.muted, theme.border_px))
         painter.setBrush(QColor(tint.fill) if is_now else Qt.BrushStyle.NoBrush)
         painter.drawEllipse(circle)

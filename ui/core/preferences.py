@@ -11,7 +11,7 @@ from PySide6.QtCore import QByteArray, QSettings
 from protocol.catalogue import DEFAULT_BAUD_RATE
 
 APPLICATION = "dps-s-configurator"
-MAX_ZOOM_PERCENT = 150
+MAX_ZOOM_PERCENT = 200
 MAX_RECENT = 8
 """Profiles."""
 _Value = TypeVar("_Value")

@@ -38,6 +38,7 @@ class RowsTable(QTableView, Generic[Row]):
         super().__init__()
         control(self, texts, name, says=says)
         self._widths: dict[int, int] = {}
+        self._stretches = 0
         self.source: RowsModel[Row] = RowsModel((), identify, tell, self)
         self.filter: RowsFilter[Row] = RowsFilter(self.source, self, searches_sentence=searches_sentence)
         self.setModel(self.filter)
@@ -83,7 +84,7 @@ class RowsTable(QTableView, Generic[Row]):
         self._widths.clear()
         titles_px = []
         for place, column in enumerate(self.source.columns):
-            title_px = heads.horizontalAdvance(tr(column.title)) + Space.XL + 2
+            title_px = heads.horizontalAdvance(tr(column.title)) + scaled(Space.XL) + 2
             titles_px += [title_px] * column.stretches
             if self.isColumnHidden(place) and not column.is_spare:
                 continue
@@ -95,7 +96,8 @@ class RowsTable(QTableView, Generic[Row]):
                 self._widths[place] = max(text_px, title_px)
         for place, width in self._widths.items():
             self.setColumnWidth(place, width)
-        if len(titles_px) > 1:
+        self._stretches = len(titles_px) if len(titles_px) > 1 else 0
+        if self._stretches:
             self.horizontalHeader().setMinimumSectionSize(max(titles_px))
         self._share_width()
         self.viewport().update()
@@ -103,10 +105,14 @@ class RowsTable(QTableView, Generic[Row]):
     def _share_width(self) -> None:
         # Whether it scrolls or not, so that lists of the same width have the same columns.
         room = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
-        for place in self._widths:
-            if self.source.columns[place].is_spare:
-                self.setColumnHidden(place, sum(self._widths.values()) > room)
-                self.setColumnWidth(place, self._widths[place])
+        least = self.horizontalHeader().minimumSectionSize()
+        needed = sum(max(width, least) for width in self._widths.values()) + self._stretches * least
+        for place, column in reversed(list(enumerate(self.source.columns))):
+            if column.is_spare:
+                width = max(self._widths.get(place, least), least)
+                self.setColumnHidden(place, needed > room)
+                self.setColumnWidth(place, width)
+                needed -= width if needed > room else 0
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -138,15 +144,22 @@ class FactRows(QWidget):
         self.setObjectName(f"{page}_fact_rows")
         self.values: dict[str, QLabel] = {}
         self._rows: dict[str, QWidget] = {}
+        self._names: list[QLabel] = []
         for key, english in names.items():
             value = (labels or {}).get(key) or text_label(f"{page}_{key}", "", is_selectable=True)
             name = control(QLabel(), texts, f"{page}_{key}_name", english, role="muted")
-            name.setFixedWidth(NAME_PX)
+            self._names.append(name)
             texts.bind(value.setAccessibleDescription, english)
             row = named(QWidget(), f"{page}_{key}_row")
             in_row(name, (value, 1), of=row, spacing=Space.S, margins=0)
             self.values[key], self._rows[key] = value, row
         in_column(*self._rows.values(), of=self, spacing=Space.XS, margins=0)
+        VisibilityTimer(self, self._fit, restyle=self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        for name in self._names:
+            name.setFixedWidth(scaled(NAME_PX))
 
     def show_facts(self, values: Mapping[str, str]) -> None:
         """Facts without a value are hidden."""

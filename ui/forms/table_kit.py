@@ -13,11 +13,11 @@ from PySide6.QtCore import (
     QSortFilterProxyModel,
     Qt,
 )
-from PySide6.QtGui import QColor, QIcon
+from PySide6.QtGui import QColor, QFontMetrics, QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
 from app.text.i18n import tr
-from ui.style.theme import Meaning, current
+from ui.style.theme import Meaning, Space, current
 from ui.widgets.visibility_timer import VisibilityTimer
 
 Index = QModelIndex | QPersistentModelIndex
@@ -188,7 +188,8 @@ def select_row(table: QTableView, row: int) -> None:
 
 
 def list_rows(table: QTableView, *, row_px: int) -> None:
-    """Sets up `table` as a list: whole rows of one height without numbers; Tab leaves the table."""
+    """Sets up `table` as a list: whole rows of one height without numbers, higher where the
+    text is; Tab leaves the table."""
     table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
     table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
     table.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
@@ -200,5 +201,10 @@ def list_rows(table: QTableView, *, row_px: int) -> None:
     rows = table.verticalHeader()
     rows.hide()
     rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+
+    def fit() -> None:
+        rows.setDefaultSectionSize(max(row_px, QFontMetrics(table.font()).height() + Space.S))
+
+    VisibilityTimer(table, fit, restyle=fit)
     rows.setDefaultSectionSize(row_px)
     table.horizontalHeader().setHighlightSections(False)

@@ -13,7 +13,7 @@ from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
-from ui.widgets.layouts import in_row
+from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 HEIGHT_PX: Final = 40
@@ -32,10 +32,12 @@ class PageHeader(QWidget):
                             role="quiet")  # fmt: skip
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.more.hide()
-        self.row: QHBoxLayout = in_row((self.title, 1), self.more, of=self, spacing=Space.S, margins=0)
+        self._actions = FlowRow()
+        self.row: QHBoxLayout = in_row((self.title, 1), self._actions, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, self._fit, restyle=self._fit)
         self._fit()
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._actions.add_right(self.more)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         for action in actions:
             self.add(action)
 
@@ -43,11 +45,10 @@ class PageHeader(QWidget):
         self.setMinimumHeight(scaled(HEIGHT_PX))
 
     def add(self, action: QWidget) -> None:
-        """One more action, at the right of those that are there."""
-        self.row.removeWidget(self.more)
+        """One more action, at the right of those that are there; they wrap where there is no room beside the title."""
+        self._actions.removeWidget(self.more)
         self.more.setParent(None)  # added again it is the last for Tab, too
-        self.row.addWidget(action)
-        self.row.addWidget(self.more)
+        self._actions.add_right(action, self.more)
         self.more.setVisible(self._menu is not None)
 
     def add_rare(self, name: str, text: str, slot: object) -> QAction:

@@ -176,7 +176,7 @@ class MainWindow(QMainWindow):
                       picture=Icon.LOCK),
             MenuEntry("find_rate", marked("Find the baud rate"), connector.find_rate,
                       when=lambda: connector.current.is_open),
-            MenuEntry("simulator", marked("Simulated module panel"), self.simulator.setVisible, "F4",
+            MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4",
                       is_checkable=True),
         )  # fmt: skip
         menus["lock"].setShortcuts([QKeySequence(key) for key in LOCK_KEYS])  # `LockAbove` handles them in every window
@@ -217,8 +217,8 @@ class MainWindow(QMainWindow):
         self._connector.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
-        self.stack.addWidget(page)  # with a style sheet of its own it would be polished once more
         self._services.appearance.apply_to(page)
+        self.stack.addWidget(page)
         self.notice_bar.order_tabs()
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)

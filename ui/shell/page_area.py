@@ -11,6 +11,7 @@ from ui.core.bridge import Bridge
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.widgets.controls import named
+from ui.widgets.layouts import least_size
 
 FRAME: Final = QSize(4, 36)
 """Size of a window's title bar and edges, before the system reports it."""
@@ -55,24 +56,37 @@ class _Holder(QWidget):
     def __init__(self, stack: QStackedWidget) -> None:
         super().__init__()
         self._stack = stack
+        self._least: QSize | None = None
         stack.setParent(self)
-        stack.currentChanged.connect(self.updateGeometry)
+        stack.currentChanged.connect(self._measure)
+
+    def _measure(self) -> None:
+        self._least = None
+        self.updateGeometry()
 
     def minimumSizeHint(self) -> QSize:
-        page = self._stack.currentWidget()
-        return QSize() if page is None else page.minimumSizeHint().expandedTo(page.minimumSize())
+        if self._least is None:
+            page = self._stack.currentWidget()
+            self._least = QSize() if page is None else least_size(page)
+        return self._least
 
     def sizeHint(self) -> QSize:
         return self.minimumSizeHint()
 
     def event(self, event: QEvent) -> bool:
         if event.type() is QEvent.Type.LayoutRequest:
-            self.updateGeometry()  # a page that became narrower asks for less
+            self._measure()  # a page that became narrower asks for less
         return super().event(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._stack.setGeometry(self.rect())
+        if event.oldSize().width() != event.size().width():
+            self._measure()  # texts wrap at other places
+
+
+_CALM_MS: Final = 300
+_MAX_TURNS: Final = 4
 
 
 class PageArea(QScrollArea):
@@ -89,6 +103,32 @@ class PageArea(QScrollArea):
         self.setWidget(self.holder)
         self.viewport().setAutoFillBackground(False)
         self.holder.setAutoFillBackground(False)
+        self._has_bar, self._turns = False, 0
+        self._calm = QTimer(self, singleShot=True, interval=_CALM_MS)
+        self._calm.timeout.connect(self._count_anew)
+        self.verticalScrollBar().rangeChanged.connect(self._on_range)
+        self.stack.currentChanged.connect(self._release_bar)
+
+    def _on_range(self, _lowest: int, highest: int) -> None:
+        """Keeps the scroll bar of a page that needs it only while there is none, which would never come to rest."""
+        if (highest > 0) != self._has_bar:
+            self._has_bar = not self._has_bar
+            self._turns += 1
+            self._calm.start()
+            if self._turns > _MAX_TURNS:
+                self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
+
+    def _count_anew(self) -> None:
+        self._turns = 0
+
+    def _release_bar(self) -> None:
+        self._turns = 0
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() is QEvent.Type.Resize:  # `resizeEvent` is the viewport's
+            self._release_bar()
+        return super().event(event)
 
     @property
     def holders(self) -> tuple[QWidget, ...]:
@@ -97,7 +137,7 @@ class PageArea(QScrollArea):
 
 
 class PageMaker(QObject):
-    """Makes and places one page in each turn of the event loop."""
+    """Makes or places one page in each turn of the event loop."""
 
     done = Signal()
     """All pages were made and placed, except those that failed."""
@@ -114,7 +154,7 @@ class PageMaker(QObject):
         """The pages made so far, by key."""
         self._entries = {entry.key: entry for entry in entries}
         self._connector, self._services, self._place = services.connector, services, place
-        self._unmade = list(self._entries)
+        self._unmade, self._unplaced = list(self._entries), list[str]()
         self._awaited = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         """Pages that batches are held back for."""
         self._held = set[Bridge]()
@@ -125,7 +165,7 @@ class PageMaker(QObject):
 
     @property
     def is_done(self) -> bool:
-        return not self._unmade
+        return not self._unmade and not self._unplaced
 
     def begin(self) -> None:
         """Starts with the next turn of the event loop."""
@@ -168,11 +208,15 @@ class PageMaker(QObject):
             self.done.emit()
             return
         self.begin()  # first, since making a page may raise
-        key = self._unmade.pop(0)
-        entry = self._entries[key]
-        page = self.pages[key] = entry.make(self._services)
-        self._services.texts.bind(page.setAccessibleName, entry.title)
-        self._place(key, page)
-        self._awaited.discard(key)
-        if not self._awaited:
-            self._release()
+        if self._unplaced:
+            key = self._unplaced.pop()
+            self._place(key, self.pages[key])
+            self._awaited.discard(key)
+            if not self._awaited:
+                self._release()
+        else:
+            key = self._unmade.pop(0)
+            entry = self._entries[key]
+            page = self.pages[key] = entry.make(self._services)
+            self._services.texts.bind(page.setAccessibleName, entry.title)
+            self._unplaced.append(key)

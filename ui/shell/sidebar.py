@@ -25,7 +25,7 @@ WIDE_PX: Final = 160
 NARROW_PX: Final = 84
 WIDE_ROW_PX: Final = 40
 NARROW_ROW_PX: Final = 46
-_MIN_ROW_PX: Final = 39
+_MIN_ROW_PX: Final = 32
 """Height of an icon with its name; in a window too low for all rows they scroll."""
 _ICON_PX: Final = 20
 _ICON: Final = Qt.ItemDataRole.UserRole + 1
@@ -154,6 +154,7 @@ class _RowPainter(QStyledItemDelegate):
             flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         else:
             high = QFontMetrics(one).height()
+            side = min(side, rect.height() - high)
             top = rect.top() + (rect.height() - side - high) // 2
             square = QRect(rect.center().x() - side // 2, top, side, side)
             room = QRect(rect.left(), square.bottom() + 1, rect.width(), high)

@@ -3,7 +3,7 @@
 from functools import partial
 
 from PySide6.QtCore import QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
@@ -19,7 +19,7 @@ from ui.style.icons import Icon, battery, draw, icon, set_icon_size
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
 from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control, named, set_role
 from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import in_row
+from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.readout import StateChip, age_of, parts_of, show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -164,20 +164,19 @@ class TopBar(QFrame):
         self.cell = named(StateChip("", is_measured=True, is_stacked=True), "cell_chip")
         texts.bind(self.activation.set_caption, "Activation")
         texts.bind(self.trigger.set_caption, "Trigger")
-        texts.bind(self.cell.set_caption, "Cell voltage and charge")
+        texts.bind(self.cell.set_caption, "Cell voltage")
         explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"))
         for chip, name in explained:
             _explain(texts, chip, BY_NAME[name])
         self.lock = self._make_lock(texts, connector.lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        row = in_row(
-            self.menu, self.port, (self.name, 1), self.activation, self.trigger, self.cell, of=self,
-            spacing=Space.S, margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX),
-        )  # fmt: skip
-        row.addSpacing(Space.S)
-        row.addWidget(self.lock)
-        for one in (self.menu, self.activation, self.trigger, self.cell, self.lock):
-            one.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        self._states = named(QWidget(), "states")
+        in_row(self.activation, self.trigger, self.cell, of=self._states, spacing=Space.S, margins=0)
+        self._row = in_row(self.menu, self.port, (self.name, 1), self._states, Gap(Space.S), self.lock, spacing=Space.S)
+        self._column = in_column(self._row, of=self, spacing=_AROUND_PX,
+                                 margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX))  # fmt: skip
+        for widget in (self.menu, self.activation, self.trigger, self.cell, self.lock):
+            widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         self._fit()
         self._retranslate()
         for changed in (connector.changed, connector.renamed, connector.ticked):
@@ -185,16 +184,31 @@ class TopBar(QFrame):
         VisibilityTimer(self, self.refresh, retranslate=self._retranslate, restyle=self._fit)
 
     def _fit(self) -> None:
-        """Sets the heights and widths that depend on theme and text size."""
-        self.setFixedHeight(scaled(BAR_PX))
+        """Sets the heights and widths that depend on theme and text size; where one line has no room for all, the
+        states are on a second one."""
         self.menu.setFixedWidth(scaled(36))
         self._fit_name()
         self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
+        widgets = (self.menu, self.port, self._states, self.lock)
+        least_px = sum(widget.minimumSizeHint().expandedTo(widget.minimumSize()).width() for widget in widgets)
+        is_folded = least_px + 6 * Space.S + Space.M > self.width()
+        if is_folded != (self._column.count() > 1):
+            (self._row if is_folded else self._column).removeWidget(self._states)
+            if is_folded:
+                self._column.addWidget(self._states, 0, Qt.AlignmentFlag.AlignRight)
+            else:
+                self._row.insertWidget(self._row.indexOf(self.name) + 1, self._states)
+        states_px = self.activation.sizeHint().height() + _AROUND_PX
+        self.setFixedHeight(scaled(BAR_PX) + (states_px if is_folded else 0))
 
     def _fit_name(self) -> None:
         """Shows a name of usual length in full, before the port's."""
         wanted = QFontMetrics(font(is_bold=True)).horizontalAdvance(self.name.text()) + Space.S
         self.name.setMinimumWidth(min(wanted, scaled(100)) if self.name.text() else 0)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
 
     def open_menu(self) -> None:
         """Opens the menu below its button, without blocking."""
@@ -224,7 +238,7 @@ class TopBar(QFrame):
 
     def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
         button = control(
-            QPushButton(), texts, "lock_button", "LOCK", tip="Standby, at once", key="Ctrl+L",
+            QPushButton(), texts, "lock_button", "LOCK", key="Ctrl+L",
             about="Standby at once: always allowed, never asked twice, sent before everything else.",
         )  # fmt: skip
         set_icon_size(button, ICON_PX, gap_px=TEXT_GAP_PX)

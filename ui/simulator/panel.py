@@ -27,7 +27,7 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice
-from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, label_for
+from ui.widgets.sliders import Dial, WheelGuard, fit_number, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_MS = 200
@@ -103,7 +103,7 @@ class SimulatorPanel(QWidget):
         self.fall_height.setValue(USUAL_HEIGHT_M)
         self.fall_height.setSuffix(" m")
         self.fall_height.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.fall_height.setFixedWidth(NUMBER_PX)
+        fit_number(self.fall_height)
         self._guard.guard(self.fall_height)
         self.fall_height.valueChanged.connect(self._name_drop)
         self.tilt.turned.connect(lambda tilt_deg: self._act(lambda bench: bench.set_tilt(tilt_deg)))

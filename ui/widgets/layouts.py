@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QLayout,
     QLayoutItem,
     QScrollArea,
+    QStackedLayout,
     QVBoxLayout,
     QWidget,
     QWidgetItem,
@@ -117,6 +118,47 @@ def retain_size(widget: QWidget) -> None:
     widget.setSizePolicy(policy)
 
 
+def least_size(widget: QWidget) -> QSize:
+    """The size below which something in `widget` is cut off: as high as its texts are when they wrap in the width that
+    they have now. The view of a page that is behind another one needs no room."""
+    layout = widget.layout()
+    view = layout.currentWidget() if isinstance(layout, QStackedLayout) else None
+    if view is not None:
+        return least_size(view).expandedTo(widget.minimumSize())
+    if layout is not None:
+        return _least_size(layout).expandedTo(widget.minimumSize())
+    size = QWidgetItem(widget).minimumSize()
+    if widget.hasHeightForWidth():
+        size.setHeight(max(size.height(), widget.heightForWidth(widget.width())))
+    return size
+
+
+def _least_size(layout: QLayout) -> QSize:
+    if not isinstance(layout, QBoxLayout):
+        size = layout.totalMinimumSize()
+        if layout.hasHeightForWidth():
+            size.setHeight(layout.totalMinimumHeightForWidth(layout.geometry().width()))
+        return size
+    items = [item for item in map(layout.itemAt, range(layout.count())) if item is not None]
+    sizes = [_least_of(item) for item in items]
+    widths, heights = [size.width() for size in sizes], [size.height() for size in sizes]
+    gaps = layout.spacing() * max(0, sum(not item.isEmpty() for item in items) - 1)
+    is_column = layout.direction() in (QBoxLayout.Direction.TopToBottom, QBoxLayout.Direction.BottomToTop)
+    size = (
+        QSize(max(widths, default=0), sum(heights) + gaps)
+        if is_column
+        else QSize(sum(widths) + gaps, max(heights, default=0))
+    )
+    return size.grownBy(layout.contentsMargins())
+
+
+def _least_of(item: QLayoutItem) -> QSize:
+    widget, layout = item.widget(), item.layout()
+    if widget is not None and not item.isEmpty():
+        return least_size(widget)
+    return item.minimumSize() if layout is None else _least_size(layout)  # the margins of an empty layout remain
+
+
 class FlowRow(QLayout):
     """A row that wraps: `add` aligns widgets to the left, `add_right` to the right of the last line."""
 
@@ -200,7 +242,7 @@ class FlowRow(QLayout):
         if self._width(last + right) <= room.width():
             lines.append((last, right))
         else:
-            lines.append((last, []))
+            lines += [(last, [])] * bool(last)
             lines += [([], line) for line in self._wrap(right, room.width())]
         top = room.top()
         for at_left, at_right in lines:

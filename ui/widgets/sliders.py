@@ -4,9 +4,10 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QSlider, QWidget
 
 from ui.core.texts import Texts
-from ui.style.theme import Space
+from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_row
+from ui.widgets.visibility_timer import VisibilityTimer
 
 NUMBER_PX = 104
 """Width of a number box with its unit, smaller than Qt's size hint."""
@@ -24,6 +25,16 @@ class WheelGuard(QObject):
             event.ignore()  # passes it on to the scroll area
             return True
         return False
+
+
+def fit_number(box: QWidget) -> None:
+    """Gives a number box its width in the size of text in use."""
+
+    def fit() -> None:
+        box.setFixedWidth(scaled(NUMBER_PX))
+
+    VisibilityTimer(box, fit, restyle=fit)
+    fit()
 
 
 def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
@@ -64,7 +75,7 @@ class Dial(QWidget):
         self.box.setSuffix(unit)
         self.box.setKeyboardTracking(False)
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.box.setFixedWidth(NUMBER_PX)
+        fit_number(self.box)
         for widget in (self.slider, self.box):
             guard.guard(widget)
         in_row((self.slider, 1), self.box, of=self, spacing=Space.S, margins=0)

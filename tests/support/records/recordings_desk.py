@@ -106,8 +106,7 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     make: Any = FakeWorker
     texts, storage = Texts(), Storage(folder)
     connector = Ports(ports, storage, make_worker=make)
-    appearance = Appearance(qapp, Choice.LIGHT)
-    services = Services(connector, texts, appearance)
+    services = Services(connector, texts, Appearance(qapp, Choice.LIGHT))
     storage.recordings.library.folder.mkdir(parents=True)
     copyfile(template, storage.recordings.library.folder / template.name)
     shown = QWidget()
@@ -116,8 +115,6 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     for page in pages.values():
         row.addWidget(page)
     qtbot.addWidget(shown)
-    appearance.apply_theme(shown)
-    connector.setParent(shown)  # else its connections would keep the pages alive
     shown.resize(876 * len(kinds), 500)
     shown.show()
     desk = Desk(qtbot, storage, texts, pages.get(RecordingsPage), pages.get(LivePage))  # type: ignore[arg-type]

@@ -185,6 +185,9 @@ def _in_cells(view: QTableView) -> Iterator[str]:
     """Cells may be elided if the tooltip has the whole text."""
     model = view.model()
     for row in range(min(20, model.rowCount() if _has_model(view) else 0)):
+        high = QFontMetrics(view.font()).height()
+        if view.rowHeight(row) < high - _SLACK_PX:
+            yield f"row {row} needs {high} px of height, has {view.rowHeight(row)}"
         for column in range(model.columnCount()):
             index = model.index(row, column)
             text = str(index.data() or "")

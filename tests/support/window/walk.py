@@ -38,6 +38,7 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
 from ui.style.theme import Choice
+from ui.widgets.step_button import bring_into_sight, is_in_sight
 
 SMALL_SCREEN = QSize(1024, 600)
 PROFILE = """
@@ -118,6 +119,8 @@ class Walk(Driver):
         button = self.find(QWidget, name)
         assert isinstance(button, QPushButton | QToolButton), name
         assert button.isEnabled(), name
+        if not is_in_sight(button):
+            bring_into_sight(button)
         settle(button)
         button.click()
 
@@ -193,6 +196,7 @@ class Walk(Driver):
         confirm.ask.click()
         yield self._stop("commands, asked")
         confirm.cancel.click()
+        bring_into_sight(self.find(QWidget, "ritual"))
         self.press("ritual_rehearse")
         yield self._stop("commands, ritual chosen")
         self.press("ritual_arm")

@@ -33,9 +33,9 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
         dialog = find(main, PreferencesDialog)
         assert dialog.isVisible()
         assert not dialog.isModal()  # LOCK stays in reach
-        usual = main.top_bar.height()
+        usual = main.top_bar.menu.width()
         choose(dialog.zoom, 125)
-        qtbot.waitUntil(lambda: main.top_bar.height() == round(usual * 1.25))
+        qtbot.waitUntil(lambda: main.top_bar.menu.width() == round(usual * 1.25))
         choose(dialog.theme, "sunlight")
         assert scale_in_use() == 1.25  # not twice as large
         choose(dialog.language, "zh_CN")

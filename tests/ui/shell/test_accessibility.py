@@ -31,6 +31,7 @@ from tests.support.window.painted_text import picture_of, watching
 from tests.support.window.screen_reader import misnamed, unheard
 from tests.support.window.spoken import untranslated
 from tests.support.window.walk import SMALL_SCREEN, Walk, walking
+from ui.core.preferences import MAX_ZOOM_PERCENT
 from ui.forms.rows_table import RowsTable
 from ui.main import PAGES
 from ui.pages.settings import profiles
@@ -45,6 +46,8 @@ from ui.style.theme import Choice, Meaning
 from ui.widgets.readout import Readout, StateChip
 
 FULL_HD_AT_200 = QSize(960, 540)
+NO_ROOM_AT_200 = ("flights", "recordings", "simulator panel")
+"""Lists, or a page and a panel, that lie side by side."""
 BY_OTHER_KEYS = ("_less", "_more")
 """Beside a number field, whose arrow keys do the same: a stop of Tab would only be in the way."""
 FROM_CANCEL_ON = ("ritual_", "_cancel", "_go", "_ask")
@@ -95,6 +98,33 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
     assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
     assert controls > 500
     assert texts > 300
+    assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
+
+
+def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """At twice the size of text each page wraps, folds and scrolls: nothing is cut off, and only lists scroll sideways
+    that have no room for two columns."""
+    faults: dict[str, str] = {}
+    folder = tmp_path / "200"  # a part of the port's name, which cannot wrap
+    folder.mkdir()
+    with walking(qtbot, qapp, folder) as walk:
+        walk.assembly.appearance.zoom(MAX_ZOOM_PERCENT)
+        walk.settle()
+        try:
+            for stop in walk.stops():
+                assert walk.window.size() == SMALL_SCREEN, stop.name
+                if not stop.name.startswith(NO_ROOM_AT_200):
+                    found = [*cut_off(stop.root), *sideways(stop.root)]
+                    if stop.name in {entry.key for entry in PAGES}:
+                        walk.assembly.language_switch.use(CHINESE)
+                        found += [*cut_off(stop.root), *sideways(stop.root)]
+                        walk.assembly.language_switch.use(ENGLISH)
+                        walk.settle()
+                    for fault in found:
+                        faults.setdefault(fault, stop.name)
+        finally:
+            walk.assembly.appearance.zoom(100)
+    faults = {fault: name for fault, name in faults.items() if not fault.startswith("bundle_text")}  # a file's lines
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
 
 

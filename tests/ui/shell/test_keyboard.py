@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import goes_back, tab_chain
 from tests.support.window.fakes_ui import window
+from tests.support.window.steps import let_lay_out
 from tests.support.window.walk import walking
 from ui.core.texts import Texts
 from ui.main import PAGES
@@ -167,6 +168,7 @@ def test_f10_opens_the_menu_and_lock_is_in_it(qtbot: QtBot, qapp: QApplication, 
         assert any(main.menus["lock"] in menu.actions() for menu in main.findChildren(QMenu))
         bar = main.top_bar
         assert bar.menu.menu() is main.menus.main
+        let_lay_out(main)
         assert bar.menu.mapTo(main, QPoint()).x() < bar.port.mapTo(main, QPoint()).x()
         heights = {one.height() for one in (bar.menu, bar.port, bar.activation, bar.trigger, bar.cell, bar.lock)}
         assert (bar.height(), len(heights)) == (48, 1)

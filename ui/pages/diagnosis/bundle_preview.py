@@ -28,7 +28,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import TickingLabel
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 CAPTURE_ENTRIES: Final = 20_000
@@ -121,7 +121,7 @@ class BundlePreview(QWidget):
             self._result.notify(Meaning.ATTENTION, lambda: not_saved_text(path, error))
 
         def tell(_none: None) -> None:
-            self._result.notify(Meaning.GOOD, lambda: tr("Saved as {path}.", path=path))
+            self._result.notify(Meaning.GOOD, lambda: tr("Saved to {path}.", path=path))
 
         self._saving.run(lambda _running: bundle.write(path), tell, fail)
 
@@ -158,7 +158,9 @@ class BundlePreview(QWidget):
 
     def _lay_out(self) -> None:
         body = in_row(self.parts, (self.text, 1), spacing=Space.S)
-        head = in_row((self._privacy_note, 1), self.renew, self.save, spacing=Space.S)
+        buttons = FlowRow()
+        buttons.add_right(self.renew, self.save)
+        head = in_row((self._privacy_note, 1), (buttons, 2), spacing=Space.S)
         in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _apply_theme(self) -> None:

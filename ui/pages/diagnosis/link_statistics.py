@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QLabel, QScrollArea, QWidget
 
 from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics
 from app.text.sentences import in_brackets
@@ -12,7 +12,7 @@ from ui.core.texts import Texts
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.services.context import Services
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scale_in_use
 from ui.widgets.controls import control, named
 from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel
 from ui.widgets.layouts import in_column, in_row
@@ -34,6 +34,8 @@ _NUMBERS: Final = (
     ("losses", marked("Port lost")),
 )
 _ICON_PX: Final = 16
+_ONE_ROW_UP_TO: Final = 1.5
+"""Size of text."""
 
 
 class Tile(QWidget):
@@ -76,7 +78,16 @@ class LinkStatisticsView(QScrollArea):
         self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
         self._legend = self._caption(services, "figures_legend", marked("▼ restart   ■ port lost"))
         self._lay_out(services)
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, restyle=self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Large text has two rows of numbers, and one chart below the other."""
+        is_large, direction = scale_in_use() > _ONE_ROW_UP_TO, QBoxLayout.Direction
+        columns = 4 if is_large else len(self.totals)
+        for number, tile in enumerate(self.totals.values()):
+            self._numbers.addWidget(tile, number // columns, number % columns)
+        self._pair.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
 
     def show_recorded(self, statistics: LinkStatistics | None) -> None:
         """Of a file instead of the connection; None: back to it."""
@@ -128,10 +139,12 @@ class LinkStatisticsView(QScrollArea):
 
     def _lay_out(self, services: Services) -> None:
         numbers = named(QFrame(), "figures_totals", "card")
-        in_row(*((total, 1) for total in self.totals.values()), of=numbers, spacing=Space.M, margins=(Space.M, Space.S))
+        self._numbers = QGridLayout(numbers)
+        self._numbers.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        self._numbers.setHorizontalSpacing(Space.M)
         trips = self._caption(services, "figures_trips_title", marked("Round-trip time, ms"))
         reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes"))
-        pair = in_row(
+        self._pair = in_row(
             (self._card("figures_trips_card", trips, self.trips), 3),
             (self._card("figures_reasons_card", reasons, self.reasons), 2),
             spacing=Space.S,
@@ -143,7 +156,7 @@ class LinkStatisticsView(QScrollArea):
         in_column(
             numbers,
             (self._card("figures_time_card", head, self.over_time), 1),
-            (pair, 1),
+            (self._pair, 1),
             of=content,
             spacing=Space.S,
             margins=(Space.M, Space.S),

@@ -8,7 +8,6 @@ from PySide6.QtGui import QFontMetrics, QGuiApplication
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
-    QHBoxLayout,
     QLabel,
     QTableView,
     QToolButton,
@@ -29,7 +28,7 @@ from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, fixed_font, font
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -153,8 +152,11 @@ class TrafficPage(QWidget):
         box.currentIndexChanged.connect(self._use_filter)
         return box
 
-    def _make_bar(self) -> QHBoxLayout:
-        return in_row(self.filter, self.search, 1, self.pause, self.mark, self.copy, self.clear, spacing=Space.S)
+    def _make_bar(self) -> FlowRow:
+        bar = FlowRow()
+        bar.add(self.filter, self.search)
+        bar.add_right(self.pause, self.mark, self.copy, self.clear)
+        return bar
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all, as tab-separated text; at most `MAX_COPIED`."""
@@ -233,7 +235,7 @@ class TrafficPage(QWidget):
         if self.search.is_searching:
             text = tr("{what}: {percent} %", what=tr("Search"), percent=round(self.search.share * 100))
         elif self._is_not_found:
-            text = tr("Not found")
+            text = tr("No matches")
         elif self._is_paused and not self.model.is_recorded:
             text = tr("{count} new", count=f"{self.model.unseen:,}")
         else:
@@ -264,6 +266,7 @@ class TrafficPage(QWidget):
         self.table.setColumnWidth(Column.KIND.value, 14 + width("rejected, again") + Space.XL)
         eight_bytes = QFontMetrics(fixed).horizontalAdvance("00 " * 8)
         self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)
+        self.table.horizontalHeader().setMinimumSectionSize(width(tr("Meaning")) + 2 * Space.L)
         self.table.viewport().update()
 
     def _show_again(self) -> None:

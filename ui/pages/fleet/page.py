@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QStackedWidget
 
 from app.fleet.card import Card, Need, by_need
@@ -39,7 +39,7 @@ from ui.services.page import Page
 from ui.services.port import Port
 from ui.services.running_job import is_risk_open, progress_text, risk_notice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import EmptyState, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -50,6 +50,7 @@ REFRESH_EVERY_MS: Final = 220
 HELD_S: Final = 5.0
 """After the pointer or the focus has left the board, the cards keep their places for this long."""
 ALL_EVERY: Final = 4
+_LOWEST_PX: Final = 110
 
 
 class FleetPage(Page):
@@ -368,11 +369,7 @@ class FleetPage(Page):
 
     def fit(self) -> None:
         self.board.place()
-
-    # Qt
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(320, 240)
+        self.stack.setMinimumHeight(scaled(_LOWEST_PX))
 
 
 _URGENT: Final = (Meaning.DANGER, Meaning.ATTENTION)

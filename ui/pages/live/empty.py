@@ -2,7 +2,8 @@
 
 from typing import Final
 
-from PySide6.QtWidgets import QLabel, QPushButton
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QBoxLayout, QLabel, QPushButton
 
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.target import Target
@@ -43,7 +44,9 @@ class EmptyPage(EmptyState):
         for button in self._buttons:
             retain_size(button)
         self.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
-        self.column.insertLayout(5, in_row(1, *self._buttons, 1, spacing=Space.S))
+        middle = Qt.AlignmentFlag.AlignCenter
+        self._row = in_row(1, *((button, middle) for button in self._buttons), 1, spacing=Space.S)
+        self.column.insertLayout(5, self._row)
 
     def refresh(self) -> None:
         state = self._connector.current.state
@@ -57,6 +60,9 @@ class EmptyPage(EmptyState):
         for button in self._buttons:
             button.setVisible(state.phase not in _BUSY)
         self._way.setVisible(is_idle)
+        is_narrow = sum(button.sizeHint().width() + Space.S for button in self._buttons) > self.width()
+        direction = QBoxLayout.Direction
+        self._row.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
 
     def _simulate(self) -> None:
         self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))

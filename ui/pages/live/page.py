@@ -7,7 +7,7 @@ or not. A recording is shown here too, with its plots above those of the module,
 
 from typing import Final, cast
 
-from PySide6.QtCore import QSize, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QImage, QWindow
 from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
 
@@ -277,9 +277,10 @@ class LivePage(StreamPage):
         self._seen = named(QWidget(), "live_seen")
         plots = in_row(self.fired, (card, 1), spacing=Space.S)
         in_column(self.panel, (plots, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
-        head = self.make_header(self._services.texts, marked("Live"), self.save, self.fired.button)
+        head = self.make_header(self._services.texts, marked("Live"))
         head.row.setStretchFactor(head.title, 0)
-        head.row.setStretchFactor(self.save, 1)  # shows where something was saved
+        head.row.insertWidget(1, self.save, 1)  # shows where something was saved
+        head.add(self.fired.button)
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         content = named(QWidget(), "live_content")
         in_column(
@@ -288,9 +289,6 @@ class LivePage(StreamPage):
         return content
 
     # Qt
-
-    def minimumSizeHint(self) -> QSize:
-        return (self.empty if self.is_empty else self._content).minimumSizeHint()
 
     def end_notices(self, *, is_page_left: bool = False) -> None:
         super().end_notices(is_page_left=is_page_left)

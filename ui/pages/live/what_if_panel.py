@@ -41,7 +41,7 @@ from ui.pages.live.what_if_fields import DraftLines, WhatIfFields
 from ui.plots.axis import clock_text
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
@@ -49,6 +49,8 @@ from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _WIDTH_PX: Final = 376
+_LEAST_PX: Final = 210
+"""Of its width, in the usual size of text."""
 _ROWS_IN_SIGHT: Final = 8
 _STYLES: Final = {
     WhatIfKind.JUDGING: (Icon.CLOCK, Meaning.INFORMATION),
@@ -283,8 +285,11 @@ class WhatIfPanel(QFrame):
         self.rules = text_label("fired_rules", "small")
         self.rules.hide()
         self.hide()
-        self.setFixedWidth(_WIDTH_PX)
+        self._fit()
         self._lay_out(services)
+
+    def _fit(self) -> None:
+        self.setFixedWidth(max(_WIDTH_PX, scaled(_LEAST_PX)))
 
     def _wire(self) -> None:
         self.list.itemClicked.connect(self._on_row_chosen)
@@ -293,7 +298,7 @@ class WhatIfPanel(QFrame):
         self.about.toggled.connect(self.rules.setVisible)
         self.button.toggled.connect(self._show)
         self._exchange.tried.connect(self._try)
-        VisibilityTimer(self, retranslate=self._retranslate)
+        VisibilityTimer(self, retranslate=self._retranslate, restyle=self._fit)
         self._retranslate()
 
     def _lay_out(self, services: Services) -> None:

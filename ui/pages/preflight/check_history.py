@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Final, NamedTuple, TypeVar
 
 import pyqtgraph as pg
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QColor, QIcon
 from PySide6.QtWidgets import (
     QComboBox,
@@ -33,8 +33,9 @@ from ui.forms.table_kit import TableColumn, select_row
 from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, Theme, scaled
+from ui.style.theme import Meaning, Space, Theme, scale_in_use, scaled
 from ui.widgets.controls import control, named
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -99,6 +100,8 @@ class Trend(StaticPlot):
 
 _ROW_PX: Final = 26
 _TABLE_PX: Final = 110
+_THREE_UP_TO: Final = 1.5
+"""Size of text up to which three trends lie side by side."""
 
 
 class _TrendedValue(NamedTuple):
@@ -130,17 +133,23 @@ def _verdict(check: CheckLine) -> str:
     return tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
 
 
+def _widest_verdict() -> str:
+    return max((tr(word) for word in (*VERDICT_WORDS.values(), "void")), key=len)
+
+
 def _verdict_icon(check: CheckLine) -> QIcon:
     return icon(*_VOID_LOOK if check.is_void else _STYLES[verdict_named(check.verdict)])
 
 
 _COLUMNS: Final = (
-    TableColumn[CheckLine](marked("When"), lambda check: local_time(check.at)),
-    TableColumn[CheckLine](marked("Verdict"), _verdict, picture=_verdict_icon),
+    TableColumn[CheckLine](marked("When"), lambda check: local_time(check.at), widest=lambda: "0000-00-00 00:00:00"),
+    TableColumn[CheckLine](marked("Verdict"), _verdict, picture=_verdict_icon, widest=_widest_verdict),
     TableColumn[CheckLine](marked("Module"), lambda check: check.module or "—", stretches=True),
-    TableColumn[CheckLine](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True),
-    TableColumn[CheckLine](marked("Checked by"), lambda check: check.who or "—", stretches=True),
-    TableColumn[CheckLine](marked("Settings code"), lambda check: check.fingerprint or "—"),
+    TableColumn[CheckLine](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True, is_spare=True),
+    TableColumn[CheckLine](marked("Checked by"), lambda check: check.who or "—", stretches=True, is_spare=True),
+    TableColumn[CheckLine](
+        marked("Settings code"), lambda check: check.fingerprint or "—", widest=lambda: "MMMM-MMMM", is_spare=True
+    ),
 )
 
 
@@ -182,6 +191,9 @@ class CheckHistory(QWidget):
     def _fit_table(self) -> None:
         """Some rows are in sight however large the text: the page scrolls below them."""
         self.table.setMinimumHeight(scaled(_TABLE_PX))
+        columns = 3 if scale_in_use() <= _THREE_UP_TO else 2
+        for number, trend in enumerate(self.trends.values()):
+            self._grid.addWidget(trend, number // columns, number % columns)
 
     def open(self) -> None:
         """Reload everything and select the named module."""
@@ -254,14 +266,14 @@ class CheckHistory(QWidget):
     def _lay_out(self) -> None:
         title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")
         head = in_row(title, 1, self.count, self.filter, spacing=Space.M)
-        trends = QGridLayout()
-        trends.setSpacing(Space.M)
-        for number, one in enumerate(TRENDED):
-            trends.addWidget(self.trends[one.name], number // 3, number % 3)
-            self.trends[one.name].hide()  # until its values are known: an axis that grows is drawn cut off
+        self._grid = QGridLayout()
+        self._grid.setSpacing(Space.M)
+        for trend in self.trends.values():
+            trend.hide()  # until its values are known: an axis that grows is drawn cut off
         content = named(QWidget(), "check_history_content")
-        in_column((self.table, 1), trends, self.stations, of=content, spacing=Space.S, margins=0)
-        scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks")
+        in_column((self.table, 1), self._grid, self.stations, of=content, spacing=Space.S, margins=0)
+        scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks",
+                             is_vertical=True)  # fmt: skip
         foot = in_row(self.back, 1, self.print, spacing=Space.S)
         in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
@@ -273,9 +285,7 @@ class StationsRow(QWidget):
         super().__init__()
         self.setObjectName("stations_row")
         self._folder = folder
-        self.own = named(QLabel(), "station_own", "muted")
-        self.own.setTextFormat(Qt.TextFormat.PlainText)
-        self.own.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.own = text_label("station_own", "muted", is_selectable=True)
         self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.known)

@@ -16,7 +16,7 @@ from app.settings.profile_file import ProfileRefused, refusal_text, save_profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.core.texts import Texts
@@ -335,7 +335,7 @@ class PreflightPage(Page):
 
     def _show_faults(self, path: Path, refusal: ProfileRefused) -> None:
         def text() -> str:
-            return tr("{file} is no profile: {why}", file=path.name, why=join_sentences(refusal.sentences[:3]))
+            return labelled(tr("{file} is not a profile", file=path.name), join_sentences(refusal.sentences[:3]))
 
         self.result.notify(Meaning.ATTENTION, text)
 
@@ -379,7 +379,7 @@ class PreflightPage(Page):
     # Qt
 
     def fit(self) -> None:
-        self.banner.use_height(low_px() if self.height() < scaled(_LOW_PAGE_PX) else HEIGHT_PX)
+        self.banner.use_height(low_px() if self.height() < scaled(_LOW_PAGE_PX) else max(HEIGHT_PX, low_px()))
 
     def on_escape(self) -> bool:
         """Leave the past checks or the profile editor, cancel the check, or close a message."""

@@ -20,16 +20,19 @@ from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon, Look
-from ui.style.theme import Meaning, Size, Space
+from ui.style.theme import Meaning, Size, Space, scale_in_use
 from ui.widgets.controls import ChoiceButton, control, named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.readout import StateChip
 from ui.widgets.step_button import StepButton
+from ui.widgets.visibility_timer import VisibilityTimer
 
 LOCK_AND_ENABLE: Final = marked("Lock, enable and check again")
 CHIP_PX: Final = 112
 TITLE_PX: Final = 180
 MEASURED_PX: Final = 170
+_BESIDE_UP_TO: Final = 1.5
+"""Size of text up to which a button lies beside the reason."""
 
 
 STYLES: Final = {
@@ -145,9 +148,9 @@ class CheckRow(QFrame):
         grid.addWidget(self.measured, 0, 2)
         grid.addWidget(self.limit, 0, 3)
         grid.addWidget(self.reason, 1, 1, 1, 2)
-        grid.addWidget(self.act, 1, 3, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
         self._grid = grid
-        self._is_wide = False
+        VisibilityTimer(self, restyle=self._place)
+        self._place()
 
     def _on_act(self) -> None:
         if self._act is not None:
@@ -189,9 +192,14 @@ class CheckRow(QFrame):
         self.act.setText(words)
         self.act.setAccessibleName(f"{words}: {tr(self.check.title)}")
         self.act.setVisible(is_shown)
-        if self._is_wide is is_shown:
-            self._is_wide = not is_shown
-            self._grid.addWidget(self.reason, 1, 1, 1, 2 if is_shown else 3)
+        self._place()
+
+    def _place(self) -> None:
+        """The button lies beside the reason, below it where the text is large."""
+        is_below = scale_in_use() > _BESIDE_UP_TO
+        self._grid.addWidget(self.reason, 1, 1, 1, 2 if self._act is not None and not is_below else 3)
+        side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
+        self._grid.addWidget(self.act, *((2, 1, 1, 3) if is_below else (1, 3, 1, 1)), side)
 
     def _show_texts(self, reason: str, *, is_explained: bool) -> None:
         title = tr(self.check.title)

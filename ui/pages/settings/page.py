@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QApplication,
     QBoxLayout,
@@ -51,7 +51,7 @@ from ui.pages.settings.row import (
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, scaled
+from ui.style.theme import Meaning, Space, scale_in_use, scaled
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -65,9 +65,16 @@ _WIDE_FROM_PX: Final = 816
 """In a table of this width the names and the values have more room."""
 _REST_PX: Final = 120
 """Of a row: a reason, the gaps and the margins."""
+_GAPS_PX: Final = 71
+_WIDEST_STATE_PX: Final = 118
+_LARGE_NAME_PX: Final = 172
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 800
+_WIDE_UP_TO: Final = 1.5
+"""Size of text up to which the names have more room: beyond it the numbers need it."""
+_FOLDED_TO_PX: Final = 600
+"""Up to this width of the table the button of the baud rate lies below its text."""
 _BELOW_PX: Final = 56
 _CAPTIONS_FROM_PX: Final = 540
 """A lower page gives the room of the captions to the rows: the baud rate is in sight at 1024x600."""
@@ -321,15 +328,6 @@ class SettingsPage(Page):
 
     # Qt
 
-    def minimumSizeHint(self) -> QSize:
-        """Of the view in sight; of the form with the pane below the table."""
-        hint, view = super().minimumSizeHint(), self._stack.currentWidget()
-        if view is not None and view is not self._form:
-            hint.setWidth(view.minimumSizeHint().width())
-        elif self.pane.maximumWidth() < _UNBOUNDED:
-            hint.setWidth(hint.width() - self.pane.minimumWidth() - Space.S)
-        return hint
-
     def fit(self) -> None:
         """Puts the pane beside the table, or below it."""
         is_beside = self.width() >= scaled(SIDE_FROM_PX)
@@ -351,13 +349,17 @@ class SettingsPage(Page):
         is_wide = table_px >= _WIDE_FROM_PX
         room_px = table_px - WIDE_NAME_PX - scaled(EDITOR_PX) - scaled(STATE_PX) - _REST_PX
         value_px = max(WIDE_VALUE_PX, min(scaled(WIDE_VALUE_PX), room_px)) if is_wide else VALUE_PX
+        name_px = NAME_PX if not is_wide else WIDE_NAME_PX if scale_in_use() <= _WIDE_UP_TO else _LARGE_NAME_PX
+        rest_px = name_px + value_px + scaled(_WIDEST_STATE_PX) + _GAPS_PX
+        editor_px = max(EDITOR_PX, min(scaled(EDITOR_PX), table_px - rest_px)) if is_wide else EDITOR_PX
         rows = self.rows.values()
         for name in (self._heads[0], self.baud.title, *(row.name for row in rows)):
-            name.setFixedWidth(WIDE_NAME_PX if is_wide else NAME_PX)
+            name.setFixedWidth(name_px)
         for value in (self._heads[1], self.baud.stands, *(row.stands for row in rows)):
             value.setFixedWidth(value_px)
         for editor in (self._heads[2], self.baud.editor, *(row.editor for row in rows)):
-            editor.setFixedWidth(scaled(EDITOR_PX) if is_wide else EDITOR_PX)
+            editor.setFixedWidth(editor_px)
+        self.baud.fold(is_narrow=table_px < scaled(_FOLDED_TO_PX))
 
     def on_escape(self) -> bool:
         """Leaves the profile or the calibration, or dismisses the notice."""

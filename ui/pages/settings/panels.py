@@ -5,12 +5,12 @@ from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QStackedLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QWidget
 
 from app.engine.worker import Job
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud, logged_later
 from app.procedures.light_calibration import Band, CalibrationFault, Proposal, measure_light, propose
-from app.safety.acts import Act
+from app.safety.acts import TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from app.store.store import Store
@@ -56,7 +56,7 @@ class BaudPanel(QFrame):
         if not isinstance(editor, ChoiceEditor):
             raise TypeError("the baud rate has a choice editor")
         self.editor = editor
-        self.confirm = Confirm("baud", texts, ask=marked("Change baud rate…"), go=marked("Change now"))
+        self.confirm = Confirm("baud", texts, ask=f"{TITLES[Act.CHANGE_BAUD]}…", go=marked("Change now"))
         self.said = named(NoticeBar(texts), "baud_said")
         texts.bind(self._warning.setText, "The vendor advises not to change it.")
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
@@ -140,8 +140,13 @@ class BaudPanel(QFrame):
         for one in (self._warning, self.conditions, self.said):
             self._message.addWidget(one)
         row = in_row(*aligned_cells(self.title, self.stands, self.editor), 1, spacing=CELL_GAP)
-        below = in_row((self._message, 1), self.confirm, spacing=CELL_GAP)
-        in_column(row, below, of=self, spacing=0, margins=(Space.S, Space.XS))
+        self._below = in_row((self._message, 1), self.confirm, spacing=CELL_GAP)
+        in_column(row, self._below, of=self, spacing=0, margins=(Space.S, Space.XS))
+
+    def fold(self, *, is_narrow: bool) -> None:
+        """What it says lies beside its button, or above it."""
+        direction = QBoxLayout.Direction
+        self._below.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
 
 
 def _settle(store: Store, port: str, found: int) -> None:
@@ -172,8 +177,8 @@ class CalibrationPanel(QWidget):
         self._title = text_label("calibration_title", "title")
         self._intro = text_label("calibration_intro", "muted")
         self.sides = {
-            CLOSED: _Side(CLOSED, texts, marked("1. Bay closed"), Icon.BAY_CLOSED),
-            OPEN: _Side(OPEN, texts, marked("2. Bay open"), Icon.BAY_OPEN),
+            CLOSED: _Side(CLOSED, texts, 1, marked("Bay closed"), Icon.BAY_CLOSED),
+            OPEN: _Side(OPEN, texts, 2, marked("Bay open"), Icon.BAY_OPEN),
         }
         for name, side in self.sides.items():
             side.button.clicked.connect(partial(self._measure, name))
@@ -265,10 +270,11 @@ class CalibrationPanel(QWidget):
 class _Side(QFrame):
     """One position of the bay."""
 
-    def __init__(self, name: str, texts: Texts, title: str, picture: Icon) -> None:
+    def __init__(self, name: str, texts: Texts, number: int, title: str, picture: Icon) -> None:
         super().__init__()
         named(self, f"calibration_{name}", "card")
-        self.title = control(QLabel(), texts, f"calibration_{name}_title", title, role="strong")
+        self.title = named(QLabel(), f"calibration_{name}_title", "strong")
+        texts.bind(lambda text: self.title.setText(f"{number}. {text}"), title)
         self.text = text_label(f"calibration_{name}_text")
         self.button = control(QPushButton(), texts, f"calibration_{name}_measure", "Measure", picture=picture)
         texts.bind(self._name_button, title)

@@ -14,7 +14,7 @@ from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
 from app.settings.profiles import Match, Profile, ProfileRow, compare, profile_of
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
-from app.text.sentences import labelled
+from app.text.sentences import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -25,13 +25,16 @@ from ui.forms.value_label import ValueLabel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space
+from ui.style.theme import Meaning, Size, Space, scale_in_use
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.readout import StateChip
+from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX: Final = ".toml"
+_ONE_LINE_UP_TO: Final = 1.5
+"""Size of text."""
 _CHIPS: Final[Mapping[Match, tuple[Icon, Meaning | None]]] = {
     Match.SAME: (Icon.CHECK, None),
     Match.DIFFERENT: (Icon.SETTINGS, Meaning.INFORMATION),
@@ -149,10 +152,16 @@ class _CompareRow:
     def __init__(self, command: Command, texts: Texts) -> None:
         self.command = command
         self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title)
+        VisibilityTimer(self.tick, self._fit, retranslate=self._fit, restyle=self._fit)
         explain_setting(texts, self.tick, command)
         self.wanted = named(QLabel(), f"profile_wanted_{command.name}", "strong")
         self.stands = named(ValueLabel(command), f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
+
+    def _fit(self) -> None:
+        """A check box does not wrap its text: where it is large each word has its line."""
+        title = tr(self.command.title)
+        self.tick.setText(title.replace(" ", "\n") if scale_in_use() > _ONE_LINE_UP_TO else title)
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:
         can_apply = row.wanted is not None and row.command is not BAUD_RATE
@@ -267,6 +276,5 @@ def _name_button(button: QPushButton, text: str) -> None:
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:
-    if not missing:
-        return tr("Saved as {path}.", path=path)
-    return tr("Saved as {path}. Unknown, left out: {names}.", path=path, names=", ".join(missing))
+    left_out = tr("Not known: {names}.", names=", ".join(missing)) if missing else ""
+    return join_sentences((tr("Saved to {path}.", path=path), left_out))

@@ -37,8 +37,6 @@ WIDE_VALUE_PX: Final = 136
 EDITOR_PX: Final = 192
 STATE_PX: Final = 128
 _REASON_PX: Final = 24
-BESIDE_PX: Final = 34
-"""Width of an icon button beside an editor."""
 CELL_GAP: Final = Space.S
 MARGINS: Final = (Space.S, 1, Space.S, 1)
 
@@ -99,7 +97,7 @@ class SettingsRow(QFrame):
         self.editor.show_value(row.edited, None if row.module_value is None else row.module_value.value)
         self.editor.setEnabled(is_editable)
         look = STYLES[row.state]
-        self.state.set_caption(tr("State of {setting}", setting=tr(self.command.title)))
+        self.state.set_caption(tr(self.command.title))
         self.state.show_state(tr(row.state.value), look.icon, look.meaning)
         reason, warning = reason_text(row), warning_text(row)
         is_wrong = row.state in WRONG
@@ -111,7 +109,6 @@ class SettingsRow(QFrame):
         """Adds `button` to the right of the editor, next in the tab order."""
         layout = self.editor.layout()
         if layout is not None:
-            button.setFixedWidth(BESIDE_PX)
             layout.addWidget(button)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

@@ -15,6 +15,7 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
+    QBoxLayout,
     QComboBox,
     QLabel,
     QLineEdit,
@@ -53,7 +54,7 @@ from ui.services.context import Services
 from ui.services.module_field import ModuleField
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import ElidedLabel, EmptyState
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
@@ -64,6 +65,11 @@ from ui.widgets.visibility_timer import VisibilityTimer
 _ROW_PX: Final = 36
 _SEARCH_PX: Final = 140
 _READ_EVERY_MS: Final = 500
+_BESIDE_FROM_PX: Final = 640
+"""Narrower than this, in the usual size of text, the details lie below the list."""
+_LOWEST_PX: Final = 130
+_UNBOUNDED: Final = 16_777_215
+"""QWIDGETSIZE_MAX."""
 """Retry interval until the module is online and idle."""
 
 
@@ -260,10 +266,9 @@ class TriggersPage(Page):
         says = in_row(self.count, (self.news, 1), self.module, spacing=Space.M)
         beside = self._beside = scroll_area(self.detail, texts, "triggers_scroll", "Trigger records", is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        beside.setFixedWidth(WIDTH_PX)
-        lists = in_row((self._stack, 1), beside, spacing=Space.S)
+        self._lists = in_row((self._stack, 1), beside, spacing=Space.S)
         self._records = named(QWidget(), "triggers_records")
-        in_column(head, says, (lists, 1), self.strip, foot, of=self._records, spacing=Space.S, margins=0)
+        in_column(head, says, (self._lists, 1), self.strip, foot, of=self._records, spacing=Space.S, margins=0)
         self._views = named(QStackedWidget(), "triggers_views")
         for view in (self._records, self.beside):
             self._views.addWidget(view)
@@ -272,6 +277,12 @@ class TriggersPage(Page):
     # Qt
 
     def fit(self) -> None:
+        is_beside, direction = self.width() >= scaled(_BESIDE_FROM_PX), QBoxLayout.Direction
+        self._lists.setDirection(direction.LeftToRight if is_beside else direction.TopToBottom)
+        self._beside.setMinimumWidth(scaled(WIDTH_PX) if is_beside else 0)
+        self._beside.setMaximumWidth(scaled(WIDTH_PX) if is_beside else _UNBOUNDED)
+        for part in (self._stack, self._beside):
+            part.setMinimumHeight(0 if is_beside else scaled(_LOWEST_PX))
         self.detail.fit_height(self.height())
         self.beside.fit_height(self.height())
 

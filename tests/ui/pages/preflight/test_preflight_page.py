@@ -160,7 +160,7 @@ def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp
     with on_bench(qtbot, qapp, tmp_path, "refused", is_connected=False) as bench:
         bench.preflight.form.ask_open = choosing(bad)
         bench.preflight.form.choose_file()
-        assert said(bench).startswith("bad.toml is no profile: Line")
+        assert said(bench).startswith("bad.toml is not a profile: Line")
         assert bench.preflight.form.profile is None
 
 
