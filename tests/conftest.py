@@ -159,12 +159,13 @@ def qapp(qapp: "QApplication") -> "QApplication":
 
 @pytest.fixture(autouse=True)
 def fresh_input(request: pytest.FixtureRequest) -> Iterator[None]:
-    """No test leaves a key or button down, the pointer elsewhere, or another clock of gestures to the next."""
+    """No test leaves a key or button down, the pointer elsewhere, another clock of gestures or a style to the next."""
     yield
     if "qapp" in request.fixturenames:
         from tests.support.window.steps import release_input
 
         release_input()
+        request.getfixturevalue("qapp").setStyleSheet("")
 
 
 @pytest.fixture(scope="session")

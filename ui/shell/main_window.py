@@ -217,8 +217,8 @@ class MainWindow(QMainWindow):
         self._connector.changed.emit()  # for pages made while it connected
 
     def _place(self, key: str, page: Page) -> None:
+        self.stack.addWidget(page)  # with a style sheet of its own it would be polished once more
         self._services.appearance.apply_to(page)
-        self.stack.addWidget(page)
         self.notice_bar.order_tabs()
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)

@@ -137,7 +137,7 @@ class PageArea(QScrollArea):
 
 
 class PageMaker(QObject):
-    """Makes or places one page in each turn of the event loop."""
+    """Makes and places one page in each turn of the event loop."""
 
     done = Signal()
     """All pages were made and placed, except those that failed."""
@@ -154,7 +154,7 @@ class PageMaker(QObject):
         """The pages made so far, by key."""
         self._entries = {entry.key: entry for entry in entries}
         self._connector, self._services, self._place = services.connector, services, place
-        self._unmade, self._unplaced = list(self._entries), list[str]()
+        self._unmade = list(self._entries)
         self._awaited = self._entries.keys() & set(_BATCH_PAGES) or set(self._entries)
         """Pages that batches are held back for."""
         self._held = set[Bridge]()
@@ -165,7 +165,7 @@ class PageMaker(QObject):
 
     @property
     def is_done(self) -> bool:
-        return not self._unmade and not self._unplaced
+        return not self._unmade
 
     def begin(self) -> None:
         """Starts with the next turn of the event loop."""
@@ -208,15 +208,11 @@ class PageMaker(QObject):
             self.done.emit()
             return
         self.begin()  # first, since making a page may raise
-        if self._unplaced:
-            key = self._unplaced.pop()
-            self._place(key, self.pages[key])
-            self._awaited.discard(key)
-            if not self._awaited:
-                self._release()
-        else:
-            key = self._unmade.pop(0)
-            entry = self._entries[key]
-            page = self.pages[key] = entry.make(self._services)
-            self._services.texts.bind(page.setAccessibleName, entry.title)
-            self._unplaced.append(key)
+        key = self._unmade.pop(0)
+        entry = self._entries[key]
+        page = self.pages[key] = entry.make(self._services)
+        self._services.texts.bind(page.setAccessibleName, entry.title)
+        self._place(key, page)
+        self._awaited.discard(key)
+        if not self._awaited:
+            self._release()

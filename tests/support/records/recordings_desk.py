@@ -106,7 +106,8 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     make: Any = FakeWorker
     texts, storage = Texts(), Storage(folder)
     connector = Ports(ports, storage, make_worker=make)
-    services = Services(connector, texts, Appearance(qapp, Choice.LIGHT))
+    appearance = Appearance(qapp, Choice.LIGHT)
+    services = Services(connector, texts, appearance)
     storage.recordings.library.folder.mkdir(parents=True)
     copyfile(template, storage.recordings.library.folder / template.name)
     shown = QWidget()
@@ -115,6 +116,8 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     for page in pages.values():
         row.addWidget(page)
     qtbot.addWidget(shown)
+    appearance.apply_theme(shown)
+    connector.setParent(shown)  # else its connections would keep the pages alive
     shown.resize(876 * len(kinds), 500)
     shown.show()
     desk = Desk(qtbot, storage, texts, pages.get(RecordingsPage), pages.get(LivePage))  # type: ignore[arg-type]

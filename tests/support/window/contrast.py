@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QAbstractButton, QComboBox, QLabel, QLineEdit, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLabel, QLineEdit, QWidget
 
 from tests.support.window.painted_text import Drawn, Pixels, colours_in, luminance
+from ui.style import appearance
 from ui.style.theme import SUNLIGHT, Theme, current
 from ui.widgets.step_button import StepButton
 
@@ -15,6 +16,12 @@ DISABLED = 3.0
 """Least contrast of disabled controls, for which WCAG requires none."""
 _FRAME_PX = 4
 _ROUNDING = 0.01
+
+
+def style_all(app: QApplication, theme: Theme) -> None:
+    """Style all widgets, for those in no window; the sheet is taken away after the test."""
+    appearance.apply(app, theme)
+    app.setStyleSheet(appearance.style_sheet(theme))
 
 
 def wanted(theme: Theme) -> float:

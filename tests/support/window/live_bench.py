@@ -94,16 +94,17 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     connector = Ports(ports, NoStorage(), make_worker=make, clock=lambda: moment[0].now_s if moment else 1000.0)
     texts, appearance = Texts(), Appearance(qapp, Choice.LIGHT)
     page = LivePage(Services(connector, texts, appearance))
+    connector.setParent(page)  # else its connections would keep the page alive
     connector.batch.connect(page.on_batch)
     qtbot.addWidget(page)
     bench = Bench(qtbot, page, connector, texts, appearance, workers[0])
     moment.append(bench)
+    appearance.apply_theme(page)
     page.resize(876, 500)
     page.show()
     yield bench
     qtbot.waitUntil(lambda: not page.save.note.is_saving)
     page.hide()
     appearance.choose(Choice.LIGHT)
-    appearance.deleteLater()  # its connections would keep the page alive
     connector.stop(1.0)
     ports.stop(1.0)

@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
+from tests.support.window.contrast import style_all
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
 from ui.core.texts import Texts
@@ -18,7 +19,7 @@ from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.overlay import Overlay
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
-from ui.style import appearance, theme
+from ui.style import theme
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Choice, Meaning
@@ -26,7 +27,7 @@ from ui.style.theme import LIGHT, Choice, Meaning
 
 @pytest.fixture
 def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
     return Bench(qtbot)
 
 
@@ -176,7 +177,7 @@ def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
 def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qtbot: QtBot) -> None:
     scales = (Scale(0, 4, 2),)
     weights = {"Tilt": 5, "Acceleration": 3, "Light": 2, "Cell voltage": 2}
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
     lanes = [Lane(title, "", Series(), scales, weight=weight) for title, weight in weights.items()]
     plot = TimePlot(lanes, Texts(), wall_offset_s=0.0)
     qtbot.addWidget(plot)
@@ -209,6 +210,7 @@ def test_at_its_minimum_height_nothing_covers_the_times(qapp: QApplication, qtbo
     lanes = [Lane(title, "", Series(), (Scale(0, 4, 2),)) for title in ("Tilt", "Acceleration", "Light")]
     plot = TimePlot(lanes, Texts(), wall_offset_s=0.0)
     qtbot.addWidget(plot)
+    looks.apply_theme(plot)
     plot.resize(600, plot.minimumHeight())
     plot.show()
     QApplication.processEvents()

@@ -10,16 +10,16 @@ from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.contrast import style_all
 from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
 from ui.plots.lanes import Mark, Span
-from ui.style import appearance
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
 
 
 @pytest.fixture
 def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
     return Bench(qtbot)
 
 

@@ -11,19 +11,19 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Envelope
+from tests.support.window.contrast import style_all
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench, labels_of
 from ui.plots.axis import TimeAxis, clock_text
 from ui.plots.lane_view import points
 from ui.plots.lanes import Scale, Span, fitting_scale
-from ui.style import appearance
 from ui.style.theme import LIGHT, THEMES, Size, font
 from ui.widgets.readout import StateChip
 
 
 @pytest.fixture
 def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
     return Bench(qtbot)
 
 
@@ -154,7 +154,7 @@ def test_a_gap_and_a_silent_end_are_marked(bench: Bench) -> None:
 def test_curves_are_wider_than_a_hairline_in_the_colours_of_the_theme(
     bench: Bench, qapp: QApplication, theme: object
 ) -> None:
-    appearance.apply(qapp, theme)  # type: ignore[arg-type]
+    style_all(qapp, theme)  # type: ignore[arg-type]
     for lane, colour in zip(bench.view.lanes, theme.curves, strict=False):  # type: ignore[attr-defined]
         assert lane.curve.opts["pen"].color().name().upper() == colour.upper()
         assert lane.curve.line_px >= 2

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QComboBox, QHBoxLayout, QLineEdit, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from tests.support.window.contrast import contrast, surfaces_of
+from tests.support.window.contrast import contrast, style_all, surfaces_of
 from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.services.page import HEIGHT_PX, PageHeader
@@ -29,7 +29,7 @@ each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
 
 @pytest.fixture(autouse=True)
 def in_light(qapp: QApplication) -> None:
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
 
 
 def text_contrast(one: Theme) -> float:
@@ -109,7 +109,7 @@ def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
 
 @each_theme
 def test_applying_a_theme_dresses_the_application(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    appearance.apply(qapp, one)
+    style_all(qapp, one)
     assert theme.current() is one
     button = QPushButton("x")
     qtbot.addWidget(button)
@@ -128,7 +128,7 @@ def test_figures_are_of_one_width(qapp: QApplication) -> None:
 
 def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:
     for one in THEMES:
-        appearance.apply(qapp, one)
+        style_all(qapp, one)
         window = QWidget()
         qtbot.addWidget(window)
         button = QPushButton("Write", window)
@@ -165,7 +165,7 @@ def test_the_header_of_a_page_is_of_one_height(qtbot: QtBot) -> None:
 
 def test_what_stands_in_one_row_is_of_one_height(qapp: QApplication, qtbot: QtBot) -> None:
     for one in THEMES:
-        appearance.apply(qapp, one)
+        style_all(qapp, one)
         window = QWidget()
         qtbot.addWidget(window)
         row = QHBoxLayout(window)
@@ -195,7 +195,7 @@ def test_bold_is_bold_enough_for_a_chinese_font_without_a_bold_cut() -> None:
 
 @each_theme
 def test_the_page_in_sight_is_marked_so_that_it_is_seen(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    appearance.apply(qapp, one)
+    style_all(qapp, one)
     pages = Sidebar(PAGES, Texts())
     qtbot.addWidget(pages)
     pages.resize(pages.width(), 600)
@@ -250,7 +250,7 @@ def test_every_icon_draws_something_inside_its_square(one: Icon, qapp: QApplicat
 def test_icons_are_sharp_and_follow_the_theme(qapp: QApplication) -> None:
     one = icon(Icon.PAUSE)
     for chosen, colour in ((LIGHT, LIGHT.text), (DARK, DARK.text)):
-        appearance.apply(qapp, chosen)
+        style_all(qapp, chosen)
         picture = one.pixmap(QSize(24, 24), 2.0)
         assert (picture.width(), picture.devicePixelRatio()) == (48, 2)
         assert picture.toImage().pixelColor(16, 24) == QColor(colour)

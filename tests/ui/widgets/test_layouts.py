@@ -18,10 +18,10 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.contrast import style_all
 from tests.support.window.cut_off import cut_off_in_paint
 from tests.support.window.painted_text import watching
 from tests.support.window.walk import walking
-from ui.style import appearance
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Space, Theme
@@ -159,7 +159,7 @@ def colours(label: IconLabel) -> set[str]:
 
 
 def test_it_follows_the_theme_by_itself(qapp: QApplication, qtbot: QtBot) -> None:
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
     window = QWidget()
     qtbot.addWidget(window)
     label, muted = IconLabel("loud", 32), IconLabel("muted", 32)
@@ -173,9 +173,9 @@ def test_it_follows_the_theme_by_itself(qapp: QApplication, qtbot: QtBot) -> Non
         return QColor(theme.danger.ink).name().upper() in colours(label) and theme.muted in colours(muted)
 
     assert has_colours_of(LIGHT)
-    appearance.apply(qapp, DARK)
+    style_all(qapp, DARK)
     qtbot.waitUntil(lambda: has_colours_of(DARK))
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
     qtbot.waitUntil(lambda: has_colours_of(LIGHT))
 
 

@@ -13,10 +13,11 @@ from pytestqt.qtbot import QtBot
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
+from tests.support.window.contrast import style_all
 from tests.support.window.painted_text import watching
 from ui.core.texts import LanguageSwitch, Texts
 from ui.plots.gauge import TiltGauge
-from ui.style import appearance, theme
+from ui.style import theme
 from ui.style.icons import Icon, battery
 from ui.style.painted_widget import Freshness
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Meaning, Size
@@ -27,7 +28,7 @@ from ui.widgets.readout import Readout, StateChip
 
 @pytest.fixture(autouse=True)
 def in_light(qapp: QApplication) -> None:
-    appearance.apply(qapp, LIGHT)
+    style_all(qapp, LIGHT)
 
 
 def picture(widget: QWidget) -> QImage:
@@ -93,7 +94,7 @@ def test_nothing_moves_when_a_digit_is_added(qtbot: QtBot) -> None:
 @pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
 def test_fresh_stale_and_unknown_differ_in_shape(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
     """Compared as black and white, so that the difference is not one of colour."""
-    appearance.apply(qapp, one_theme)
+    style_all(qapp, one_theme)
     one = Readout("Tilt", unit="°")
     gauge = TiltGauge()
     shapes: dict[str, list[QImage]] = {"readout": [], "gauge": []}
@@ -139,7 +140,7 @@ def test_a_chip_starts_as_unknown(qtbot: QtBot) -> None:
 
 @pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
 def test_only_attention_and_danger_are_filled(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    appearance.apply(qapp, one_theme)
+    style_all(qapp, one_theme)
     chip = StateChip("Lock")
     qtbot.addWidget(chip)
     for meaning in (Meaning.ATTENTION, Meaning.DANGER):
@@ -236,9 +237,9 @@ def test_all_follow_theme_and_language(qapp: QApplication, qtbot: QtBot, monkeyp
     chip = StateChip("Lock")
     qtbot.addWidget(chip)
     light = picture(chip)
-    appearance.apply(qapp, DARK)
+    style_all(qapp, DARK)
     assert picture(chip) != light
-    appearance.apply(qapp, SUNLIGHT)
+    style_all(qapp, SUNLIGHT)
     readout = Readout("Tilt")
     qtbot.addWidget(readout)
     english = picture(readout)

@@ -213,12 +213,14 @@ def test_the_ten_seconds_run_out(active: Desk) -> None:
     stays_quiet(active, 200)
 
 
-REASONS: dict[str, tuple[Callable[[Desk], None], str]] = {
+OF_THE_PERSON: dict[str, tuple[Callable[[Desk], None], str]] = {
     "focus": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
     "page": (lambda one: one.assembly.window.go_to("settings"), "Disarmed"),
-    "window": (lambda one: one.assembly.window.hide(), "window left"),
     "escape": (lambda one: one.qtbot.keyClick(one.commands.ritual.hold, Qt.Key.Key_Escape), "cancelled"),
     "cancel": (lambda one: one.click(one.commands.ritual.cancel), "cancelled"),
+    "window": (lambda one: one.assembly.window.hide(), "window left"),  # the last one
+}
+OF_THE_MODULE: dict[str, tuple[Callable[[Desk], None], str]] = {
     "restart": (lambda one: one.bench.restart(), "Disarmed"),
     "unplugged": (lambda one: one.bench.unplug(), "Disarmed"),
     "locked meanwhile": (lambda one: one.bench.module.activate(is_active=False), "a condition is not met"),
@@ -226,21 +228,34 @@ REASONS: dict[str, tuple[Callable[[Desk], None], str]] = {
 
 
 @pytest.mark.parametrize("is_held", [False, True])
-@pytest.mark.parametrize("why", REASONS)
-def test_everything_disarms(why: str, is_held: bool, active: Desk) -> None:
+def test_whatever_a_person_does_instead_disarms(is_held: bool, active: Desk) -> None:
+    for why, (act, text) in OF_THE_PERSON.items():
+        active.go_to("commands")
+        ritual = arm(active)
+        assert text not in outcome(active), why
+        if is_held:
+            press(active)
+            active.wait(0.3)
+        act(active)
+        wait_disarmed(active, ritual)
+        assert ritual._services.armed.act is None, why
+        assert text in outcome(active), why
+        stays_quiet(active, 300)
+        release(active)
+
+
+@pytest.mark.parametrize("is_held", [False, True])
+@pytest.mark.parametrize("why", OF_THE_MODULE)
+def test_whatever_becomes_of_the_module_disarms(why: str, is_held: bool, active: Desk) -> None:
     ritual = arm(active)
     if is_held:
         press(active)
         active.wait(0.3)
-    act, text = REASONS[why]
+    act, text = OF_THE_MODULE[why]
     act(active)
     # What comes over the line takes its way first: a restart is two heartbeats, 50 ms apart.
-    is_ours = why in ("focus", "page", "window", "escape", "cancel")
-    if is_ours:
-        wait_disarmed(active, ritual)
-    else:
-        active.until(lambda: ritual.ritual.stage is Stage.IDLE)
-    assert active.commands.ritual._services.armed.act is None
+    active.until(lambda: ritual.ritual.stage is Stage.IDLE)
+    assert ritual._services.armed.act is None
     assert text in outcome(active)
     stays_quiet(active, 300)
 

@@ -65,7 +65,7 @@ def leaves(made: list[str], keys: str = "abcd") -> tuple[PageEntry, ...]:
     return tuple(PageEntry(key, key, Icon.LIVE, partial(make, key)) for key in keys)
 
 
-def test_a_turn_makes_or_places_one_page(
+def test_a_turn_makes_and_places_one_page(
     qapp: QApplication, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[str] = []
@@ -87,7 +87,7 @@ def test_a_turn_makes_or_places_one_page(
     with window(qapp, tmp_path, entries=leaves(made)) as assembly:
         qtbot.waitSignal(assembly.window.pages_made).wait()
         assert made == placed == list("abcd")
-        assert done == [1] * 8 + [0]
+        assert done == [2] * 4 + [0]
 
 
 def test_a_page_that_is_chosen_before_it_is_made_comes_next(qapp: QApplication, qtbot: QtBot, tmp_path: Path) -> None:
