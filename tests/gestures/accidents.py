@@ -3,6 +3,7 @@
 import math
 import random
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Final
 
 from app.safety.acts import Act
@@ -13,6 +14,7 @@ from tests.adversary.campaign import latency_s
 from tests.adversary.faults import DIALECTS, LIES, LINE
 from tests.adversary.window import SURE, Session
 from tests.gestures.gesture_bench import GestureBench
+from tests.support.line.lies import lies_of, lying
 from tests.support.line.truth import Moment
 
 SEEN_WITHIN_S: Final = 0.5
@@ -22,8 +24,9 @@ TOLD_AFTER_S: Final = 1.0
 CALM_S: Final = 4.0
 """Nothing late arrives after this time without a fault."""
 ONLINE_WITHIN_S: Final = 8.0
-_OF_LINE: Final = tuple(one.options for one in LINE.values() if one.options and not one.forges)
+OF_LINE: Final = tuple(one.options for one in LINE.values() if one.options and not one.forges)
 _OF_MODULE: Final = tuple(one.options for one in LIES.values() if one.options and not one.forges)
+_LIES_OF_LINE: Final = ("min_gap_ms", "half_duplex")
 BASIS: Final = {"uptime": "60", "noise": "0", "drain": "0"}
 CONFIRMED_WITHIN_S: Final = 3.0
 _HOLDS: Final[Mapping[Act, Callable[[Moment], bool]]] = {
@@ -63,8 +66,12 @@ class Accidents:
         return what.__name__
 
     def disturb(self) -> None:
-        self.bench.bench.end_faults()
-        self.bench.bench.change(**parse_options(self._dice.choice(_OF_LINE)))
+        self._end_faults()
+        options = self._dice.choice(OF_LINE)
+        lies = {name: text for name, text in options.items() if name in _LIES_OF_LINE}
+        module = lying(self.bench.bench)
+        module.lies = replace(module.lies, **{name: getattr(lies_of(lies), name) for name in lies})
+        self.bench.bench.change(**parse_options(options.items() - lies.items()))
         self._calm_since = math.inf
         self._note_latency()
 
@@ -76,8 +83,13 @@ class Accidents:
     def _note_latency(self) -> None:
         self._session.latency_s = max(self._session.latency_s, latency_s(self.bench.bench) + TOLD_AFTER_S)
 
-    def heal(self) -> None:
+    def _end_faults(self) -> None:
+        module = lying(self.bench.bench)
+        module.lies = replace(module.lies, min_gap_ms=0.0, half_duplex=False)
         self.bench.bench.end_faults()
+
+    def heal(self) -> None:
+        self._end_faults()
         self._calm_since = min(self._calm_since, self.bench.clock())
 
     def restart(self) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from PySide6.QtCore import Qt
@@ -25,10 +26,11 @@ from app.safety.interlocks import InterlockInputs
 from app.safety.permit import Permit
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME, LOCK, Hazard, Request
+from tests.gestures.accidents import OF_LINE, Accidents
 from tests.gestures.clumsy import Clumsy, Report
 from tests.gestures.gesture_bench import gesture_bench
 from tests.gestures.gesture_table import ACTS, LANGUAGES, SIZES, is_possible, run_window
-from tests.support.line.lies import lying_bench
+from tests.support.line.lies import lying, lying_bench
 from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.truth import Truth
 from tests.support.window.steps import find
@@ -230,3 +232,15 @@ def test_a_faulty_program_is_detected(
         hands.look()
         monkeypatch.undo()
     assert bool(report.faults) is is_broken, report.faults
+
+
+def test_every_fault_of_the_line_can_happen_and_ends(qapp: QApplication, tmp_path: Path) -> None:
+    with gesture_bench(qapp, tmp_path) as bench:
+        accidents = Accidents(bench, random.Random(1))
+        honest = lying(bench.bench).lies
+        for options in OF_LINE:
+            accidents._dice = Mock(choice=Mock(return_value=options))
+            accidents.disturb()
+            assert (lying(bench.bench).lies != honest) is bool({"min_gap_ms", "half_duplex"} & options.keys())
+            accidents.heal()
+            assert lying(bench.bench).lies == honest
