@@ -530,10 +530,6 @@
         <translation>开机次数 {before} → {after}。</translation>
     </message>
     <message>
-        <source>Boot {now}, but {module} was at {before}: is it the same module?</source>
-        <translation>开机次数为 {now}，而 {module} 此前为 {before}：是同一模块吗？</translation>
-    </message>
-    <message>
         <source>Both triggers are disabled.</source>
         <translation>两种触发均已禁用。</translation>
     </message>

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 
-from app.engine.identity import Identity, IdentityEvidence, Trust, same_module, went_back
+from app.engine.identity import Identity, IdentityEvidence, Trust, same_module
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
 from app.settings.identity_words import differences
@@ -32,28 +32,28 @@ class TriggersReading:
 
 @dataclass(frozen=True, slots=True)
 class PossiblyOther:
-    """It may be another module, so nothing was stored. `boot_count`: of before, where it is lower now."""
+    """It may be another module, so nothing was stored."""
 
-    boot_count: int | None
     differences: tuple[str, ...] = ()
     """In the language in use."""
 
 
 def file_triggers(
-    store: Store, reading: TriggersReading, name: str, *, port: str, is_same_module: bool, adapter: str = ""
-) -> Visit | PossiblyOther:
-    """`is_same_module`: confirmed by a person. To be called in the store's thread. Raises `StoreTrouble`."""
+    store: Store, reading: TriggersReading, name: str, *, port: str, is_same_module: bool, is_compared: bool = False,
+    adapter: str = "",
+) -> Visit | PossiblyOther:  # fmt: skip
+    """`is_same_module`: confirmed by a person. `is_compared`: boot count and settings were compared when it got its
+    name; only its records are. To be called in the store's thread. Raises `StoreTrouble`."""
     history, checks = reading.history, CheckStore(store.database)
     slots = [record.raw for record in history.records]
     now = IdentityEvidence(reading.boot_count, reading.settings)
     with store.database.transaction():
         if store.module_named(name) is not None and not is_same_module:
             past = checks.past(name, slots, is_confirmed=history.is_confirmed)
-            befores = (IdentityEvidence(past.boot_count), store.evidence(name))
+            befores = (now,) if is_compared else (IdentityEvidence(past.boot_count), store.evidence(name))
             against = [refuted_by(before, now, do_records_follow=past.do_records_follow) for before in befores]
             if any(against):
-                lower = (before.boot_count for before in befores if went_back(before.boot_count, now.boot_count))
-                return PossiblyOther(next(lower, None), tuple(dict.fromkeys(chain(*against))))
+                return PossiblyOther(tuple(dict.fromkeys(chain(*against))))
         store.register_module(name, adapter)
         if now.is_complete:
             store.store_evidence(name, now)

@@ -375,7 +375,7 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
 
     def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
         filed.append(name)
-        return PossiblyOther(None)
+        return PossiblyOther()
 
     monkeypatch.setattr("ui.pages.triggers.controller.file_triggers", file)
     rig.show_a()

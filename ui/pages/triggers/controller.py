@@ -169,9 +169,9 @@ class TriggersController(QObject):
             port = self._connector.current
             work = partial(
                 file_triggers, store, reading, name, adapter=port.module.adapter, port=port.connection.port,
-                is_same_module=is_same_module,
+                is_same_module=is_same_module, is_compared=True,
             )  # fmt: skip
-            self._filing.run_in(store.queue, work, partial(self._end_filing, reading), self._fail_filing)
+            self._filing.run_in(store.queue, work, self._end_filing, self._fail_filing)
         if reading is not None and not reading.history.is_confirmed:
             self.job.notify(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:
@@ -182,9 +182,9 @@ class TriggersController(QObject):
         self._filing.cancel()
         self._is_stored, self._new = False, frozenset()
 
-    def _end_filing(self, reading: TriggersReading, filed: Visit | PossiblyOther) -> None:
+    def _end_filing(self, filed: Visit | PossiblyOther) -> None:
         if isinstance(filed, PossiblyOther):
-            self.job.set_notice(partial(self._ask_which_module, reading.boot_count, filed.boot_count))
+            self.job.set_notice(self._ask_which_module)
         else:
             self._is_stored, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
         self._show_archive()
@@ -231,13 +231,9 @@ class TriggersController(QObject):
                 store.queue, partial(say_new, store, [name]), lambda _none: self.changed.emit(), self._fail_filing
             )
 
-    def _ask_which_module(self, boots: int | None, before: int | None) -> Notice:
+    def _ask_which_module(self) -> Notice:
         name = self._connector.current.module.name
-        if before is not None:
-            text = tr("Boot {now}, but {module} was at {before}: is it the same module?", now=boots,
-                      module=name, before=before)  # fmt: skip
-        else:
-            text = tr("The records do not follow those of {module}: is it the same module?", module=name)
+        text = tr("The records do not follow those of {module}: is it the same module?", module=name)
         choices = (
             Choice("another_module", tr("New module"), lambda: self._connector.current.module.choose(""), is_step=True),
             Choice("same_module", tr("It is {module}", module=name), self._store_anyway, is_step=True),
