@@ -1,7 +1,7 @@
 """The benchmarks run and print results; speed is not asserted."""
 
 import sys
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -9,7 +9,9 @@ from tests.benchmarks import __main__ as program
 from tests.benchmarks import link, others, parser, reading
 from tests.benchmarks.figures import Durations, Figure, quantile
 from tests.benchmarks.runs import NAMES
+from tests.benchmarks.window import reserve
 from tests.support.processes import ROOT
+from ui.pages.live.data import LiveData
 
 
 def test_parser_and_link_are_measured() -> None:
@@ -31,6 +33,12 @@ def test_reading_everything_is_compared_with_bare_exchanges() -> None:
     exchanges, process = reading.figures(rounds=1, turns=1, processes=1)
     assert "bare" in exchanges.measured
     assert "script" in process.measured
+
+
+def test_the_memory_of_plots_is_reserved_without_a_sample() -> None:
+    data = LiveData()
+    reserve(SimpleNamespace(data=data))
+    assert data.tilt.last is None
 
 
 def test_durations_take_the_same_memory_however_many_they_are() -> None:

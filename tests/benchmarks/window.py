@@ -138,7 +138,7 @@ def reserve(page: Any) -> None:
     """Reserve the series' memory for ten hours now, so that further growth is a leak."""
     data = page.data
     for series in (data.tilt, data.acceleration, data.cell, data.light, data._flags):
-        for column in (*series._exact._columns, *series._summary._columns):
+        for column in (*series._exact._columns, *series._buckets._columns):
             column.fill(0)
 
 
