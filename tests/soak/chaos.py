@@ -9,10 +9,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from app.simulator.setup import OPTIONS
 from tests.adversary.faults import LINE
 from tests.benchmarks.module import StreamingModule
 
-_FAULTS: Final = tuple(sorted(option for one in LINE.values() for option in one.options.items()))
+_NAMES: Final = {option.name for option in OPTIONS}
+_FAULTS: Final = tuple(sorted({(name, value) for trouble in LINE.values() for name, value in trouble.options.items()
+                               if name in _NAMES}))  # fmt: skip
+"""Of the simulated module; lies of the line are not among its options."""
 _CALM_S: Final = (0.5, 2.5)
 """Between two troubles."""
 _AWAY_S: Final = (0.05, 2.0)

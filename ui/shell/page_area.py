@@ -85,10 +85,6 @@ class _Holder(QWidget):
             self._measure()  # texts wrap at other places
 
 
-_CALM_MS: Final = 300
-_MAX_TURNS: Final = 4
-
-
 class PageArea(QScrollArea):
     """`stack` holds the pages; scrolls where the window is smaller than the page's minimum size."""
 
@@ -103,32 +99,6 @@ class PageArea(QScrollArea):
         self.setWidget(self.holder)
         self.viewport().setAutoFillBackground(False)
         self.holder.setAutoFillBackground(False)
-        self._has_bar, self._turns = False, 0
-        self._calm = QTimer(self, singleShot=True, interval=_CALM_MS)
-        self._calm.timeout.connect(self._count_anew)
-        self.verticalScrollBar().rangeChanged.connect(self._on_range)
-        self.stack.currentChanged.connect(self._release_bar)
-
-    def _on_range(self, _lowest: int, highest: int) -> None:
-        """Keeps the scroll bar of a page that needs it only while there is none, which would never come to rest."""
-        if (highest > 0) != self._has_bar:
-            self._has_bar = not self._has_bar
-            self._turns += 1
-            self._calm.start()
-            if self._turns > _MAX_TURNS:
-                self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
-
-    def _count_anew(self) -> None:
-        self._turns = 0
-
-    def _release_bar(self) -> None:
-        self._turns = 0
-        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
-
-    def event(self, event: QEvent) -> bool:
-        if event.type() is QEvent.Type.Resize:  # `resizeEvent` is the viewport's
-            self._release_bar()
-        return super().event(event)
 
     @property
     def holders(self) -> tuple[QWidget, ...]:

@@ -124,9 +124,9 @@ def least_size(widget: QWidget) -> QSize:
     layout = widget.layout()
     view = layout.currentWidget() if isinstance(layout, QStackedLayout) else None
     if view is not None:
-        return least_size(view).expandedTo(widget.minimumSize())
+        return least_size(view).grownBy(widget.contentsMargins()).expandedTo(widget.minimumSize())
     if layout is not None:
-        return _least_size(layout).expandedTo(widget.minimumSize())
+        return _least_size(layout).grownBy(widget.contentsMargins()).expandedTo(widget.minimumSize())
     size = QWidgetItem(widget).minimumSize()
     if widget.hasHeightForWidth():
         size.setHeight(max(size.height(), widget.heightForWidth(widget.width())))
@@ -137,7 +137,7 @@ def _least_size(layout: QLayout) -> QSize:
     if not isinstance(layout, QBoxLayout):
         size = layout.totalMinimumSize()
         if layout.hasHeightForWidth():
-            size.setHeight(layout.totalMinimumHeightForWidth(layout.geometry().width()))
+            size.setHeight(layout.totalMinimumHeightForWidth(_last_width(layout)))
         return size
     items = [item for item in map(layout.itemAt, range(layout.count())) if item is not None]
     sizes = [_least_of(item) for item in items]
@@ -150,6 +150,13 @@ def _least_size(layout: QLayout) -> QSize:
         else QSize(sum(widths) + gaps, max(heights, default=0))
     )
     return size.grownBy(layout.contentsMargins())
+
+
+def _last_width(layout: QLayout) -> int:
+    """Where it has to be laid out anew, Qt has forgotten its width."""
+    parent = layout.parentWidget()
+    last_px = layout.last_px if isinstance(layout, FlowRow) else 0
+    return layout.geometry().width() or last_px or (0 if parent is None else parent.width())
 
 
 def _least_of(item: QLayoutItem) -> QSize:
@@ -168,6 +175,8 @@ class FlowRow(QLayout):
         self._right: Final[list[QLayoutItem]] = []
         self._heights: dict[int, int] = {}
         """Cache by width: Qt asks many times for each layout."""
+        self.last_px = 0
+        """Its width when it was laid out last."""
         self.setContentsMargins(0, 0, 0, 0)
         self.setSpacing(spacing_px)
 
@@ -231,6 +240,7 @@ class FlowRow(QLayout):
 
     def setGeometry(self, rect: QRect) -> None:
         super().setGeometry(rect)
+        self.last_px = rect.width()
         self._arrange(rect.marginsRemoved(self.contentsMargins()), is_trial=False)
 
     def _arrange(self, room: QRect, *, is_trial: bool) -> int:
