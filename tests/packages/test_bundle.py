@@ -82,7 +82,8 @@ def test_flight_logs_are_read_in_processes_of_its_own(program: Program, tmp_path
     for name in names:
         (tmp_path / name).write_bytes(made.ulog_bytes(rows))
     done = program.run("fired", str(tmp_path), "--thresholds", "attitude_threshold_deg=55", "--json")
-    assert (done.returncode, done.stderr) == (4, "")
+    assert done.returncode == 4, done.stderr
+    assert done.stderr.startswith("Judged with: attitude_threshold_deg=55 ")
     said = [json.loads(line) for line in done.stdout.splitlines()]
     assert [Path(one["log"]).name for one in said] == names
     assert all(one["fires"][0]["source"] == "attitude" for one in said)
