@@ -135,9 +135,10 @@ class PreflightController(QObject):
 
     @property
     def can_enable(self) -> bool:
-        """Nothing is written to an active module."""
-        is_online = self._connector.current.device.presence is Presence.ONLINE
-        return self.can_check and is_online and not self.may_fire
+        """Nothing is written to an active module, nor before a person has said which module it is."""
+        port = self._connector.current
+        is_locked = port.device.presence is Presence.ONLINE and not self.may_fire
+        return self.can_check and port.identity.is_settled and (is_locked or self.needs_lock)
 
     @property
     def needs_lock(self) -> bool:

@@ -76,11 +76,11 @@ class PreflightButtons(QWidget):
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
         needs_lock = work.needs_lock
-        self.enable.setEnabled(work.can_enable or needs_lock)
+        self.enable.setEnabled(work.can_enable)
         words = LOCK_AND_ENABLE if needs_lock else marked("Enable triggers and check")
         rename(self.enable, self._texts, words)
         self.print.setEnabled(work.record is not None)
-        is_enabling = needs_lock or (work.can_enable and not work.are_triggers_known)
+        is_enabling = work.can_enable and not work.are_triggers_known
         has_passed = work.standing in (Standing.GO, Standing.READY)
         self._emphasise(self.print if has_passed else self.enable if is_enabling else self.run)
         words = marked("Start") if self._main is self.run else marked("Check only")

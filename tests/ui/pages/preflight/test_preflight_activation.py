@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from app.records.verification import RecordState, verify
 from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import LOCK
-from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
+from tests.support.window.preflight_window import OnBench, confirm_name, find_in, kept, name_module, on_bench
 from tests.support.window.steps import choosing, settle
 from ui.pages.preflight.controller import Standing
 from ui.style.theme import Space
@@ -139,6 +139,25 @@ def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_it
         activate(bench)
         bench.wait_standing(Standing.GO)
         assert bench.acts[-1] == REQUESTS[Act.ACTIVATE]
+
+
+@pytest.mark.parametrize("is_active", [False, True])
+def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
+    quick: None, is_active: bool, rig: OnBench
+) -> None:
+    """The notice of the window says why; a check, which only asks, stays possible."""
+    name_module(rig, "M-07")
+    rig.restart()
+    rig.bench.module.activate(is_active=is_active)
+    bar, buttons = rig.assembly.window.notice_bar, rig.preflight.buttons
+    rig.until(lambda: bar.button("identity_same") is not None)
+    rig.until(lambda: rig.preflight.work.may_fire is is_active)
+    rig.wait(0.6)
+    assert bar.notice is not None
+    assert "Until you decide, only queries are sent." in bar.notice.text
+    assert (buttons.run.isEnabled(), buttons.enable.isEnabled()) == (True, False)
+    confirm_name(rig)
+    rig.until(buttons.enable.isEnabled)
 
 
 def test_where_lock_is_not_reported_nothing_is_enabled(
