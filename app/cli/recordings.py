@@ -1,4 +1,4 @@
-"""`dps-s recordings list | export | restore | delete | convert`: manages recorded sessions.
+"""`dps-s recordings list | export | delete | convert`: manages recorded sessions.
 
 A recording is given by the name of its file, the beginning of that name, or "latest". `convert` turns what earlier
 versions wrote into session files: all recordings, or the given recording or capture beside itself. Exit code 0 done;
@@ -7,7 +7,6 @@ written, or damaged parts were left out.
 """
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
 
 from app.recordings.entry_texts import remarks, size_text, when_text
@@ -26,7 +25,7 @@ LATEST = "latest"
 
 def run_list(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
-    entries = (*library.entries(), *library.trashed())
+    entries = library.entries()
     if not entries and not args.json:
         console.note(tr("No recordings yet"))
         return console.SUCCESS
@@ -49,14 +48,12 @@ def json_of(entry: RecordingEntry) -> dict[str, object]:
         "module": entry.module or None,
         "samples": entry.sample_count,
         "size_bytes": entry.size_bytes,
-        "parts": len(entry.parts),
         "kept": entry.is_pinned,
         "running": entry.is_running,
         "cut_off": entry.was_cut_off,
         "triggered": entry.was_triggered,
         "simulated": entry.is_simulated,
         "readable": entry.trouble is None,
-        "trashed": entry.is_trashed,
     }
 
 
@@ -84,25 +81,15 @@ def run_export(args: argparse.Namespace) -> int:
         raise console.Refused(error.message, console.ANSWER_NO) from error
 
 
-def run_restore(args: argparse.Namespace) -> int:
-    library = RecordingLibrary()
-    entry = _recording(library, args.name)
-    if not entry.is_trashed:
-        raise _failed(entry, tr("not in the trash"))
-    return _changed(entry, lambda: library.set_pinned(entry, is_pinned=True))
-
-
 def run_delete(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
     entry = _recording(library, args.name)
-    return _changed(entry, lambda: library.delete(entry)) if args.yes else console.refuse_without("--yes")
-
-
-def _changed(entry: RecordingEntry, change: Callable[[], object]) -> int:
+    if not args.yes:
+        return console.refuse_without("--yes")
     try:
-        change()
+        library.delete(entry)
     except (UserError, OSError) as error:
-        raise _failed(entry, error_text(error)) from error
+        raise console.Refused(labelled(entry.name, error_text(error)), console.ANSWER_NO) from error
     console.write_lines([entry.name])
     return console.SUCCESS
 
@@ -127,13 +114,9 @@ def run_convert(args: argparse.Namespace) -> int:
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
-def _failed(entry: RecordingEntry, why: str) -> console.Refused:
-    return console.Refused(labelled(entry.name, why), console.ANSWER_NO)
-
-
 def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
     """The recording of this name. Raises `Refused` if there is none, or several."""
-    entries = (*library.entries(), *library.trashed())
+    entries = library.entries()
     if name == LATEST and entries:
         return entries[0]
     similar = [entry for entry in entries if name and entry.name.startswith(name)]

@@ -5150,10 +5150,6 @@
         <translation>数值不可能</translation>
     </message>
     <message>
-        <source>in the trash</source>
-        <translation>在回收站中</translation>
-    </message>
-    <message>
         <source>interrupted</source>
         <translation>被中断</translation>
     </message>
@@ -5546,10 +5542,6 @@
         <translation>配置文件中没有</translation>
     </message>
     <message>
-        <source>not in the trash</source>
-        <translation>不在回收站中</translation>
-    </message>
-    <message>
         <source>not kept</source>
         <translation>未保存</translation>
     </message>
@@ -5688,10 +5680,6 @@
     <message>
         <source>paper of the labels: width in mm, or sheets</source>
         <translation>标签纸：宽度（mm）或整页</translation>
-    </message>
-    <message>
-        <source>parts: {count}</source>
-        <translation>分段：{count}</translation>
     </message>
     <message>
         <source>pass</source>
@@ -5860,10 +5848,6 @@
     <message>
         <source>restarted</source>
         <translation>已重启</translation>
-    </message>
-    <message>
-        <source>restore one from the trash</source>
-        <translation>从回收站恢复一条</translation>
     </message>
     <message>
         <source>reviewed</source>
@@ -6682,8 +6666,8 @@
         <translation>{uptime} · 第 {boot} 次开机</translation>
     </message>
     <message>
-        <source>{used} of {size} used; kept for {days} days.</source>
-        <translation>已用 {used}/{size}；保留 {days} 天。</translation>
+        <source>{used} of {size} used; then the oldest are deleted.</source>
+        <translation>已用 {used}/{size}；满后删除最旧的。</translation>
     </message>
     <message>
         <source>{value:.0f} h</source>

@@ -33,16 +33,12 @@ def remarks(entry: "RecordingEntry") -> str:
     words = []
     if entry.is_running:
         words.append(tr("being recorded"))
-    if entry.is_trashed:
-        words.append(tr("in the trash"))
     if entry.was_triggered:
         words.append(tr("triggered"))
     if entry.was_cut_off:
         words.append(tr("cut off"))
     if entry.is_simulated:
         words.append(tr("simulated"))
-    if entry.further:
-        words.append(tr("parts: {count}", count=len(entry.parts)))
     return " · ".join(words)
 
 

@@ -1,12 +1,12 @@
 """Exports a recording for other programs."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
 from app.recordings.excerpt import csv_parts, part_count
-from app.recordings.library import RecordingEntry, part_path
+from app.recordings.library import RecordingEntry
 from app.recordings.recording import open_recording
 from app.system.files import whole_file
 from app.text.i18n import tr
@@ -48,13 +48,12 @@ def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Pro
 def export(
     entry: RecordingEntry, path: Path, *, is_table: bool, appends: bool = False, on_progress: Progress = bool
 ) -> Exported:
-    """Writes a CSV table, with `appends` behind the rows of the file; or copies the session, with the further parts of
-    a long one beside the first. Raises OSError, `UserError`, ValueError for a file that shrinks meanwhile, and what
-    `on_progress` raises."""
+    """Writes a CSV table, with `appends` behind the rows of the file; or copies the session. Raises OSError,
+    `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
     with open_recording(entry) as recording:
         damage = recording.damage
         if not is_table:
-            _copy(entry.parts, path, on_progress)
+            write_parts(path, _blocks(entry.path), entry.size_bytes // _BLOCK_BYTES + 1, on_progress)
             return Exported(len(recording.tilt), damage)
         excerpt = recording.excerpt(recording.start_s, recording.end_s)
         rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
@@ -63,15 +62,6 @@ def export(
             rows = chain((path.read_bytes(),), rows)
         write_parts(path, rows, part_count(excerpt), on_progress)
         return Exported(excerpt.row_count, damage)
-
-
-def _copy(parts: Sequence[Path], path: Path, on_progress: Progress) -> None:
-    for number, part in enumerate(parts):
-
-        def on_part(share: float, done: int = number) -> None:
-            on_progress((done + share) / len(parts))
-
-        write_parts(part_path(path, number + 1), _blocks(part), part.stat().st_size // _BLOCK_BYTES + 1, on_part)
 
 
 def _blocks(path: Path) -> Iterator[bytes]:

@@ -1,13 +1,12 @@
-"""Library of recordings: list, pin, trash, prune."""
+"""Library of recordings: list, pin, delete, prune."""
 
 import errno
-import re
 import secrets
 import shutil
 import threading
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -19,15 +18,11 @@ from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
-MAX_BYTES = 2 * 1024**3
-MAX_DAYS = 90
-"""Days with recordings, so that a wrong clock in one session adds one day only."""
+MAX_BYTES = 5 * 1024**3 // 2
 TRASH = ".trash"
-_TRASH_SHARE = 4
-"""The trash may take 1/4 of `max_bytes`."""
+"""Folder of the originals of what was converted; earlier versions moved recordings there before they deleted them."""
 SIMULATED = "sim:"
 _PINNED: Final = ".kept"
-_PART: Final = re.compile(r"(.+?)(?:\.part(\d+))?" + re.escape(SUFFIX))
 _DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
 
@@ -41,10 +36,9 @@ def recordings_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class RecordingEntry:
-    """One recorded session: one file, or several parts of a long one."""
+    """One recorded session, which is one file."""
 
     path: Path
-    """The first part."""
     started_at: datetime
     """Aware, UTC."""
     port: str = ""
@@ -66,20 +60,10 @@ class RecordingEntry:
     """See `Opening.sequence`."""
     was_triggered: bool = False
     """A report said that the module has triggered."""
-    further: tuple[Path, ...] = ()
-    """The parts behind the first."""
-
-    @property
-    def parts(self) -> tuple[Path, ...]:
-        return (self.path, *self.further)
 
     @property
     def name(self) -> str:
         return self.path.stem
-
-    @property
-    def is_trashed(self) -> bool:
-        return self.path.parent.name == TRASH
 
     @property
     def is_simulated(self) -> bool:
@@ -88,49 +72,40 @@ class RecordingEntry:
 
 
 class RecordingLibrary:
-    """Thread-safe. `max_bytes` and `max_days` limit the recordings that are not pinned."""
+    """Thread-safe. `max_bytes` limits the recordings that are not pinned."""
 
-    def __init__(self, folder: Path | None = None, *, max_bytes: int = MAX_BYTES, max_days: int = MAX_DAYS) -> None:
+    def __init__(self, folder: Path | None = None, *, max_bytes: int = MAX_BYTES) -> None:
         self.folder = folder or recordings_folder()
-        self.trash = self.folder / TRASH
         self.max_bytes = max_bytes
-        self.max_days = max_days
         self._pruning = threading.Lock()
-
-    @property
-    def size_bytes(self) -> int:
-        """Total size, including pinned recordings and the trash."""
-        return sum(_size_of(part) for place in (self.folder, self.trash) for part in _files(place))
 
     def entries(self) -> tuple[RecordingEntry, ...]:
         """Newest first. Reads headings only. Never raises: an unreadable recording is an entry with `trouble`."""
-        return _sorted(self.folder)
-
-    def trashed(self) -> tuple[RecordingEntry, ...]:
-        """Recordings in the trash, newest first."""
-        return _sorted(self.trash)
+        for file in _files(self.folder / TRASH):
+            with suppress(OSError):
+                file.rename(self.folder / file.name)
+        entries = map(entry_of, _files(self.folder))
+        return tuple(
+            sorted(entries, key=lambda entry: (entry.sequence, entry.started_at, entry.path.name), reverse=True)
+        )
 
     def next_sequence(self) -> int:
         """`Opening.sequence` of the next recording."""
         from app.recordings.old_recordings import highest_sequence
 
-        known = [entry.sequence for entry in (*self.entries(), *self.trashed())]
-        return 1 + max((*known, highest_sequence(self.folder)))
+        return 1 + max((*(entry.sequence for entry in self.entries()), highest_sequence(self.folder)))
 
     def delete(self, entry: RecordingEntry) -> None:
-        """Deletes permanently. Raises OSError, or `UserError` for one that is being written."""
+        """Raises OSError, or `UserError` for one that is being written."""
         self._own(entry)
-        if any(is_held(part) for part in entry.parts):
+        if is_held(entry.path):
             raise UserError(marked("It is being written: not deleted."))
-        for part in reversed(entry.parts):  # interrupted, it leaves a shorter recording
-            part.unlink(missing_ok=True)
+        entry.path.unlink(missing_ok=True)
         _mark_of(entry.path).unlink(missing_ok=True)
 
     def set_pinned(self, entry: RecordingEntry, *, is_pinned: bool) -> RecordingEntry:
-        """Pins or unpins; pinning restores from the trash. Returns the new entry. Raises OSError."""
+        """Pins or unpins. Returns the new entry. Raises OSError."""
         self._own(entry)
-        if entry.is_trashed and is_pinned:
-            entry = self._move(entry, self.folder)
         mark = _mark_of(entry.path)
         if is_pinned:
             open(mark, "ab", opener=private_opener).close()
@@ -138,51 +113,29 @@ class RecordingLibrary:
             mark.unlink(missing_ok=True)
         return replace(entry, is_pinned=is_pinned)
 
-    def prune(self) -> tuple[RecordingEntry, ...]:
-        """Moves the oldest recordings beyond the limits into the trash, and returns them. Pinned and running ones stay
-        and do not count. Deletes the oldest of the trash beyond its size. What cannot be moved is left for the next
-        time."""
+    def prune(self, max_bytes: int | None = None) -> tuple[RecordingEntry, ...]:
+        """Deletes the oldest recordings beyond the limit, and returns them. Pinned and running ones stay and do not
+        count. What cannot be deleted is left for the next time."""
+        limit, total, gone = self.max_bytes if max_bytes is None else max_bytes, 0, list[RecordingEntry]()
         with self._pruning:
-            total, days = 0, set[date]()
-            gone: list[RecordingEntry] = []
             for entry in self.entries():
                 if entry.is_pinned or entry.is_running:
                     continue
                 total += entry.size_bytes
-                days.add(entry.started_at.date())
-                if len(days) > self.max_days or total > self.max_bytes:
+                if total > limit:
                     with suppress(OSError):
-                        self._move(entry, self.trash)
+                        self.delete(entry)
                         gone.append(entry)
-            self._empty_trash(self.max_bytes // _TRASH_SHARE)
-            return tuple(gone)
+        return tuple(gone)
 
-    def empty_trash(self) -> None:
-        """Deletes everything in the trash permanently."""
-        with self._pruning:
-            self._empty_trash(0)
-
-    def _move(self, entry: RecordingEntry, target: Path) -> RecordingEntry:
-        target.mkdir(mode=0o700, exist_ok=True)
-        moved = [part.rename(target / part.name) for part in entry.parts]
-        return replace(entry, path=moved[0], further=tuple(moved[1:]))
-
-    def _empty_trash(self, max_bytes: int) -> None:
-        """Keeps the newest that fit."""
-        total = 0
-        for entry in self.trashed():
-            total += entry.size_bytes
-            if total > max_bytes:
-                for part in entry.parts:
-                    with suppress(OSError):
-                        part.unlink()
-        if not max_bytes:  # what an earlier version left there
-            for folder in (place for place in _listed(self.trash) if place.is_dir()):
-                shutil.rmtree(folder, ignore_errors=True)
+    def free_space(self) -> None:
+        """Where the disk is nearly full: deletes the oldest fifth, and the originals of what was converted."""
+        shutil.rmtree(self.folder / TRASH, ignore_errors=True)
+        self.prune(self.max_bytes * 4 // 5)
 
     def _own(self, entry: RecordingEntry) -> None:
         """Raises ValueError outside of this library, where nothing may be deleted."""
-        if entry.path.parent not in (self.folder, self.trash) or _PART.fullmatch(entry.path.name) is None:
+        if entry.path.parent != self.folder or entry.path.suffix != SUFFIX:
             raise ValueError(f"{entry.path} is not in this library")
 
 
@@ -191,37 +144,28 @@ def new_path(library: Path, started_at: datetime) -> Path:
     return library / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}{SUFFIX}"
 
 
-def part_path(first: Path, number: int) -> Path:
-    """The path of a further part."""
-    return first if number == 1 else first.with_name(f"{first.stem}.part{number}{SUFFIX}")
-
-
 def entry_of(path: Path) -> RecordingEntry:
-    """The present entry of the session that begins in this file; never raises."""
-    numbered = ((_PART.fullmatch(file.name), file) for file in _files(path.parent))
-    further = sorted((int(part[2]), file) for part, file in numbered if part and part[2] and part[1] == path.stem)
-    parts = (path, *(file for _, file in further))
-    is_running = any(map(is_held, parts))
+    """The present entry of this file; never raises."""
     entry = RecordingEntry(
-        path=path, further=parts[1:], started_at=_modified_at(path), size_bytes=sum(map(_size_of, parts)),
-        is_pinned=_mark_of(path).exists(), is_running=is_running,
+        path=path, started_at=_modified_at(path), size_bytes=_size_of(path), is_pinned=_mark_of(path).exists(),
+        is_running=is_held(path),
     )  # fmt: skip
     try:
-        files = [read_heading(part) for part in parts]
+        file = read_heading(path)
     except (OSError, UserError) as error:
         return replace(entry, trouble=unreadable(path, error))
-    opening, ends = files[0].opening, files[-1]
+    opening = file.opening
     return replace(
         entry,
         started_at=opening.started_at,
         port=opening.port,
         baud_rate=opening.baud_rate,
         sequence=opening.sequence,
-        module=ends.opening.module,
-        duration_s=max(0.0, ends.end_ns / 1e9 - opening.started_at.timestamp()),
-        sample_count=sum(file.reports for file in files),
-        was_cut_off=not (is_running or all(file.is_ended for file in files)),
-        was_triggered=any(file.was_triggered for file in files),
+        module=opening.module,
+        duration_s=max(0.0, file.end_ns / 1e9 - opening.started_at.timestamp()),
+        sample_count=file.reports,
+        was_cut_off=not (entry.is_running or file.is_ended),
+        was_triggered=file.was_triggered,
     )
 
 
@@ -240,28 +184,11 @@ def is_held(path: Path) -> bool:
     return False
 
 
-def _sorted(place: Path) -> tuple[RecordingEntry, ...]:
-    files = {file.name: file for file in _files(place)}
-    # A further part without its first one is a recording by itself.
-    firsts = [file for name, file in files.items() if _first_name(name) not in files or _first_name(name) == name]
-    entries = map(entry_of, firsts)
-    return tuple(sorted(entries, key=lambda entry: (entry.sequence, entry.started_at, entry.path.name), reverse=True))
-
-
-def _first_name(name: str) -> str:
-    part = _PART.fullmatch(name)
-    return name if part is None else part[1] + SUFFIX
-
-
-def _listed(place: Path) -> list[Path]:
+def _files(place: Path) -> list[Path]:
     try:
-        return list(place.iterdir())
+        return [file for file in place.iterdir() if file.suffix == SUFFIX and not file.name.startswith(".")]
     except OSError:
         return []
-
-
-def _files(place: Path) -> list[Path]:
-    return [file for file in _listed(place) if file.suffix == SUFFIX and not file.name.startswith(".")]
 
 
 def _mark_of(path: Path) -> Path:

@@ -20,7 +20,7 @@ from app import version
 from app.captures.line import NANOSECONDS
 from app.engine.device import Sleep
 from app.engine.worker import Batch
-from app.recordings.library import RecordingLibrary, new_path, part_path, stopped_message
+from app.recordings.library import RecordingLibrary, new_path, stopped_message
 from app.recordings.markers import Marker, MarkerKind, MarkerTracker
 from app.recordings.session_format import Opening
 from app.recordings.writer import SessionWriter
@@ -38,7 +38,7 @@ RESERVE_BYTES = 256 * 1024**2
 """Disk space that is left free."""
 MAX_WAITING = 200_000
 """Status reports and events that wait for the thread; more than a minute at full line rate."""
-MAX_PART_S = 24 * 3600.0
+MAX_SESSION_S = 24 * 3600.0
 CLOCK_JUMP_S = 2.0
 """Change of the wall clock after which a new session begins, with the right time."""
 
@@ -93,8 +93,6 @@ class Recorder:
         self._pending: list[Marker] = []
         self._sleep: Sleep | None = None
         self._writer: SessionWriter | None = None
-        """Of the last part."""
-        self._first: SessionWriter | None = None
         self._synced_at = self._disk_checked_at = 0.0
 
     # Any thread
@@ -183,20 +181,20 @@ class Recorder:
     @property
     def path(self) -> Path | None:
         """Of the current recording; None before the first byte."""
-        first = self._first
-        return None if first is None else first.path
+        writer = self._writer
+        return None if writer is None else writer.path
 
     @property
     def started_at(self) -> datetime | None:
         """When the current recording began, UTC; None before the first byte."""
-        first = self._first
-        return None if first is None else first.opening.started_at
+        writer = self._writer
+        return None if writer is None else writer.opening.started_at
 
     @property
     def wall_offset_s(self) -> float:
         """Of the current recording; 0 before the first byte."""
-        first = self._first
-        return 0.0 if first is None else first.opening.wall_offset_ns / NANOSECONDS
+        writer = self._writer
+        return 0.0 if writer is None else writer.opening.wall_offset_ns / NANOSECONDS
 
     @property
     def trouble(self) -> UserMessage | None:
@@ -284,12 +282,8 @@ class Recorder:
             program=f"DPS-S Configurator {version()}",
             sequence=self.library.next_sequence(),
         )
-        self._first = self._begin_part(new_path(self.library.folder, opening.started_at), opening)
-
-    def _begin_part(self, path: Path, opening: Opening) -> SessionWriter:
-        self._writer = SessionWriter(path, opening)
+        self._writer = SessionWriter(new_path(self.library.folder, opening.started_at), opening)
         self._synced_at = self._disk_checked_at = self._clock()
-        return self._writer
 
     def _name(self, module: str) -> None:
         if self._session is not None:
@@ -298,7 +292,7 @@ class Recorder:
             self._writer.name_module(module)
 
     def _maintain(self) -> None:
-        """Flushes, syncs, checks the disk, and begins a new part where one is due."""
+        """Flushes, syncs, checks the disk, and ends a session that is too long, or whose clock was set."""
         writer, now = self._writer, self._clock()
         if writer is None or self._session is None:
             return
@@ -310,10 +304,9 @@ class Recorder:
             self._disk_checked_at = now
             self._check_disk()
         opening = writer.opening
-        if abs(self._find_wall_offset_s() - opening.wall_offset_s) > CLOCK_JUMP_S:
+        has_jumped = abs(self._find_wall_offset_s() - opening.wall_offset_s) > CLOCK_JUMP_S
+        if has_jumped or now - opening.start_s > MAX_SESSION_S or writer.size_bytes > self.library.max_bytes / 5:
             self._end_session(now)
-        elif now - opening.start_s > MAX_PART_S or writer.size_bytes > self.library.max_bytes / 4:
-            self._next_part(writer, now)
 
     def _find_wall_offset_s(self) -> float:
         """Wall clock minus monotonic clock, both read now: a slow disk is no jump of the clock."""
@@ -325,23 +318,9 @@ class Recorder:
         if self._session is not None:
             self._session = self._session._replace(at=at)
 
-    def _next_part(self, last: SessionWriter, now: float) -> None:
-        """The session goes on in another file; both are one recording."""
-        first = self._first or last
-        self._close()
-        opening = replace(
-            last.opening,
-            started_at=datetime.fromtimestamp(now + first.opening.wall_offset_s, UTC),
-            start_s=now,
-            part=last.opening.part + 1,
-        )
-        self._begin_part(part_path(first.path, opening.part), opening).put_limits(now, self._tracker.limits)
-        self._first = first
-        self.library.prune()  # not before: what is being written is left alone
-
     def _check_disk(self) -> None:
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
-            self.library.empty_trash()
+            self.library.free_space()
         if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 
@@ -360,7 +339,7 @@ class Recorder:
     def _release(self) -> None:
         if self._writer is not None:
             self._writer.close()
-        self._writer = self._first = None
+        self._writer = None
 
 
 def _own_station(folder: Path) -> str:

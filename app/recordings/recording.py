@@ -1,4 +1,4 @@
-"""Opens a recording for reading: all parts of a session as one."""
+"""Opens a recording for reading."""
 
 from collections.abc import Iterable, Iterator
 from datetime import datetime
@@ -54,31 +54,26 @@ class Recording(Measured):
         self._polled: dict[str, list[tuple[float, float]]] = {"cell_voltage_v": [], "light_v": []}
         markers: list[Marker] = []
         limits: list[LimitsAt] = []
-        files: list[SessionFile] = []
-        pace = GilYield()
-        for path in entry.parts:
-            finder = ReportFinder()
-            for file, messages in read_blocks(path):
-                if not files or files[-1] is not file:
-                    files.append(file)
-                if not messages:  # a gap
-                    finder.forget()
-                self._read_reports(finder, file, messages)
-                self._read_events(file, messages, markers, limits)
-                pace.checkpoint()
-        self.opening = files[0].opening
+        pace, finder = GilYield(), ReportFinder()
+        for file, messages in read_blocks(entry.path):
+            if not messages:  # a gap
+                finder.forget()
+            self._columns.append(finder.feed(_line_part(messages, RX)), file.opening.wall_offset_ns)
+            self._read_events(file, messages, markers, limits)
+            pace.checkpoint()
+        self.opening = file.opening
         self.wall_offset_s = self.opening.wall_offset_ns / NANOSECONDS
-        self.damaged = [gap for file in files for gap in file.gaps]
+        self.damaged = file.gaps
         """Times between which data is missing."""
         markers += [Marker(first, MarkerKind.DAMAGED) for first, _ in self.damaged]
         self.markers = tuple(sorted(markers, key=lambda marker: marker.time_s))
         self.limits = tuple(sorted(limits, key=itemgetter(0)))
         self._join()
         tables = [series for series in (self.tilt, self.cell, self.light) if len(series)]
-        ends = [file.opening.mono_s(file.end_ns) for file in files]
         firsts = [series.exact_since_s for series in tables] + [marker.time_s for marker in self.markers[:1]]
         self.start_s = min((self.opening.start_s, *firsts))
-        self.end_s = max((*ends, *(series.last.time_s for series in tables if series.last is not None)))
+        ends = [series.last.time_s for series in tables if series.last is not None]
+        self.end_s = max((self.opening.mono_s(file.end_ns), *ends))
         for time_s, known in self.limits:
             self.put(time_s, known)
         if self.limits:  # unknown after the end
@@ -116,10 +111,6 @@ class Recording(Measured):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-    def _read_reports(self, finder: ReportFinder, file: SessionFile, messages: Iterable[FileMessage]) -> None:
-        reports = finder.feed(_line_part(messages, RX))
-        self._columns.append(reports, file.opening.wall_offset_ns)
 
     def _read_events(
         self,
@@ -184,12 +175,9 @@ class _Columns:
 
 def traffic_of(entry: RecordingEntry) -> Iterator[CaptureEntry]:
     """The bytes on the line in order; times count from the beginning of the session. Raises OSError, `UserError`."""
-    start_ns: int | None = None
-    for path in entry.parts:
-        for file, messages in read_blocks(path, at_once=100):
-            if start_ns is None:
-                start_ns = file.opening.wall_ns(file.opening.start_s)
-            yield from LineBytes(_line_part(messages, RX), _line_part(messages, TX)).entries(start_ns)
+    for file, messages in read_blocks(entry.path, at_once=100):
+        start_ns = file.opening.wall_ns(file.opening.start_s)
+        yield from LineBytes(_line_part(messages, RX), _line_part(messages, TX)).entries(start_ns)
 
 
 def _line_part(messages: Iterable[FileMessage], topic: str) -> LinePart:

@@ -62,9 +62,8 @@ class Opening:
     module: str = ""
     station: str = ""
     program: str = ""
-    part: int = 1
     sequence: int = 0
-    """Ascending number within the library, the same for all parts of a session; 0: unknown."""
+    """Ascending number within the library; 0: unknown."""
 
     @property
     def wall_offset_s(self) -> float:
@@ -121,7 +120,6 @@ def opening_of(fields: Mapping[str, str]) -> Opening:
             module=fields["module"],
             station=fields["station"],
             program=fields["program"],
-            part=int(fields["part"]),
             sequence=int(fields["sequence"]),
         )
     except (ValueError, KeyError, OverflowError) as error:

@@ -67,7 +67,7 @@ class SessionWriter:
         self._finder = ReportFinder()
         self._shown = 0, -1
         """Time and flags of the last report for other viewers."""
-        # Values polled before the beginning are in the previous part.
+        # Values polled before the beginning are in the previous session.
         self._polled_s = dict.fromkeys(POLLED, math.nextafter(opening.start_s, -math.inf))
         self._line_ns = 0
         self._chunks = 0

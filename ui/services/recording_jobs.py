@@ -92,7 +92,7 @@ class RecordingJobs(JobNotice):
 
     def _listed(self) -> "tuple[RecordingEntry, ...]":
         self._convert_old()
-        return (*self.library.entries(), *self.library.trashed())
+        return self.library.entries()
 
     def _convert_old(self) -> None:
         """Those of earlier versions, once."""

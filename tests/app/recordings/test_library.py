@@ -11,16 +11,16 @@ import app.__main__ as program
 from app.recordings.library import RecordingLibrary, recordings_folder
 from app.text.user_error import UserError
 from tests.support.cli_line import Printed
-from tests.support.records.recordings_made import NOON, batch, recorded, recorder_in, report, stream, written_at_once
+from tests.support.records.recordings_made import NOON, batch, recorded, recorder_in, report, written_at_once
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 
 
-def library_of(folder: Path, *days: float, max_days: int = 90) -> RecordingLibrary:
+def library_of(folder: Path, *days: float) -> RecordingLibrary:
     """Recordings that began so many days before noon."""
     for number, before in enumerate(days):
         written_at_once(folder, 1000 + number, days=before)
-    return RecordingLibrary(folder, max_bytes=1 << 40, max_days=max_days)
+    return RecordingLibrary(folder, max_bytes=1 << 40)
 
 
 def damage_heading(path: Path) -> None:
@@ -36,12 +36,11 @@ def ages(library: RecordingLibrary) -> list[float]:
 def test_the_newest_comes_first(tmp_path: Path) -> None:
     library = library_of(tmp_path, 3, 1, 2)
     assert ages(library) == [1, 2, 3]
-    assert library.size_bytes == sum(one.size_bytes for one in library.entries())
 
 
 def test_an_empty_library(tmp_path: Path) -> None:
     library = RecordingLibrary(tmp_path / "nowhere")
-    assert (library.entries(), library.size_bytes, library.prune()) == ((), 0, ())
+    assert (library.entries(), library.prune()) == ((), ())
 
 
 def test_the_default_folder_is_the_platforms(user_files: Path) -> None:
@@ -55,16 +54,6 @@ def numbered(library: RecordingLibrary, *days: float) -> None:
         written_at_once(library.folder, 100 + number, days=before, sequence=number)
 
 
-def test_old_recordings_go_to_the_trash_counted_in_days_with_a_session(tmp_path: Path) -> None:
-    library = RecordingLibrary(tmp_path, max_days=2)
-    numbered(library, 400, 300, 3, 3, 1)
-    gone = library.prune()
-    assert ages(library) == [1, 3, 3]
-    assert [(NOON - one.started_at).days for one in gone] == [300, 400]
-    assert [one.sequence for one in library.trashed()] == [2, 1]
-    assert library.next_sequence() == 6
-
-
 def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None:
     """Neither it nor the others are pruned, in any order."""
     library = RecordingLibrary(tmp_path)
@@ -75,39 +64,27 @@ def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None
         bench.clock.wall_offset_s += 100 * 86400
         bench.record(batch(1000.0, report(1000.0)))
         assert [one.sequence for one in bench.library.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
-        assert bench.library.trashed() == ()
 
 
-def test_the_trash_is_limited_by_size_and_recordings_can_be_restored(tmp_path: Path) -> None:
-    library = RecordingLibrary(tmp_path, max_days=1)
+def test_what_an_earlier_version_moved_to_its_trash_is_listed_again(tmp_path: Path) -> None:
+    library = library_of(tmp_path, 3, 2)
+    (tmp_path / ".trash").mkdir()
+    library.entries()[0].path.rename(tmp_path / ".trash" / "20260101T000000Z-abcdef.mcap")
+    assert ages(library) == [2, 3]
+    assert library.set_pinned(library.entries()[0], is_pinned=True).is_pinned
+
+
+def test_a_full_disk_takes_the_oldest_fifth_before_recording_stops(tmp_path: Path) -> None:
+    library = RecordingLibrary(tmp_path)
     numbered(library, 9, 8, 7, 6, 5)
-    size = library.entries()[0].size_bytes
-    library.prune()
-    assert [one.sequence for one in library.trashed()] == [4, 3, 2, 1]
-    library.prune()
-    assert [one.sequence for one in library.trashed()] == [4, 3, 2, 1]
-    back = library.set_pinned(library.trashed()[-1], is_pinned=True)
-    assert (back.is_pinned, back.is_trashed) == (True, False)
-    assert [one.sequence for one in library.entries()] == [5, 1]
-    library.max_bytes = 4 * (2 * size + 1000)
-    library.prune()
-    assert [one.sequence for one in library.trashed()] == [4, 3]
-    library.delete(library.trashed()[0])
-    library.empty_trash()
-    assert library.trashed() == ()
-    assert [one.sequence for one in library.entries()] == [5, 1]
-
-
-def test_a_full_disk_empties_the_trash_before_recording_stops(tmp_path: Path) -> None:
-    library = RecordingLibrary(tmp_path, max_days=1)
-    numbered(library, 9, 8)
-    library.prune()
+    (tmp_path / ".trash" / "of an earlier version").mkdir(parents=True)
     with recorder_in(tmp_path) as bench:
-        bench.recorder._find_free_bytes = lambda _folder: 0 if bench.library.trashed() else 1 << 40
+        bench.library.max_bytes = sum(one.size_bytes for one in library.entries()) + 2000
+        bench.recorder._find_free_bytes = lambda _folder: 0 if len(library.entries()) == 5 else 1 << 40
         bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.is_recording
-        assert bench.library.trashed() == ()
-        assert len(bench.library.entries()) == 2
+        assert [one.sequence for one in library.entries()] == [6, 5, 4, 3, 2]
+    assert not (tmp_path / ".trash").exists()
 
 
 def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> None:
@@ -118,7 +95,7 @@ def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> Non
 
 
 def test_pinned_recordings_stay_and_do_not_count(tmp_path: Path) -> None:
-    library = library_of(tmp_path, 1, 2, 400, max_days=2)
+    library = library_of(tmp_path, 1, 2, 400)
     oldest = library.entries()[-1]
     assert library.set_pinned(oldest, is_pinned=True).is_pinned
     assert library.entries()[-1].is_pinned
@@ -149,10 +126,10 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
 
 
 def test_a_new_session_makes_room_for_itself(tmp_path: Path) -> None:
-    library_of(tmp_path, 100, 1)
+    newest = library_of(tmp_path, 100, 1).entries()[0]
     with recorder_in(tmp_path) as bench:
-        bench.library.max_days = 1
-        bench.record(*stream(1000.0, 0.5))
+        bench.library.max_bytes = newest.size_bytes
+        bench.record(batch(1000.0, report(1000.0)))
         assert ages(bench.library) == [0, 1]
 
 
@@ -191,17 +168,17 @@ def test_a_damaged_recording_is_listed_with_its_error(tmp_path: Path) -> None:
 
 
 def test_a_recording_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    library = library_of(tmp_path, 1, 100, 200, max_days=1)
-    rename = Path.rename
-    stuck = library.entries()[1].path
+    library = library_of(tmp_path, 1, 100, 200)
+    unlink = Path.unlink
+    newest, stuck, _ = library.entries()
 
-    def refuse(self: Path, target: Path) -> Path:
-        if self == stuck:
+    def refuse(self: Path, *, missing_ok: bool = False) -> None:
+        if self == stuck.path:
             raise PermissionError(13, "Permission denied")
-        return rename(self, target)
+        unlink(self, missing_ok=missing_ok)
 
-    monkeypatch.setattr(Path, "rename", refuse)
-    assert [(NOON - one.started_at).days for one in library.prune()] == [200]
+    monkeypatch.setattr(Path, "unlink", refuse)
+    assert [(NOON - one.started_at).days for one in library.prune(newest.size_bytes)] == [200]
     assert ages(library) == [1, 100]
 
 
@@ -231,8 +208,8 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.Capt
     assert listed == {
         "name": folder.stem, "started_at": NOON.isoformat(), "duration_s": pytest.approx(2.0, abs=0.01),
         "port": "/dev/ttyUSB0", "baud_rate": 115200, "module": "Bench 7", "samples": 2880,
-        "size_bytes": RecordingLibrary().size_bytes, "parts": 1, "kept": True, "running": False, "cut_off": False,
-        "triggered": False, "simulated": False, "readable": True, "trashed": False,
+        "size_bytes": folder.stat().st_size, "kept": True, "running": False, "cut_off": False,
+        "triggered": False, "simulated": False, "readable": True,
     }  # fmt: skip
 
 

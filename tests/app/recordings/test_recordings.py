@@ -77,7 +77,7 @@ def test_the_entry_of_a_session(tmp_path: Path) -> None:
     with opened(folder) as recording:
         entry = recording.entry
         assert (entry.started_at, entry.port, entry.baud_rate, entry.module) == (NOON, PORT, 115200, "Bench 7")
-        assert (entry.sample_count, entry.further, entry.trouble) == (4320, (), None)
+        assert (entry.sample_count, entry.trouble) == (4320, None)
         assert entry.duration_s == pytest.approx(3.0, abs=0.01)
         assert entry.size_bytes == folder.stat().st_size
         flags = (entry.is_running, entry.was_cut_off, entry.is_pinned, entry.is_simulated)

@@ -149,8 +149,7 @@ class RecordingsPage(Page):
     def _bounds_text(self) -> str:
         library = self.work.library
         used = size_text(sum(entry.size_bytes for entry in self.work.entries))
-        text = tr("{used} of {size} used; kept for {days} days.", used=used, size=size_text(library.max_bytes),
-                  days=library.max_days)  # fmt: skip
+        text = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size_text(library.max_bytes))
         return f"{len(self.work.entries):,} · {text}"
 
     def _notice(self) -> Notice | None:

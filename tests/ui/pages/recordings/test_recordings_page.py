@@ -328,7 +328,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         desk.click(live.empty.recordings)
         desk.until(lambda: page.isVisible() and page.work.is_known)
         assert page.empty.isVisible()
-        assert page.bounds.text() == "0 · 0 kB of 2.0 GB used; kept for 90 days."
+        assert page.bounds.text() == "0 · 0 kB of 2.5 GB used; then the oldest are deleted."
         assert not page.buttons.open.isEnabled()
         desk.library.folder.mkdir(parents=True, exist_ok=True)
         copyfile(template, desk.library.folder / template.name)

@@ -1,4 +1,4 @@
-"""Beginning, parts and end of a recording."""
+"""Beginning and end of a recording."""
 
 import errno
 import threading
@@ -12,7 +12,7 @@ from app.engine.device import Sleep
 from app.recordings import library as library_module
 from app.recordings import writer as writer_module
 from app.recordings.library import RecordingLibrary
-from app.recordings.recorder import CLOCK_JUMP_S, DISK_CHECK_EVERY_S, MAX_PART_S, SYNC_EVERY_S, Recorder
+from app.recordings.recorder import CLOCK_JUMP_S, DISK_CHECK_EVERY_S, MAX_SESSION_S, SYNC_EVERY_S, Recorder
 from app.recordings.recording import traffic_of
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import (
@@ -28,58 +28,36 @@ from tests.support.records.recordings_made import (
 )
 
 
-def test_a_long_session_continues_in_further_parts(tmp_path: Path) -> None:
+def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.library.max_bytes = 80_000
+        bench.library.max_bytes = 130_000
         bench.recorder.begin(*HEADING)
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):
             bench.feed(*batches[first : first + 60])
         bench.finish()
-        (entry,) = bench.library.entries()
-        assert len(entry.parts) > 2
-        assert [part.name for part in entry.parts[1:]] == [
-            f"{entry.name}.part{number}.mcap" for number in range(2, len(entry.parts) + 1)
-        ]
-        assert not entry.was_cut_off
-        with opened(entry.path) as recording:
-            times = recording.tilt.window(0, 1e9).time_s.tolist()
-            assert times == [sample.at for one in batches for sample in one.samples]
-            assert sum(len(piece.raw) for piece in traffic_of(recording.entry)) == 8 * len(times)
-            assert recording.cell.window(0, 1e9).time_s.tolist() == np.arange(1000.0, 1060.0).tolist()
-            assert {limits.fires_deg for _, limits in recording.limits} == {60.0}
-            assert len(recording.markers) == 1
-        # Each part can be read by itself, and says what is in force.
-        entry.path.rename(tmp_path / "first.mcap")
-        entry.parts[2].unlink()
-        (orphan, *_) = [one for one in bench.library.entries() if one.path == entry.parts[1]]
-        with opened(orphan.path) as recording:
-            assert recording.fires.between(0, 1e9)[0].value == 60.0
+        entries = bench.library.entries()[::-1]
+        assert [entry.sequence for entry in entries] == list(range(1, len(entries) + 1))
+        assert len(entries) > 2
+        assert not any(entry.was_cut_off for entry in entries)
+        times, polled, sent = list[float](), list[float](), 0
+        for entry in entries:
+            with opened(entry.path) as recording:
+                times += recording.tilt.window(0, 1e9).time_s.tolist()
+                polled += recording.cell.window(0, 1e9).time_s.tolist()
+                sent += sum(len(piece.raw) for piece in traffic_of(entry))
+                assert recording.fires.between(0, 1e9)[0].value == 60.0, "each says what is in force"
+        assert times == [sample.at for one in batches for sample in one.samples]
+        assert sent == 8 * len(times)
+        assert polled == np.arange(1000.0, 1060.0).tolist()
 
 
-def test_a_session_longer_than_all_that_is_kept_stays_whole_while_it_is_written(tmp_path: Path) -> None:
-    with recorder_in(tmp_path) as bench:
-        bench.library.max_bytes = 20_000
-        bench.recorder.begin(*HEADING)
-        batches = list(stream(1000.0, 30.0, rate_hz=100))
-        for first in range(0, len(batches), 30):
-            bench.feed(*batches[first : first + 30])
-        (entry,) = bench.library.entries()
-        assert (entry.is_running, entry.sample_count, bench.library.trashed()) == (True, 3000, ())
-        assert entry.size_bytes > bench.library.max_bytes
-
-
-def test_a_day_is_a_part_of_one_recording(tmp_path: Path) -> None:
+def test_after_a_day_the_next_recording_begins(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
-        bench.feed(batch(1001.0 + MAX_PART_S, report(1001.0 + MAX_PART_S)))
-        bench.feed(batch(1002.0 + MAX_PART_S, report(1002.0 + MAX_PART_S)))
-        assert [(len(one.parts), one.sample_count) for one in bench.library.entries()] == [(2, 3)]
-        full = RecordingLibrary(tmp_path, max_bytes=0)  # a part of the recorder's own would be full at once
-        assert full.prune() == (), "no part of what is being written"
-        bench.finish()
-        (gone,) = full.prune()
-        assert (len(gone.parts), bench.library.entries()) == (2, ())
+        bench.feed(batch(1001.0 + MAX_SESSION_S, report(1001.0 + MAX_SESSION_S)))
+        bench.feed(batch(1002.0 + MAX_SESSION_S, report(1002.0 + MAX_SESSION_S)))
+        assert [(one.is_running, one.sample_count) for one in bench.library.entries()] == [(True, 1), (False, 2)]
 
 
 def test_a_clock_that_is_set_begins_a_recording_with_the_right_time(tmp_path: Path) -> None:
