@@ -224,8 +224,7 @@ class Series(Readable):
 
         Raises ValueError and adds nothing if the lengths differ, times decrease or anything is not finite.
         """
-        times = np.atleast_1d(np.asarray(time_s, np.float64))
-        values = np.atleast_1d(np.asarray(value, np.float32))
+        times, values = np.array(time_s, np.float64, ndmin=1), np.array(value, np.float32, ndmin=1)
         if times.shape != values.shape or times.ndim != 1:
             raise ValueError(f"{times.shape} times for {values.shape} values")
         if not len(times):
@@ -269,7 +268,7 @@ def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
 
 def buckets_of(times: Seconds, values: Values, firsts: NDArray[np.intp]) -> Envelope:
     """One bucket from each index of `firsts` up to the next; none of them empty."""
-    lasts = np.append(firsts, len(times))[1:] - 1
+    lasts = np.concatenate((firsts, (len(times),)))[1:] - 1
     return Envelope(
         times[firsts],
         times[lasts],
@@ -284,11 +283,10 @@ _ROWS_AT_ONCE = 1 << 19
 
 def bucket_firsts(times: Seconds) -> NDArray[np.intp]:
     """First rows of the buckets of `SUMMARY_S`; `times` ascend and are finite."""
-    firsts, last = [np.empty(0, np.intp)], -math.inf
-    for row in range(0, len(times), _ROWS_AT_ONCE):
-        numbers = np.floor(times[row : row + _ROWS_AT_ONCE] / SUMMARY_S)
-        firsts.append(np.flatnonzero(np.diff(numbers, prepend=last)) + row)
-        last = numbers[-1]
+    firsts = [np.arange(min(1, len(times)))]
+    for row in range(0, len(times) - 1, _ROWS_AT_ONCE):
+        numbers = np.floor(times[row : row + _ROWS_AT_ONCE + 1] / SUMMARY_S)
+        firsts.append((numbers[1:] != numbers[:-1]).nonzero()[0] + (row + 1))
     return np.concatenate(firsts)
 
 
