@@ -23,7 +23,7 @@ from app.system.uncaught import report_uncaught_error
 from protocol.events import Answered, Event, Received, Rejected, Sent
 from protocol.messages import Reading, Status
 
-PUBLISH_EVERY_S = 1 / 15
+PUBLISH_EVERY_S = 1 / 10
 """The interval of batches without news: reports of a module whose state is unchanged."""
 MAX_STEP_S = 0.05
 """An order ends it earlier; see `SerialLine.interrupt`."""

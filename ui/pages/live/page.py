@@ -1,7 +1,7 @@
 """Live page: a row of values above the plots.
 
 While the page is visible each batch draws, or a timer where no batch comes: the plots only when they moved by a pixel,
-the numbers some fifteen times a second and whenever the module's state changes. Batches are taken at all times, visible
+the numbers some ten times a second and whenever the module's state changes. Batches are taken at all times, visible
 or not. A recording is shown here too, with its plots above those of the module, which continue.
 """
 
