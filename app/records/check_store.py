@@ -60,7 +60,6 @@ class Visit:
     id: int
     records: tuple[SeenRecord, ...]
     new: frozenset[int] | None
-    is_continuation: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +128,7 @@ class CheckStore:
             number = self._facts.add(FactKind.VISIT, content, module=module)
             records = self.records(module)
             new = None if last is None else frozenset(record.id for record in records[len(known) :])
-            return Visit(number, records, new, merged.is_continuation)
+            return Visit(number, records, new)
 
     def records(self, module: str | None) -> tuple[SeenRecord, ...]:
         """Every stored record of this module, the oldest first."""

@@ -26,7 +26,7 @@ class Running:
         """Set the progress, 0 … 1."""
         self.share = share
 
-    def go_on(self, share: float) -> None:
+    def set_progress_or_end(self, share: float) -> None:
         """Set the progress. Raises `ExportCancelled` where it is cancelled."""
         if self.is_cancelled():
             from app.recordings.export import ExportCancelled

@@ -141,7 +141,7 @@ class SaveNote(QWidget):
     ) -> None:  # fmt: skip
         def save(path: Path) -> None:
             def write(running: Running) -> None:
-                write_parts(path, make_parts(path), count, running.go_on)
+                write_parts(path, make_parts(path), count, running.set_progress_or_end)
 
             def fail(error: Exception) -> None:
                 meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION

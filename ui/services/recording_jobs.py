@@ -126,7 +126,7 @@ class RecordingJobs(JobNotice):
         def work(running: Running) -> "Exported":
             from app.recordings.export import export
 
-            return export(entry, path, is_table=kind is ExportKind.CSV, on_progress=running.go_on)
+            return export(entry, path, is_table=kind is ExportKind.CSV, on_progress=running.set_progress_or_end)
 
         def notify(done: "Exported") -> None:
             def text() -> str:

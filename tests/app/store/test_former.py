@@ -104,7 +104,7 @@ def test_it_goes_on_where_it_ended(store: Store) -> None:
     checks = CheckStore(store.database)
     held = [record.raw for record in checks.records("M-07")]
     visit = checks.store_visit("M-07", held, port="p", boot_count=38, is_confirmed=True)
-    assert (visit.new, visit.is_continuation) == (frozenset(), True)
+    assert visit.new == frozenset()
     assert checks.past("M-07", held).boot_count == 38
     store.settle(store.begin(Act.LOCK, b"B", {"module": "M-07", "adapter": "usb 1"}, port="/dev/ttyUSB0",
                              origin="window"), Outcome.CONFIRMED, {})  # fmt: skip

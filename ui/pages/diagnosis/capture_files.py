@@ -154,7 +154,7 @@ class CaptureFiles(QWidget):
             def counted() -> Iterator[CaptureEntry]:
                 for number, entry in enumerate(entries):
                     if number % 1000 == 0:
-                        running.go_on(number / len(entries))
+                        running.set_progress_or_end(number / len(entries))
                     yield entry
 
             opening = Opening(
