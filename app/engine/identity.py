@@ -170,8 +170,11 @@ class IdentityCheck:
         before: IdentityEvidence = UNKNOWN,
     ) -> None:
         """A person said that it is the expected module or, by `is_named`, that it has a name or none; nothing is done
-        if it differs from what the person had `seen`. `before`: what was last read of the module of that name."""
-        if seen is None or self._identity.is_as_seen(seen):
+        if it differs from what the person had `seen`. A module that was settled then may only have been named since.
+        `before`: what was last read of the module of that name."""
+        is_renamed = is_named is not None and seen is not None and seen.is_settled
+        is_unbroken = self._is_said or self._identity.is_settled
+        if seen is None or self._identity.is_as_seen(seen) or (is_renamed and is_unbroken):
             self._expected = None
             proven = Identity(Trust.PROVEN, is_named=self._identity.is_named if is_named is None else is_named)
             self._identity = NO_EXPECTATION if is_named is False else proven
@@ -194,10 +197,12 @@ class IdentityCheck:
         if view.presence is Presence.ONLINE and self._answered_at is None:
             self._answered_at = now
         found = evidence_of(view.values, is_fresh=True)
-        trust = same_module(expected.evidence, found, is_said=self._is_said)
-        is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
-        if trust is not Trust.REFUTED and not (found.is_complete or is_late):
-            trust = Trust.OPEN
+        trust = same_module(expected.evidence, found, is_said=self._is_said and found.is_complete)
+        if trust is not Trust.REFUTED and not found.is_complete:
+            if self._identity.trust is Trust.REFUTED:
+                return  # values that became stale take nothing back
+            is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
+            trust = trust if is_late else Trust.OPEN
         if trust is Trust.PROVEN:
             self.confirm(is_named=True)
             return

@@ -79,11 +79,11 @@ class ModuleName(QObject):
         port = self._port
         if name == self.name:
             return
-        if port.is_open and not port.identity.is_settled:
-            if name and name == self.expected_name:
-                self.confirm_identity()
-            elif name:
+        if port.is_open and (self.expected_name or not port.identity.is_settled):
+            if name and name != self.expected_name:
                 self._before_new(partial(self._begin_new, name))
+            elif name and not port.identity.is_settled:  # else the engine has not told of it yet
+                self.confirm_identity()
         elif port.is_open:
             before = self._evidence_of(name)
             if same_module(before, evidence_of(port.device.values, is_fresh=True)) is Trust.REFUTED:
@@ -105,6 +105,7 @@ class ModuleName(QObject):
 
     def _begin_new(self, name: str) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too
+        self._use("")
         self._port.treat_as_new(is_named=bool(name), before=self._evidence_of(name))
 
     def remember_adapter(self) -> None:

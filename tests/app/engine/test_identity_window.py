@@ -268,6 +268,34 @@ def test_a_name_that_the_readings_refute_is_asked_about(
         one.wait(lambda: one.naming.name == "M-90" and one.asked == "")
 
 
+@pytest.mark.parametrize("first", ["new module", "a name that fits", "a name that does not"])
+@pytest.mark.parametrize("fits", [True, False])
+def test_of_two_names_given_in_a_row_the_last_counts(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, first: str, *, fits: bool
+) -> None:
+    """The engine has not told of the first yet when the second is typed."""
+    with desk(qtbot, qapp, tmp_path, "twice") as one:
+        store = one.assembly.storage.store
+        assert isinstance(store, Store)
+        for name, before in (("M-90", OF_ANOTHER), ("M-37", FOUND), ("M-38", FOUND)):
+            store.register_module(name)
+            store.store_evidence(name, before)
+        last = "M-37" if fits else "M-90"
+        if first == "new module":
+            one.naming.treat_as_new(name="M-08")
+        else:
+            one.naming.choose("M-38" if first == "a name that fits" else "M-90")
+        one.naming.choose(last)
+        if fits:
+            one.wait(lambda: one.naming.name == last and one.assembly.connector.current.identity.is_settled)
+            qtbot.wait(300)
+            assert (one.naming.name, one.asked) == (last, "")
+        else:
+            one.wait(lambda: "boot count 37, was 90" in one.asked)
+            assert one.naming.expected_name == last
+        assert store.evidence("M-90") == OF_ANOTHER
+
+
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("next", boots=37, uptime=60) as bench:
         with window(qapp, tmp_path) as assembly:
