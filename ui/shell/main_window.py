@@ -87,7 +87,6 @@ class MainWindow(QMainWindow):
         self.status_bar.add(self.recording_sign)
         self._lay_out()
         self.simulator = SimulatorDock(self._connector, texts, self)
-        self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.simulator)
         self.simulator.hide()
         self.menus = Actions(self, texts, self.stack)
         self.top_bar.menu.setMenu(self.menus.main)
@@ -336,8 +335,8 @@ class MainWindow(QMainWindow):
 
     def _give_room(self) -> None:
         """Shows the narrow sidebar before a page would have to scroll sideways."""
-        beside = not self.simulator.isHidden() and not self.simulator.isFloating()
-        self.navigation.give_room(beside and self.width() < WIDE_ENOUGH)
+        self.simulator.fit()
+        self.navigation.give_room(self.simulator.is_beside and self.width() < WIDE_ENOUGH)
 
     def _share_room(self) -> None:
         """Shows either the list of ports or the page."""

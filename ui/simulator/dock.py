@@ -1,29 +1,33 @@
 """Dock with the panel of the simulated module, which is created on first use."""
 
 import logging
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QDockWidget, QWidget
+from PySide6.QtWidgets import QDockWidget, QMainWindow
 
 from app.text.user_error import UserError
 from ui.core.texts import Texts
 from ui.services.port import Ports
+from ui.style.theme import scaled
+from ui.widgets.visibility_timer import VisibilityTimer
 
 if TYPE_CHECKING:
     from ui.simulator.panel import SimulatorPanel
 
 _log = logging.getLogger(__name__)
+_BESIDE_FROM_PX: Final = 800
+"""In a narrower window, in the usual size of text, it lies below the page."""
 
 
 class SimulatorDock(QDockWidget):
     """Controls the simulated module that is connected; disabled while there is none."""
 
-    def __init__(self, connector: Ports, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, connector: Ports, texts: Texts, window: QMainWindow) -> None:
+        super().__init__(window)
+        self._window = window
         self.setObjectName("simulator_dock")
-        self.setAllowedAreas(Qt.DockWidgetArea.LeftDockWidgetArea | Qt.DockWidgetArea.RightDockWidgetArea)
         self._connector = connector
         self._texts = texts
         self._device: str | None = None
@@ -31,6 +35,23 @@ class SimulatorDock(QDockWidget):
         texts.bind(self.setWindowTitle, "Simulated module")
         texts.bind(self.setAccessibleName, "Simulated module")
         connector.changed.connect(self._update_panel)
+        window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self)
+        VisibilityTimer(self, restyle=self.fit)
+
+    @property
+    def is_beside(self) -> bool:
+        """It lies beside the page."""
+        is_below = self._window.dockWidgetArea(self) is Qt.DockWidgetArea.BottomDockWidgetArea
+        return not (self.isHidden() or self.isFloating() or is_below)
+
+    def fit(self) -> None:
+        """Moves below the page where there is no room beside it, and back."""
+        is_below, areas = self._window.width() < scaled(_BESIDE_FROM_PX), Qt.DockWidgetArea
+        self.setAllowedAreas(
+            areas.BottomDockWidgetArea if is_below else areas.LeftDockWidgetArea | areas.RightDockWidgetArea
+        )
+        if not self.isFloating() and not self.isAreaAllowed(self._window.dockWidgetArea(self)):
+            self._window.addDockWidget(areas.BottomDockWidgetArea if is_below else areas.RightDockWidgetArea, self)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

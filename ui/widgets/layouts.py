@@ -18,8 +18,13 @@ from PySide6.QtWidgets import (
 )
 
 from ui.core.texts import Texts
-from ui.style.theme import Space
+from ui.style.theme import Space, scaled
 from ui.widgets.controls import control
+
+_LOWEST_PX: Final = 130
+"""Of a list and of its details, one below the other."""
+_UNBOUNDED: Final = 16_777_215
+"""QWIDGETSIZE_MAX."""
 
 
 class Gap(NamedTuple):
@@ -109,6 +114,16 @@ def scroll_area(
         for ground in (content, area.viewport()):
             ground.setAutoFillBackground(False)
     return area
+
+
+def fold_beside(lists: QBoxLayout, table: QWidget, details: QWidget, width_px: int, *, is_beside: bool) -> None:
+    """Lays `details` out beside the table, `width_px` wide in the usual size of text, or below it."""
+    direction = QBoxLayout.Direction
+    lists.setDirection(direction.LeftToRight if is_beside else direction.TopToBottom)
+    details.setMinimumWidth(scaled(width_px) if is_beside else 0)
+    details.setMaximumWidth(scaled(width_px) if is_beside else _UNBOUNDED)
+    for part in (table, details):
+        part.setMinimumHeight(0 if is_beside else scaled(_LOWEST_PX))
 
 
 def retain_size(widget: QWidget) -> None:

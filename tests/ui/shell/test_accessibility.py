@@ -21,8 +21,9 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.settings.form import RowState
-from app.text.i18n import CHINESE, ENGLISH, PSEUDO, set_language
+from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.garbage import living_garbage
+from tests.support.pseudo_language import PSEUDO
 from tests.support.thorough import IS_THOROUGH
 from tests.support.window.contrast import unusable_in, weak_in_paint, weak_in_style
 from tests.support.window.controls import controls_in, goes_back, tab_chain, takes_tab
@@ -46,8 +47,8 @@ from ui.style.theme import Choice, Meaning
 from ui.widgets.readout import Readout, StateChip
 
 FULL_HD_AT_200 = QSize(960, 540)
-NO_ROOM_AT_200 = ("flights", "recordings", "simulator panel")
-"""Lists, or a page and a panel, that lie side by side."""
+NO_ROOM_AT_200 = ("flights",)
+"""Lists that lie side by side."""
 BY_OTHER_KEYS = ("_less", "_more")
 """Beside a number field, whose arrow keys do the same: a stop of Tab would only be in the way."""
 FROM_CANCEL_ON = ("ritual_", "_cancel", "_go", "_ask")

@@ -108,7 +108,6 @@ class RecordingsDetail(QFrame):
         self._fact_rows.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
         self.facts = self._fact_rows.values
         self.remarks = text_label("recordings_remarks", is_selectable=True)
-        self.setFixedWidth(WIDTH_PX)
         content = named(QWidget(), "recordings_facts")
         in_column(self._fact_rows, self.remarks, (self.picture, 1), 0, of=content, spacing=Space.XS, margins=0)
         scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)

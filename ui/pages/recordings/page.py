@@ -16,7 +16,7 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import ROW_ROLE, Index, select_row
-from ui.pages.recordings.detail import RecordingsDetail
+from ui.pages.recordings.detail import WIDTH_PX, RecordingsDetail
 from ui.pages.recordings.model import COLUMNS, Column
 from ui.pages.recordings.outlines import Outlines, draw_outline
 from ui.services.context import Services
@@ -24,10 +24,10 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.services.recording_jobs import ExportKind
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, current
+from ui.style.theme import Meaning, Space, current, scaled
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import ElidedLabel, EmptyState
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import fold_beside, in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -62,6 +62,8 @@ class PinDelegate(QStyledItemDelegate):
 
 
 _SEARCH_PX: Final = 200
+_BESIDE_FROM_PX: Final = 640
+"""Narrower than this, in the usual size of text, the details lie below the list."""
 _LIST_EVERY_MS: Final = 2000
 """For the growing recording, while the page is visible."""
 _DRAW_EVERY_MS: Final = 100
@@ -247,10 +249,13 @@ class RecordingsPage(Page):
         head = self.make_header(self._services.texts, marked("Recordings"), self.search)
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.bounds, 1)
-        lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
-        in_column(head, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        self._lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
+        in_column(head, (self._lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
+
+    def fit(self) -> None:
+        fold_beside(self._lists, self._stack, self.detail, WIDTH_PX, is_beside=self.width() >= scaled(_BESIDE_FROM_PX))
 
     def notices(self) -> list[JobNotice]:
         return [self.work]

@@ -15,7 +15,6 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
-    QBoxLayout,
     QComboBox,
     QLabel,
     QLineEdit,
@@ -57,7 +56,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import ElidedLabel, EmptyState
-from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
+from ui.widgets.layouts import FlowRow, fold_beside, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -65,12 +64,9 @@ from ui.widgets.visibility_timer import VisibilityTimer
 _ROW_PX: Final = 36
 _SEARCH_PX: Final = 140
 _READ_EVERY_MS: Final = 500
+"""Retry interval until the module is online and idle."""
 _BESIDE_FROM_PX: Final = 640
 """Narrower than this, in the usual size of text, the details lie below the list."""
-_LOWEST_PX: Final = 130
-_UNBOUNDED: Final = 16_777_215
-"""QWIDGETSIZE_MAX."""
-"""Retry interval until the module is online and idle."""
 
 
 class TriggersPage(Page):
@@ -277,12 +273,7 @@ class TriggersPage(Page):
     # Qt
 
     def fit(self) -> None:
-        is_beside, direction = self.width() >= scaled(_BESIDE_FROM_PX), QBoxLayout.Direction
-        self._lists.setDirection(direction.LeftToRight if is_beside else direction.TopToBottom)
-        self._beside.setMinimumWidth(scaled(WIDTH_PX) if is_beside else 0)
-        self._beside.setMaximumWidth(scaled(WIDTH_PX) if is_beside else _UNBOUNDED)
-        for part in (self._stack, self._beside):
-            part.setMinimumHeight(0 if is_beside else scaled(_LOWEST_PX))
+        fold_beside(self._lists, self._stack, self._beside, WIDTH_PX, is_beside=self.width() >= scaled(_BESIDE_FROM_PX))
         self.detail.fit_height(self.height())
         self.beside.fit_height(self.height())
 
