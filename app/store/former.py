@@ -1,6 +1,6 @@
 """Takes over stores and archives of former layouts: every row becomes a fact, with the id that it has in archives.
 
-The store had a table for each kind (layouts 1 to 9), the archive's file all facts again (1 and 2). The file as it was
+The store had a table for each kind (layouts 8 and 9), the archive's file all facts again (1 and 2). The file as it was
 is kept beside the new one (`app.store.database`). To be removed when nobody has such a file any more.
 """
 
@@ -96,8 +96,6 @@ def _drop(connection: sqlite3.Connection, tables: "tuple[str, ...]") -> None:
 
 
 class _Former:
-    """Tables and columns are looked up: earlier layouts lack some."""
-
     tables: Final = (
         "measured_values", "preflight_checks", "trigger_records", "visits", "settings_snapshots", "guided_tests",
         "module_states", "streams_left_on", "module_settlements", "pending_baud", "audit_chain", "audit", "modules",
@@ -106,13 +104,10 @@ class _Former:
 
     def __init__(self, connection: sqlite3.Connection) -> None:
         self._connection = connection
-        self._there = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
         self._names = {row["id"]: row["name"] for row in self.rows("modules")}
-        self._entries = {row["id"]: tuple(row.get(name) for name in FORMER_ENTRY) for row in self.rows("audit")}
+        self._entries = {row["id"]: tuple(row[name] for name in FORMER_ENTRY) for row in self.rows("audit")}
 
     def rows(self, table: str) -> list[dict[str, Any]]:
-        if table not in self._there:
-            return []
         cursor = self._connection.execute(f"SELECT * FROM {table} ORDER BY rowid")  # noqa: S608
         names = [column[0] for column in cursor.description]
         return [dict(zip(names, row, strict=True)) for row in cursor]
@@ -134,20 +129,13 @@ class _Former:
         return list(row), None
 
     def links(self) -> list[dict[str, Any]]:
-        """The chain of the audit log. Before layout 4 it had none; an entry that was added from outside has no link."""
+        """The chain of the audit log; an entry that was added from outside has no link."""
         links = self.rows("audit_chain")
-        linked, previous = {link["entry"] for link in links}, ""
-        for number, row in self._entries.items():
-            if number not in linked:
-                hash_ = "" if "audit_chain" in self._there else link_hash(previous, row)
-                links.append({"id": number, "entry": number, "previous": previous, "hash": hash_})
-                previous = hash_
-        return links
+        added = self._entries.keys() - {link["entry"] for link in links}
+        return links + [{"id": number, "entry": number, "previous": "", "hash": ""} for number in sorted(added)]
 
     def log_faults(self) -> list[tuple[int, str]]:
         """What is wrong with the audit log, by entry."""
-        if "audit_chain" not in self._there:
-            return []
         last, linked, faults = "", dict[int, bool](), set[tuple[int, ChainFault]]()
         for link in self.rows("audit_chain"):
             number, (entry, hash_) = link["entry"], self.entry(link)
@@ -168,7 +156,7 @@ class _Former:
             settings = _json(row["settings"])
             yield f"evidence:{self.name(row)}", {"boot_count": row["boot_count"], "settings": settings}
         for row in self.rows("streams_left_on"):
-            yield f"stream:{row['adapter']}", {"boot_count": row.get("boot_count"), "at": row["at"]}
+            yield f"stream:{row['adapter']}", {"boot_count": row["boot_count"], "at": row["at"]}
 
 
 def link_hash(previous: str, entry: "list[Any] | tuple[Any, ...]") -> str:
