@@ -31,7 +31,7 @@ from app.terminal.arguments import (
     whole_days,
 )
 from app.terminal.export_file import export_path
-from app.text.i18n import LANGUAGES, PSEUDO, tr
+from app.text.i18n import LANGUAGES, tr
 from protocol.translatable import marked
 
 WINDOW: Final = "gui"
@@ -76,15 +76,6 @@ class SubCommand(NamedTuple):
 def _add_example(parser: Parser, words: str) -> None:
     example = tr("Example: {command}", command=f"dps-s {words}")
     parser.epilog = f"{parser.epilog}\n\n{example}" if parser.epilog else example
-
-
-class _Offered(tuple[str, ...]):
-    """The languages that help and errors list; the pseudo-language of the tests is taken too."""
-
-    __slots__ = ()
-
-    def __contains__(self, word: object) -> bool:
-        return word == PSEUDO or super().__contains__(word)
 
 
 # What is not loaded for the help of other commands
@@ -279,7 +270,7 @@ GROUPS: Final = {
             option("file", type=Path, nargs="?", metavar="FILE", text=marked("profile, capture, recording or check")),
             flag("--demo", marked("Simulated module")), option("-p", "--port", metavar="P", text=marked("Port")),
             rate_of(RATES, type=int, choices=RATES),
-            option("--lang", choices=_Offered(LANGUAGES), metavar="L", text="|".join(LANGUAGES)),
+            option("--lang", choices=LANGUAGES, metavar="L", text="|".join(LANGUAGES)),
             option("--offscreen-seconds", type=seconds, metavar="S", text=marked("end after S seconds")),
             option("--evidence", type=Path, metavar="DIR", text=marked("save a screenshot and the values there")),
         )),

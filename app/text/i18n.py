@@ -17,13 +17,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from app.text.pseudo_language import PseudoTexts
-
 ENGLISH: Final = "en"
 CHINESE: Final = "zh_CN"
 LANGUAGES: Final = (ENGLISH, CHINESE)
-PSEUDO: Final = "qps"
-"""For developers, in no menu: English with accents, 40 % longer; see `app.text.pseudo_language`."""
 CONTEXT: Final = "dps-s"
 
 _LOCALE_FOLDER: Final = Path(__file__).parent.parent / "locale"
@@ -82,7 +78,7 @@ def variants(english: str, chinese: str) -> Iterator[tuple[str, str]]:
 
 
 def set_language(name: str) -> None:
-    """Sets the language: "en", "zh_CN", the pseudo-language "qps", or the path of a .ts file.
+    """Sets the language: "en", "zh_CN", or the path of a .ts file.
 
     Raises ValueError for any other name. For a .ts file that cannot be read it logs a warning and uses English.
     """
@@ -91,8 +87,6 @@ def set_language(name: str) -> None:
 
 
 def _read_language(name: str) -> _Language:
-    if name == PSEUDO:
-        return _Language(name, PseudoTexts())
     path = _LOCALE_FOLDER / f"{CHINESE}.ts" if name == CHINESE else Path(name)
     if path.suffix != ".ts":
         raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)} and no path of a .ts file")

@@ -19,8 +19,9 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app.guided.results import GuidedKind
 from app.safety.acts import Act
-from app.text.i18n import CHINESE, ENGLISH, PSEUDO
+from app.text.i18n import CHINESE, ENGLISH
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.support.pseudo_language import PSEUDO
 from ui.pages.tests.controller import Stage
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import bring_into_sight

@@ -3,8 +3,6 @@
 import ast
 import logging
 import string
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,11 +13,10 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWi
 from pytestqt.qtbot import QtBot
 
 from app.text import i18n
-from app.text.i18n import PSEUDO, set_language, system_language, tr
-from app.text.pseudo_language import pseudo
+from app.text.i18n import set_language, system_language, tr
+from tests.support.pseudo_language import PSEUDO, pseudo
 from tests.support.window.cut_off import cut_off
 from tests.support.window.spoken import untranslated
-from ui.preferences.dialog import LANGUAGES
 
 Messages = dict[str, tuple[str, str]]
 
@@ -188,14 +185,6 @@ def test_placeholders_are_filled_in() -> None:
     set_language(PSEUDO)
     assert tr("{time} ago", time="12 s").startswith("[12 s ")
     assert i18n.language() == PSEUDO
-
-
-def test_it_is_for_developers_only() -> None:
-    assert PSEUDO not in i18n.LANGUAGES
-    assert PSEUDO not in dict(LANGUAGES)
-    words = [sys.executable, "-m", "app", "gui", "--help"]
-    told = subprocess.run(words, check=True, capture_output=True, text=True)
-    assert PSEUDO not in told.stdout
 
 
 def test_a_text_that_is_not_translated_is_found(qtbot: QtBot) -> None:

@@ -26,9 +26,10 @@ from pytestqt.qtbot import QtBot
 from app.settings.setting_texts import value_text
 from app.system.wall_clock import local_time
 from app.text.durations import duration
-from app.text.i18n import CHINESE, ENGLISH, PSEUDO, set_language, tr
+from app.text.i18n import CHINESE, ENGLISH, set_language, tr
 from protocol.catalogue import BY_NAME
 from tests.app.text.test_i18n import write_ts
+from tests.support.pseudo_language import PSEUDO
 from tests.support.window.steps import find
 from ui.core.texts import LanguageSwitch, Texts
 

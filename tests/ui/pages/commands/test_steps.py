@@ -9,9 +9,10 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QScrollArea, QW
 
 from app.safety.acts import EFFECTS, Act
 from app.safety.ritual import Stage
-from app.text.i18n import CHINESE, ENGLISH, PSEUDO, tr
+from app.text.i18n import CHINESE, ENGLISH, tr
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
+from tests.support.pseudo_language import PSEUDO
 from tests.support.window.controls import place
 from tests.support.window.steps import find
 from ui.core.texts import Texts

@@ -13,8 +13,9 @@ from app.engine.device import How, Known
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import value_text
 from app.store.store import Store
-from app.text.i18n import CHINESE, ENGLISH, PSEUDO
+from app.text.i18n import CHINESE, ENGLISH
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT
+from tests.support.pseudo_language import PSEUDO
 from tests.support.records.kept_facts import kept_settings
 from tests.support.window import walk
 from tests.support.window.cut_off import cut_off

@@ -7,9 +7,13 @@ are kept.
 
 import math
 import re
-from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from pathlib import Path
 from typing import Final
+from xml.sax.saxutils import escape
+
+from app.system.files import write_whole
+from app.text.i18n import CHINESE, read_messages, variants
 
 LONGER: Final = 0.4
 """Typical of German and Russian."""
@@ -21,6 +25,7 @@ _ACCENTED: Final = str.maketrans(
 _UNCHANGED: Final = re.compile(r"(\{[^{}]*\}|\([^()]*\*[^()]*\)|\n)")
 _WORD: Final = re.compile(r"[A-Za-z]{3,}")
 _PADDING: Final = "ôñé ţŵö ţĥřéé ƒöûř ƒîṽé šîx šéṽéñ éîĝĥţ "
+_ROOT: Final = Path(__file__).parents[2]
 
 
 @lru_cache(maxsize=4096)
@@ -42,14 +47,21 @@ def pseudo(text: str) -> str:
     return f"{OPENING}{''.join(parts)}{gap}{padding}{CLOSING}"
 
 
-class PseudoTexts(Mapping[str, str]):
-    """Translates any text on demand, so there is nothing to iterate over."""
+def _written() -> str:
+    """All texts of the program in the pseudo-language, as a translation at a path that is the same in every process."""
+    path = _ROOT / "build" / "pseudo.ts"
+    chinese = read_messages(_ROOT / "app" / "locale" / f"{CHINESE}.ts")
+    texts = {text for english in chinese for text, _ in variants(english, "")} | {"A text of some length"}
+    messages = "".join(
+        f"<message><source>{escape(text)}</source><translation>{escape(pseudo(text))}</translation></message>"
+        for text in sorted(texts)
+    )
+    data = f"<TS><context>{messages}</context></TS>".encode()
+    path.parent.mkdir(exist_ok=True)
+    if not path.is_file() or path.read_bytes() != data:
+        write_whole(path, data)
+    return str(path)
 
-    def __getitem__(self, text: str) -> str:
-        return pseudo(text)
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(())
-
-    def __len__(self) -> int:
-        return 0
+PSEUDO: Final = _written()
+"""As `set_language` takes it."""
