@@ -22,8 +22,9 @@ from pytestqt.qtbot import QtBot
 
 from app.simulator.setup import EmptySlots, Setup
 from app.text import i18n
-from tests.support import archive_server, x_server
+from tests.support import x_server
 from tests.support.patience import PATIENCE_S
+from tests.support.records import archive_server
 from tests.support.setup_files import SetupFiles, loaded_setup_files
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from tests import conftest
-from tests.support import archive_server, x_server
+from tests.support import x_server
+from tests.support.records import archive_server
 from tests.support.window.steps import is_input_down, release_input
 
 ROOT = Path(__file__).parent.parent

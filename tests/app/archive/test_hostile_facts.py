@@ -24,7 +24,7 @@ from app.stations.known import Stations
 from app.stations.station import encoded
 from app.store.facts import FactKind, payload_of
 from app.text.user_error import UserError
-from tests.support.archive_server import ArchiveServer, archive_server
+from tests.support.records.archive_server import ArchiveServer, archive_server
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 from tests.support.records.stations_made import station
 

@@ -16,7 +16,8 @@ from app.archive.postgres import TABLE, open_server, system_roots
 from app.archive.server_url import server_url
 from app.text.user_error import UserError
 from tests.app.cli.reference.test_schemas import faults
-from tests.support.archive_server import (
+from tests.support.certificates import write_certificate
+from tests.support.records.archive_server import (
     PASSWORD,
     ROOT_CERTIFICATE,
     WITH_PASSWORD,
@@ -24,7 +25,6 @@ from tests.support.archive_server import (
     ArchiveServer,
     archive_server,
 )
-from tests.support.certificates import write_certificate
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 
 PAGE = Path(__file__).parents[3] / "docs" / "archive.md"

@@ -22,8 +22,8 @@ from app.guided.results import GuidedVerdict
 from app.stations.known import Stations
 from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
-from tests.support.archive_server import ArchiveServer, archive_server
 from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.records.archive_server import ArchiveServer, archive_server
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 
 NAMES = ("M-01", "M-02", "M-03")

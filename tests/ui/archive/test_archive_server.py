@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 from app.archive.archive import Archive
 from app.archive.server_url import store_server
 from app.system.folders import data_folder
-from tests.support.archive_server import archive_server
+from tests.support.records.archive_server import archive_server
 from tests.support.records.archive_stations import archive_station
 from tests.support.window.fakes_ui import window
 
