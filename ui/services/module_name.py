@@ -41,8 +41,6 @@ class ModuleName(QObject):
         self.name = ""
         self.expected_name = ""
         """Name of the expected module, while it is not proven that it is the one that answers."""
-        self.asked_on: str | None = None
-        """Key of the page that asks which module it is, in place of the window."""
         self._port, self._storage, self._before_new = port, storage, before_new
         self.adapter = ""
         """Key of the adapter or port of the module."""

@@ -180,11 +180,11 @@ class BatchTurns(QObject):
 
     def _claim_question(self) -> None:
         """While there are names left the window does not ask beside it which module it is."""
-        if self.port is not None:
-            asked_on = None if self.stage in (Stage.DONE, Stage.STOPPED) else "fleet"
-            if asked_on != self.port.module.asked_on:
-                self.port.module.asked_on = asked_on
-                self._services.connector.any_changed.emit()
+        connector = self._services.connector
+        asked_on = None if self.stage in (Stage.DONE, Stage.STOPPED) else "fleet"
+        if asked_on != connector.asked_on:
+            connector.asked_on = asked_on
+            connector.any_changed.emit()
 
     def _listen(self, batch: Batch) -> None:
         if self._turn is not None:
@@ -241,7 +241,6 @@ class BatchTurns(QObject):
             port.changed.disconnect(self._on_changed)
             port.batch.disconnect(self._listen)
             port.invalidated.disconnect(self._on_another_module)
-            port.module.asked_on = None
 
 
 def _read(bench: Bench) -> _State:

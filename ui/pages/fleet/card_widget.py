@@ -132,7 +132,7 @@ class CardWidget(QFrame):
         self.need_icon.show_icon(MEANING_ICONS[self.meaning], self.meaning)
         self.need.setText(need)
         self.need.setToolTip(need)
-        self.question.setVisible(card.identity.is_for_a_person)
+        self.question.setVisible(card.identity.is_for_a_person and not card.is_shown)  # the window asks about that
         self.same.setText(same_module_words(card.expected))
         self.same.setAccessibleName(self.same.text())
         self.show_action.setEnabled(not card.is_shown)

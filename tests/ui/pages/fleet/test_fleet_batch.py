@@ -1,7 +1,7 @@
 """A batch of new modules on the Fleet page, with a real store and a simulated port, on a clock of the test."""
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -10,9 +10,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.identity import Identity, Trust
+from app.engine.target import Target
+from app.engine.worker import Batch
 from app.records.check_store import CheckStore
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
+from tests.support.window.fake_ports import VALUES, FakeWorker
 from tests.support.window.rig import Rig, on_fake_time
 from ui.main import PAGES
 from ui.pages.fleet.batch_panel import BatchPanel
@@ -213,6 +217,29 @@ def test_another_module_by_a_persons_word_ends_the_turn(bench: Bench, tmp_path: 
     bench.until(lambda: bench.stage is not Stage.WORKING)
     assert bench.panel.hint.text().startswith("SET ASIDE: ")
     assert bench.store.modules() == ()
+
+
+def test_about_the_module_of_another_port_the_window_asks_on_another_page(bench: Bench, tmp_path: Path) -> None:
+    bench.begin(tmp_path)
+    bench.until(lambda: bench.stage is Stage.ASK)
+    connector, workers = bench.assembly.connector, list[FakeWorker]()
+
+    def make(callback: Callable[[Batch], None]) -> FakeWorker:
+        workers.append(FakeWorker(callback, bench.clock))
+        return workers[-1]
+
+    other = connector.add(make)  # type: ignore[arg-type]
+    other.connect_to(Target("/dev/other", 115200))
+    workers[0].identity = Identity(Trust.UNPROVEN)
+    workers[0].say(**VALUES)
+    connector.choose(other)
+    bench.until(lambda: connector.current is other and other.identity.is_for_a_person)
+    assert not bench.asks_beside()
+    bench.assembly.window.go_to("live")
+    assert bench.asks_beside()
+    bench.assembly.window.go_to("fleet")
+    bench.click(bench.panel.close_button)
+    assert bench.asks_beside()
 
 
 def test_protection_is_taken_away_only_by_write_anyway(bench: Bench, tmp_path: Path) -> None:

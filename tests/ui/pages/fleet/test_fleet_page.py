@@ -293,9 +293,9 @@ def test_choosing_another_module_disarms_and_the_ritual_names_module_and_port(de
 
 
 def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also of a module that the other pages do not show."""
+    """Of a module that the other pages do not show; about the shown one the window asks."""
     desk.plug_in(3)
-    (first, _), (port, worker), _ = desk.modules
+    (first, shown), (port, worker), _ = desk.modules
     card, other = desk.page._widgets[port], desk.page._widgets[first]
     port.module.choose("M-07")
     desk.settle()
@@ -316,8 +316,10 @@ def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, m
     opening = port.view.opening
     card.new.chosen.emit()
     assert port.view.opening == opening + 1
+    shown.hand_over(identity=doubt)
     desk.settle()
-    assert not card.question.isVisible()
+    assert (card.question.isVisible(), other.question.isVisible()) == (False, False)
+    assert other.need.text() == "This may be another module: communication was interrupted."
 
 
 def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Desk) -> None:
