@@ -23,6 +23,8 @@ from ui.acts.confirm import Confirm
 from ui.pages.preflight.controller import Standing
 
 LOOK_EVERY_S: Final = 0.5
+NO_TIME_S: Final = 1e-9
+"""Less is an error of rounding, for which the clock of the bench does not move."""
 SETTLED_IN_S: Final = 4.0
 """Time until it is connected, everything is read, and the stream is on."""
 SURE: Final = (RowState.READ, RowState.ACKNOWLEDGED, RowState.VERIFIED)
@@ -51,8 +53,8 @@ class Session:
 
     def wait(self, seconds: float) -> None:
         bench, ends_at_s = self.bench, self.bench.clock() + seconds
-        while (left_s := ends_at_s - bench.clock()) > 0:
-            if self.happens is not None and bench.clock() >= self.happens[0]:
+        while (left_s := ends_at_s - bench.clock()) > NO_TIME_S:
+            if self.happens is not None and self.happens[0] - bench.clock() <= NO_TIME_S:
                 (_, happen), self.happens = self.happens, None
                 happen(bench.bench)
             until_s = self.happens[0] - bench.clock() if self.happens is not None else LOOK_EVERY_S
