@@ -97,8 +97,8 @@ def test_problems_are_found(translations: ModuleType) -> None:
     }
     listed = list(translations.problems(found, messages))
     assert len(listed) == 4
-    for line, part in zip(listed, ("missing", "unfinished", "placeholders", "gone"), strict=False):
-        assert part in line or any(part in other for other in listed)
+    for part in ("missing", "unfinished", "placeholders", "gone"):
+        assert any(part in line for line in listed), part
 
 
 def test_a_capital_a_stop_and_an_ellipsis_follow(translations: ModuleType) -> None:

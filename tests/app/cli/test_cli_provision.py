@@ -108,6 +108,20 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
         assert store.evidence("M-002").is_complete
 
 
+def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, port: str) -> None:
+    def used(bench: SimulatedBench) -> None:
+        """Its settings are those of the batch, and its boot count may be that of M-001."""
+        bench.module.memory.boot_count = 5
+        bench.restart()
+
+    bench_of(port).module.memory.boot_count = 4
+    plugs = [SimulatedBench.restart, new(8), SimulatedBench.restart, used]
+    lines = batch(*ALLOWED, "--all-new", "--names", "M-001..M-003", plugs=plugs)
+    known = "SET ASIDE: It may be {}, which is known: boot count and settings fit."
+    assert [line for line in lines if line.startswith("SET ASIDE:")] == [known.format("M-001"), known.format("M-002")]
+    assert (_verdicts("M-002"), _verdicts("M-003")) == (["READY"], ["READY"])
+
+
 def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
     lines = batch(*ALLOWED, plugs=[lambda bench: signal.raise_signal(signal.SIGINT)], code=130)
     assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
