@@ -2,28 +2,37 @@
 
 import subprocess
 import sys
+from collections.abc import Mapping
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from app import version
 from app.preflight.findings import Person
-from app.records.check_store import CheckStore
+from app.procedures.history import History
+from app.records.check_store import CheckStore, Visit
 from app.records.filing import Filed, file_check
 from app.records.record import Record
+from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers
 from app.records.verification import Chain, RecordState, verify
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
+from app.settings.setting_texts import DEFAULTS
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble
 from app.store.facts import FactKind, fact_hash
 from app.store.store import Store, open_store
+from app.trigger_records.history import record_of
+from protocol.fields import Value
+from protocol.messages import TriggerRecord
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.kept_facts import forge, tamper
 from tests.support.records.preflight_rig import check
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
+RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"))
 _FILER = """
 import sys
 from pathlib import Path
@@ -119,6 +128,35 @@ def test_a_record_that_could_not_be_kept_has_no_number(tmp_path: Path, monkeypat
         assert len(_chain(store)) == 1
 
 
+# Trigger records
+
+
+@pytest.mark.parametrize(
+    ("boot_count", "more", "records", "is_filed"),
+    [
+        (9, {}, (RECORD,), True),
+        (8, {}, (RECORD,), False),
+        (9, {"attitude_threshold_deg": 45}, (RECORD,), False),
+        (9, {}, (), False),
+    ],
+)
+def test_records_of_what_may_be_another_module_are_filed_only_if_a_person_says_so(
+    tmp_path: Path, boot_count: int, more: dict[str, Value], records: tuple[TriggerRecord, ...], is_filed: bool
+) -> None:
+    settings = DEFAULTS | {"light_threshold_v": 1.0}
+
+    def reading(boots: int, settings: Mapping[str, Value], *found: TriggerRecord) -> TriggersReading:
+        return TriggersReading(History(found, is_confirmed=True, is_answered=True), boots, settings)
+
+    with closing(open_store(tmp_path)) as store:
+        file = partial(file_triggers, store, name="M-07", port="p")
+        for before in (reading(7, settings, RECORD), reading(9, {}, RECORD)):  # the settings were not read last time
+            assert isinstance(file(before, is_same_module=False), Visit)
+        now = reading(boot_count, settings | more, *records)
+        assert isinstance(file(now, is_same_module=False), Visit if is_filed else PossiblyOther)
+        assert isinstance(file(now, is_same_module=True), Visit)
+
+
 # The audit log
 
 
@@ -188,7 +226,8 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from app.records.record import RecordContext
-from app.records.check_store import CheckStore
+from app.procedures.history import History
+from app.records.check_store import CheckStore, Visit
 from app.store.store import open_store
 from tests.support.records.preflight_rig import check
 from tests.app.trigger_records.test_trigger_history import raw
