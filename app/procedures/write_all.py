@@ -72,7 +72,6 @@ class WriteReport:
     results: tuple[Written, ...]
     refusals: tuple[Refusal, ...] = ()
     """Why some were not sent."""
-    baud: BaudChanged | None = None
     changed: tuple[ChangedSetting, ...] = ()
     """Settings that changed without being written."""
     unread: tuple[Command, ...] = ()
@@ -142,7 +141,7 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
         if is_sent:
             report = yield from _last_reading(progress, before)
         else:
-            report = WriteReport(results=tuple(progress.results), refusals=progress.refused, baud=progress.baud)
+            report = WriteReport(results=tuple(progress.results), refusals=progress.refused)
     except BaseException:
         settle_writes(context.journal, progress.entries, unconfirmed(progress.results))
         raise
@@ -161,23 +160,19 @@ class _WriteProgress:
     entries: dict[Command, Entry] = field(default_factory=dict)
     """Journal entries without an outcome."""
     refused: tuple[Refusal, ...] = ()
-    baud: BaudChanged | None = None
     fault: WriteFault | None = None
     """Why nothing more is sent."""
 
 
 def _write_one(progress: _WriteProgress, change: SettingChange) -> Procedure[None]:
     context = progress.context
-    if progress.fault is None and change.command is BAUD_RATE:
-        progress.refused = yield from _refusals(context)
-        progress.fault = WriteFault.NOT_ALLOWED if progress.refused else None
     if progress.fault is not None:
         progress.results.append(_not_sent(change, progress.fault))
     elif change.command is BAUD_RATE:
         if context.on_begun is not None:
             context.on_begun(BAUD_RATE)
         baud = yield from change_baud(int(change.value), context.journal, permit=context.permit, armed=context.armed)
-        progress.baud, progress.refused = baud, baud.refusals
+        progress.refused = baud.refusals
         progress.results.append(_written(change, baud))
     else:
         written, progress.refused = yield from write_logged(change, context, progress.entries)
@@ -232,7 +227,6 @@ def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedur
     return WriteReport(
         results=tuple(results),
         refusals=progress.refused,
-        baud=progress.baud,
         changed=changed_settings(stood, last.values),
         unread=tuple(
             command for command in READABLE_SETTINGS if command.key in stood and command.key not in last.values

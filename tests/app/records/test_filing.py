@@ -143,7 +143,7 @@ def test_a_record_that_could_not_be_kept_has_no_number(tmp_path: Path, monkeypat
 def test_records_of_what_may_be_another_module_are_filed_only_if_a_person_says_so(
     tmp_path: Path, boot_count: int, more: dict[str, Value], records: tuple[TriggerRecord, ...], is_filed: bool
 ) -> None:
-    settings = DEFAULTS | {"light_threshold_v": 1.0}
+    settings = {**DEFAULTS, "light_threshold_v": 1.0}
 
     def reading(boots: int, settings: Mapping[str, Value], *found: TriggerRecord) -> TriggersReading:
         return TriggersReading(History(found, is_confirmed=True, is_answered=True), boots, settings)
@@ -152,7 +152,7 @@ def test_records_of_what_may_be_another_module_are_filed_only_if_a_person_says_s
         file = partial(file_triggers, store, name="M-07", port="p")
         for before in (reading(7, settings, RECORD), reading(9, {}, RECORD)):  # the settings were not read last time
             assert isinstance(file(before, is_same_module=False), Visit)
-        now = reading(boot_count, settings | more, *records)
+        now = reading(boot_count, {**settings, **more}, *records)
         assert isinstance(file(now, is_same_module=False), Visit if is_filed else PossiblyOther)
         assert isinstance(file(now, is_same_module=True), Visit)
 
