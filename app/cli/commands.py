@@ -120,7 +120,7 @@ _FILE = option("file", type=Path, metavar="FILE")
 _FORCE = flag("--force", marked("replace the file"))
 _RECORDING = option("name", metavar="NAME", text=marked("beginning of the name, or latest"))
 _EXPORT = option("file", type=export_path, metavar="FILE",
-                 text=marked(".mcap, .csv, or - for standard output: the table, at the end"))  # fmt: skip
+                 text=marked(".mcap, .csv, or - for the table on standard output"))  # fmt: skip
 
 
 def _archive(name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:

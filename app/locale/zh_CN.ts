@@ -42,8 +42,8 @@
         <translation>--module 只能用于一个串口。</translation>
     </message>
     <message>
-        <source>.mcap, .csv, or - for standard output: the table, at the end</source>
-        <translation>.mcap、.csv，或 - 表示结束时将表格写到标准输出</translation>
+        <source>.mcap, .csv, or - for the table on standard output</source>
+        <translation>.mcap、.csv，或 - 表示将表格写到标准输出</translation>
     </message>
     <message>
         <source>0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.</source>
