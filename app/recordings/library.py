@@ -82,8 +82,9 @@ class RecordingLibrary:
     def entries(self) -> tuple[RecordingEntry, ...]:
         """Newest first. Reads headings only. Never raises: an unreadable recording is an entry with `trouble`."""
         for file in _files(self.folder / TRASH):
-            with suppress(OSError):
-                file.rename(self.folder / file.name)
+            if not (target := self.folder / file.name).exists():
+                with suppress(OSError):
+                    file.rename(target)
         entries = map(entry_of, _files(self.folder))
         return tuple(
             sorted(entries, key=lambda entry: (entry.sequence, entry.started_at, entry.path.name), reverse=True)
@@ -123,7 +124,7 @@ class RecordingLibrary:
                     continue
                 total += entry.size_bytes
                 if total > limit:
-                    with suppress(OSError):
+                    with suppress(OSError, UserError):
                         self.delete(entry)
                         gone.append(entry)
         return tuple(gone)

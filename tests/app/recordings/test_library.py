@@ -69,8 +69,10 @@ def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None
 def test_what_an_earlier_version_moved_to_its_trash_is_listed_again(tmp_path: Path) -> None:
     library = library_of(tmp_path, 3, 2)
     (tmp_path / ".trash").mkdir()
-    library.entries()[0].path.rename(tmp_path / ".trash" / "20260101T000000Z-abcdef.mcap")
-    assert ages(library) == [2, 3]
+    newest, oldest = library.entries()
+    newest.path.rename(tmp_path / ".trash" / "20260101T000000Z-abcdef.mcap")
+    (tmp_path / ".trash" / oldest.path.name).write_bytes(b"another")
+    assert ages(library) == [2, 3], "nothing is replaced"
     assert library.set_pinned(library.entries()[0], is_pinned=True).is_pinned
 
 
