@@ -85,7 +85,7 @@ def no_leaked_thread() -> Iterator[None]:
 def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
     """Qt's objects may only be freed in the thread where they live: not in that of a later test's worker.
 
-    What is there when a test begins is passed over after it, since going through all that is loaded takes 0.1 s.
+    What is there when a test begins is passed over from then on, since going through all that is loaded takes 0.1 s.
     """
     has_window = "qapp" in request.fixturenames
     gc.disable()
@@ -100,12 +100,6 @@ def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
     gc.enable()
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _what_was_passed_over_is_garbage_again() -> Iterator[None]:
-    yield
-    gc.unfreeze()
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import parts_of
 from protocol.catalogue import BY_NAME, Command
 from ui.core.texts import Texts
 from ui.services.port import LockControl, Ports
@@ -20,7 +21,7 @@ from ui.style.theme import Meaning, Size, Space, current, font, scaled
 from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control, named, set_role
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import Gap, in_column, in_row
-from ui.widgets.readout import StateChip, age_of, parts_of, show_activation, show_known_trigger
+from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
 BAR_PX = 48

@@ -1,32 +1,25 @@
 """Large value display and state chip (icon, word, colour). Both are painted, so that nothing moves when a digit is
 added. The page decides what is fresh, stale or unknown."""
 
-import re
 from collections.abc import Iterable
 from math import ceil
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
-from PySide6.QtWidgets import QSizePolicy
+from PySide6.QtWidgets import QApplication, QSizePolicy
 
 from app.engine.device import Known
 from app.safety.last_known import Activation, SeenActivation
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import parts_of
 from ui.style import icons
 from ui.style.icons import Icon
 from ui.style.painted_widget import Freshness, PaintedWidget, hatch, pen, unknown_box
-from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.style.theme import Meaning, Size, Space, current, font, scale_in_use, scaled
 
-_COMMA: Final = re.compile(", |，")
 _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-
-
-def parts_of(state: str) -> tuple[str, str]:
-    """Splits a state such as "4.00 V, charging" at its first comma."""
-    word, *more = _COMMA.split(state, maxsplit=1)
-    return word, "".join(more)
 
 
 class Readout(PaintedWidget):
@@ -40,6 +33,7 @@ class Readout(PaintedWidget):
         self._caption, self._unit, self._template, self._size, self._limit = caption, unit, template, size, ""
         self.text = self.note = self._widest_limit = ""
         self._notes: tuple[str, ...] = ()
+        self._measured: tuple[object, object, QSize] = (None, None, QSize())
         self.meaning: Meaning | None = None
         self.freshness = Freshness.UNKNOWN
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
@@ -125,6 +119,14 @@ class Readout(PaintedWidget):
         return QRectF(0, self._number_room().bottom(), self.width(), QFontMetricsF(font(Size.SMALL)).height())
 
     def sizeHint(self) -> QSize:
+        """Measured once for the same words in the same letters: a layout asks many times."""
+        words = (self._caption, self._limit, self._widest_limit, self._notes, tr("unknown"))
+        letters = (QApplication.font().toString(), scale_in_use(), current().name)
+        if self._measured[:2] != (words, letters):
+            self._measured = (words, letters, self._measure())
+        return self._measured[2]
+
+    def _measure(self) -> QSize:
         small = QFontMetricsF(font(Size.SMALL))
         least = max(small.horizontalAdvance("000 min") + 8, self._unknown_px())
         width = max(self._number_px(), small.horizontalAdvance(self._caption), least, self._note_px())
@@ -207,11 +209,8 @@ class StateChip(PaintedWidget):
         self._icon: Icon = Icon.UNKNOWN
         self.word = tr("unknown")
         self.meaning: Meaning | None = Meaning.UNKNOWN
-        self._age = ""
+        self._age = self._certain_age = self._unknown = self._detail = ""
         self._has_fixed_colour = False
-        self._certain_age = ""
-        self._unknown = ""
-        self._detail = ""
         self._reserved: tuple[str, ...] = ()
         self._reserved_below: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)

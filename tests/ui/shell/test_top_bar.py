@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.limits.out_of_limits import LimitsInUse
+from app.text.sentences import parts_of
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import VALUES, FakePorts
@@ -22,7 +23,7 @@ from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Choice, current
-from ui.widgets.readout import StateChip, parts_of
+from ui.widgets.readout import StateChip
 
 
 def test_unknown_states_are_named(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
