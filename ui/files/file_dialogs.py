@@ -43,29 +43,26 @@ def open_dialog(dialog: QDialog, name: str, then: Callable[[], object]) -> None:
     dialog.open()
 
 
-def _open_file_dialog(
-    dialog: QFileDialog, name: str, mode: QFileDialog.FileMode, then: ThenPaths, accept: QFileDialog.AcceptMode
-) -> None:
-    dialog.setAcceptMode(accept)
+def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDialog.FileMode) -> QFileDialog:
+    dialog = QFileDialog(parent, title.rstrip("…"), str(folder), kinds)
     dialog.setFileMode(mode)
+    return dialog
+
+
+def _open_file_dialog(dialog: QFileDialog, then: ThenPaths) -> None:
+    name = "save_dialog" if dialog.acceptMode() is QFileDialog.AcceptMode.AcceptSave else "open_dialog"
     open_dialog(dialog, name, lambda: then([Path(chosen) for chosen in dialog.selectedFiles()]))
-
-
-def _ask_existing(
-    parent: QWidget, folder: Path, title: str, name_filter: str, mode: QFileDialog.FileMode, then: ThenPaths
-) -> None:
-    dialog = QFileDialog(parent, title.rstrip("…"), str(folder), name_filter)
-    _open_file_dialog(dialog, "open_dialog", mode, then, QFileDialog.AcceptMode.AcceptOpen)
 
 
 def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str, then: ThenPath) -> None:
     """Lets the user choose an existing file."""
-    _ask_existing(parent, folder, title, name_filter, QFileDialog.FileMode.ExistingFile, lambda paths: then(paths[0]))
+    dialog = _dialog(parent, title, folder, name_filter, QFileDialog.FileMode.ExistingFile)
+    _open_file_dialog(dialog, lambda paths: then(paths[0]))
 
 
 def ask_flight_logs(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     """Existing files, one or many."""
-    _ask_existing(parent, folder, tr("Open…"), _log_kinds(), QFileDialog.FileMode.ExistingFiles, then)
+    _open_file_dialog(_dialog(parent, tr("Open…"), folder, _log_kinds(), QFileDialog.FileMode.ExistingFiles), then)
 
 
 def ask_flight_log(parent: QWidget, folder: Path, then: ThenPath) -> None:
@@ -79,9 +76,9 @@ def _log_kinds() -> str:
 
 def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     """One existing folder."""
-    dialog = QFileDialog(parent, tr("Open…"), str(folder))
+    dialog = _dialog(parent, tr("Open…"), folder, "", QFileDialog.FileMode.Directory)
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
-    _open_file_dialog(dialog, "open_dialog", QFileDialog.FileMode.Directory, then, QFileDialog.AcceptMode.AcceptOpen)
+    _open_file_dialog(dialog, then)
 
 
 def ask_profile(parent: QWidget, folder: Path, then: ThenPath) -> None:
@@ -93,15 +90,12 @@ def ask_path(
 ) -> None:
     """Lets the user choose where to save, and confirms replacing a file. `is_extended`: an existing file is not
     replaced, so there is nothing to confirm."""
-    dialog = QFileDialog(parent, title.rstrip("…"), str(suggested.parent), name_filter)
+    dialog = _dialog(parent, title, suggested.parent, name_filter, QFileDialog.FileMode.AnyFile)
     dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
     dialog.setOption(QFileDialog.Option.DontConfirmOverwrite, is_extended)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.selectFile(suggested.name)
-    _open_file_dialog(
-        dialog, "save_dialog", QFileDialog.FileMode.AnyFile, lambda paths: then(paths[0]),
-        QFileDialog.AcceptMode.AcceptSave,
-    )  # fmt: skip
+    _open_file_dialog(dialog, lambda paths: then(paths[0]))
 
 
 def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], object]) -> None:
