@@ -122,10 +122,6 @@
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
     <message>
-        <source>A file of another program was kept as {path}.</source>
-        <translation>其他程序的文件已另存为 {path}。</translation>
-    </message>
-    <message>
         <source>A flight log does not show this cause: {cause}.</source>
         <translation>飞行日志中看不到此原因：{cause}。</translation>
     </message>
@@ -3938,12 +3934,12 @@
         <translation>记录未签名。</translation>
     </message>
     <message>
-        <source>The records do not follow those of {module}: is it the same module?</source>
-        <translation>记录与 {module} 的记录不衔接：是同一模块吗？</translation>
+        <source>The records cannot be read and are kept as {path}.</source>
+        <translation>记录无法读取，已另存为 {path}。</translation>
     </message>
     <message>
-        <source>The records were damaged and kept as {path}.</source>
-        <translation>记录已损坏，已另存为 {path}。</translation>
+        <source>The records do not follow those of {module}: is it the same module?</source>
+        <translation>记录与 {module} 的记录不衔接：是同一模块吗？</translation>
     </message>
     <message>
         <source>The report cannot be written: {why}.</source>

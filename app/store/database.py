@@ -1,10 +1,9 @@
-"""Opens, checks and migrates the SQLite file; never overwrites a foreign one.
+"""Opens, checks and migrates the SQLite file; never overwrites one that it cannot read.
 
     not there        made
     ours             checked, its copy kept before a migration, migrated
-    damaged          set aside under another name; restored from the newest good copy, else a new one is made; said
+    damaged, another's   set aside under another name; restored from the newest good copy, else a new one is made; said
     gone, emptied    restored from the newest good copy, where there is one; said
-    another's        set aside and restored, too
     a newer version's left alone; the program goes on without; said
     not writable     the program goes on without; said
 
@@ -66,10 +65,6 @@ class StoreTrouble(UserError):
 
     def __str__(self) -> str:
         return f"{self.path}: {self.fault.name}: {self.detail}"
-
-
-class Foreign(sqlite3.DatabaseError):
-    """The file is not ours, or no database at all."""
 
 
 class Database:
@@ -184,11 +179,8 @@ def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, 
             return _open(path, clock, layout)
         except sqlite3.OperationalError:
             raise  # a lock, a full disk or a missing permission: the file itself is not bad
-        except sqlite3.DatabaseError as error:
-            text = marked("A file of another program was kept as {path}.")
-            if not isinstance(error, Foreign):
-                text = marked("The records were damaged and kept as {path}.")
-            kept = message(text, path=_set_aside(path, clock, was_damaged=not isinstance(error, Foreign)))
+        except sqlite3.DatabaseError:
+            kept = message(marked("The records cannot be read and are kept as {path}."), path=_set_aside(path, clock))
             return _open(path, clock, layout, _kept_aside(restore(path, is_good=_check_copy), kept))
     except sqlite3.Error as error:
         raise trouble_of(error, path) from error
@@ -247,8 +239,8 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | N
     had_content = path.exists() and path.stat().st_size > 0
     if had_content:
         with path.open("rb") as file:
-            if file.read(len(_MAGIC)) != _MAGIC:
-                raise Foreign
+            if file.read(len(_MAGIC)) != _MAGIC:  # SQLite would remove its write-ahead log
+                raise sqlite3.DatabaseError("no database")
     connection = _connect(path)
     try:
         _check(connection)
@@ -273,7 +265,7 @@ def _check(connection: sqlite3.Connection) -> None:
     tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     if tables and application != APPLICATION_ID:
-        raise Foreign
+        raise sqlite3.DatabaseError("of another program")
     if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
         raise sqlite3.DatabaseError("quick_check")
 
@@ -315,12 +307,11 @@ def _save_copy(connection: sqlite3.Connection, path: Path, version: int) -> None
         connection.backup(copy)
 
 
-def _set_aside(path: Path, clock: Clock, *, was_damaged: bool) -> Path:
+def _set_aside(path: Path, clock: Clock) -> Path:
     """Rename the file, and its write-ahead log with it: together they may be repaired one day."""
-    word = "damaged" if was_damaged else "foreign"
     stamp = clock().strftime("%Y%m%d-%H%M%S")
     number = 1
-    while (aside := path.with_name(f"{path.stem}.{word}-{stamp}-{number}{path.suffix}")).exists():
+    while (aside := path.with_name(f"{path.stem}.damaged-{stamp}-{number}{path.suffix}")).exists():
         number += 1
     for companion in reversed(_COMPANIONS):
         source = path.with_name(path.name + companion)

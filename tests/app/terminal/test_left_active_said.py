@@ -92,7 +92,7 @@ def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, capsys: p
     (data_folder() / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
     printed = run_here(capsys, ["read", "--port", line])
     assert "Boot count" in printed.out
-    assert printed.err.startswith("The records were damaged")
+    assert printed.err.startswith("The records cannot be read")
     assert len(printed.err.splitlines()) == 1
 
 
