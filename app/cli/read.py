@@ -8,7 +8,7 @@ import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
+from app.engine.device import MAX_LAG_S, READ_BACK, STATUS_KEYS, StaleReason
 from app.engine.procedure import Inspect, Procedure
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
@@ -24,7 +24,7 @@ from protocol.fields import Choice, Quantity, Value
 from protocol.translatable import marked
 
 PASSES = 3
-"""How often everything is read if the module restarts meanwhile."""
+"""How often everything is read if the module restarts or falls silent meanwhile."""
 _PORT_LOST = message(marked("port lost"))
 _FELL_SILENT = message(marked("no reply"))
 _RESTARTED = message(marked("the module restarted"))
@@ -99,13 +99,19 @@ def unanswered_reason(unanswered: Unanswered) -> UserMessage:
 
 
 def _read_undisturbed() -> Procedure[Everything]:
-    """Read everything; again if the module restarted meanwhile, since earlier values may be lost."""
-    for _ in range(PASSES - 1):
-        before = (yield Inspect()).device.restarts
+    """Read everything; again if the module restarted or was silent meanwhile: earlier values may be lost, or another
+    module's. Raises `Refused` where that goes on and the readings differ."""
+    former: Mapping[str, Value] | None = None
+    for _ in range(PASSES):
+        before = (yield Inspect()).device.breaks
         everything = yield from read_everything()
-        if everything.is_line_dead or (yield Inspect()).device.restarts == before:
+        lasting = {key: value for key, value in everything.values.items() if key in READ_BACK}
+        is_broken = (yield Inspect()).device.breaks != before
+        is_same = former is not None and all(former.get(key, value) == value for key, value in lasting.items())
+        if everything.is_line_dead or is_same or not is_broken:
             return everything
-    return (yield from read_everything())
+        former = lasting
+    raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
 
 
 def _findings(

@@ -123,9 +123,11 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
         change.command.set(change.value)
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
     if refused := _unaccepted(changes, context):
-        results = tuple(_not_sent(change, WriteFault.NOT_ALLOWED) for change in ordered)
-        return WriteReport(results=results, refusals=refused)
+        return WriteReport(results=_all_refused(ordered), refusals=refused)
     before = yield from read_settings()
+    if before.is_restarted:  # or another module was plugged in: what was read is not its
+        refused = (Refusal(Interlock.IS_IDENTITY_SETTLED, message(marked("The module restarted. Read again."))),)
+        return WriteReport(results=_all_refused(ordered), refusals=refused)
     if context.store_snapshot is not None:
         yield from _store_snapshot(context.store_snapshot)
     progress = _WriteProgress(context)
@@ -313,6 +315,10 @@ def _result(written: Written) -> dict[str, object]:
         "verified": written.verified,
         "fault": written.fault.name if written.fault is not None else None,
     }
+
+
+def _all_refused(changes: Iterable[SettingChange]) -> tuple[Written, ...]:
+    return tuple(_not_sent(change, WriteFault.NOT_ALLOWED) for change in changes)
 
 
 def _not_sent(change: SettingChange, fault: WriteFault) -> Written:

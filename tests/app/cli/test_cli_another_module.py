@@ -1,0 +1,43 @@
+"""Another module, that runs already, is plugged in behind the port in the middle of a command."""
+
+import json
+from threading import Timer
+
+import pytest
+
+from app.simulator import bench as benches
+from tests.support.cli_line import bench_of, falls_after, run_here
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english")
+GAP_S = 0.5
+"""While the cable is in nobody's hands; a query is repeated for a second."""
+
+
+def exchange(bench: benches.SimulatedBench, **memory: int) -> None:
+    bench.change(mute=True)
+    for name, value in {"boot_count": 90, "attitude_threshold": 85, **memory}.items():
+        setattr(bench.module.memory, name, value)
+    Timer(GAP_S, bench.change, kwargs={"mute": False}).start()
+
+
+@pytest.mark.parametrize("frame", [5, 8, 10])
+def test_values_of_two_modules_are_not_read_as_those_of_one(
+    port: str, frame: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
+        shown = json.loads(run_here(capsys, ["read", "--port", port, "--json"]).out)
+    settings = shown["settings"]
+    assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
+
+
+@pytest.mark.parametrize("frame", [4, 8, 12])
+def test_nothing_is_written_to_another_module_than_was_read(
+    port: str, frame: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        printed = run_here(capsys, ["set", "attitude_threshold_deg=75", "--port", port], 1)
+    assert "not sent: The module restarted. Read again." in printed.out
+    assert bench.module.memory.attitude_threshold == 85
