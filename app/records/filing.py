@@ -142,7 +142,8 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str)
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
-    if history is not None and assessment.result("boot_count") is not CheckResult.FAIL:
+    is_one_module = assessment.result("undisturbed") is CheckResult.PASS
+    if history is not None and is_one_module and assessment.result("boot_count") is not CheckResult.FAIL:
         checks.store_visit(
             name,
             [record.raw for record in history.records],

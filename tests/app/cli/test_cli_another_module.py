@@ -41,3 +41,17 @@ def test_nothing_is_written_to_another_module_than_was_read(
         printed = run_here(capsys, ["set", "attitude_threshold_deg=75", "--port", port], 1)
     assert "not sent: The module restarted. Read again." in printed.out
     assert bench.module.memory.attitude_threshold == 85
+
+
+def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    words = ["preflight", "--port", port, "--who", "R. Tanaka", "--module", "M-07", "--json"]
+    with falls_after(bench, 8, lambda: exchange(bench)):
+        met = json.loads(run_here(capsys, words, 1).out)
+    assert met["read"]["boot_count"] == 90
+    bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 37, 60
+    checks = {one["id"]: one for one in json.loads(run_here(capsys, words, 1).out)["checks"]}
+    assert checks["undisturbed"]["result"] == "pass"
+    assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
