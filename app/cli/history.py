@@ -28,17 +28,22 @@ from protocol.messages import EmptySlot, TriggerRecord
 def run(args: argparse.Namespace) -> int:
     received = ReceivedRecords()
     history: History | None = None
-    evidence = IdentityEvidence()
+    evidence = again = IdentityEvidence()
     with connected(args.port, args.baud, on_batch=received.on_batch) as conversation, LinkTrouble() as link:
+        if args.module is not None:
+            evidence = again = conversation.run(read_evidence())
         history = conversation.run(read_history())
         if args.module is not None:
-            evidence = conversation.run(read_evidence())
+            again = conversation.run(read_evidence())
     if history is None or link.sentence is not None:
         history = received.history()
     trouble = link.sentence or (module_is_silent(args.port, conversation.device) if history.is_line_dead else None)
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
-    if args.module is not None and has_something:
+    if args.module is not None and has_something and again != evidence and not history.is_line_dead:
+        console.notify(tr("The module restarted. Read again."))  # or it is another one
+        is_written = False
+    elif args.module is not None and has_something:
         is_written &= store_visit(
             history, args.module, port=args.port, evidence=evidence, is_same_module=args.same_module
         )

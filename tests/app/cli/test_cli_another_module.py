@@ -55,3 +55,14 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(
     checks = {one["id"]: one for one in json.loads(run_here(capsys, words, 1).out)["checks"]}
     assert checks["undisturbed"]["result"] == "pass"
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
+
+
+def test_records_of_one_module_are_not_kept_under_the_name_of_the_next(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench, words = bench_of(port), ["history", "--port", port, "--module", "M-07"]
+    with falls_after(bench, 15, lambda: exchange(bench)):
+        printed = run_here(capsys, words, 4)
+    assert printed.err.startswith("The module restarted. Read again.\n")
+    bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 37, 60
+    run_here(capsys, words)
