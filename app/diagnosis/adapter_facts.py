@@ -5,9 +5,11 @@ Only reads files, takes milliseconds and never raises.
 
 import os
 import sys
+from collections import deque
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 from app.engine.ports import PortInfo
@@ -110,50 +112,34 @@ def _number_in(path: Path) -> int | None:
     return None
 
 
-@dataclass(frozen=True, slots=True)
-class _Visit:
-    """A time in which an adapter was present. `left_at` is None while it still is."""
-
-    came_at: float
-    left_at: float | None = None
-
-
 class PortHistory:
-    """Tracks from lists of ports which adapters came and went. Bounded; belongs to one thread."""
+    """Tracks from lists of ports which adapters came and soon went. Bounded; belongs to one thread."""
 
     SHORT_VISIT_S = 8.0
     """An adapter that is gone this soon was not unplugged by a person."""
-    MAX_VISITS = 32
-    MAX_ADAPTERS = 64
+    MAX_KEPT = 64
 
     def __init__(self) -> None:
-        self._visits: dict[str, list[_Visit]] = {}
-        self._names: dict[str, str] = {}
-        self._is_first = True
+        self._came_at: dict[str, float] | None = None
+        """Of the adapters that are present. Of those of the first list it is unknown."""
+        self._at_device: dict[str, str] = {}
+        """The adapter that was there last."""
+        self._short_visits: deque[tuple[float, str]] = deque(maxlen=self.MAX_KEPT)
+        """When it left, and which adapter."""
 
     def poll(self, ports: Iterable[PortInfo], now: float) -> None:
         """Compares a list of ports with the one before."""
         present = {port.identity or port.device: port.device for port in ports}
-        for key, visits in self._visits.items():
-            if key not in present and visits[-1].left_at is None:
-                visits[-1] = _Visit(visits[-1].came_at, now)
-        for key, device in present.items():
-            visits = self._visits.setdefault(key, [])
-            self._names[key] = device
-            if not visits or visits[-1].left_at is not None:
-                # When an adapter of the first list arrived is unknown.
-                visits.append(_Visit(float("-inf") if self._is_first else now))
-                del visits[: -self.MAX_VISITS]
-        self._is_first = False
-        while len(self._visits) > self.MAX_ADAPTERS:
-            oldest = next(iter(self._visits))
-            del self._visits[oldest], self._names[oldest]
+        before = dict.fromkeys(present, -inf) if self._came_at is None else self._came_at
+        self._short_visits += [
+            (now, key) for key, at in before.items() if key not in present and now - at <= self.SHORT_VISIT_S
+        ]
+        self._came_at = {key: before.get(key, now) for key in present}
+        self._at_device |= {device: key for key, device in present.items()}
+        while len(self._at_device) > self.MAX_KEPT:
+            del self._at_device[next(iter(self._at_device))]
 
     def short_visits(self, port: str, now: float, *, within_s: float = 120.0) -> int:
         """Number of short visits of the adapter at `port` (device name or identity) within that time."""
-        count = 0
-        for key, visits in self._visits.items():
-            if port in (key, self._names[key]):
-                ended = [visit for visit in visits if visit.left_at is not None and now - visit.left_at <= within_s]
-                count += sum((visit.left_at or 0.0) - visit.came_at <= self.SHORT_VISIT_S for visit in ended)
-        return count
+        adapter = self._at_device.get(port, port)
+        return sum(key == adapter and now - left_at <= within_s for left_at, key in self._short_visits)

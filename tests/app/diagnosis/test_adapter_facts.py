@@ -129,10 +129,10 @@ def test_the_history_is_bounded() -> None:
     history = PortHistory()
     for number in range(500):
         history.poll([replace(ADAPTER, serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
-    assert len(history._visits) <= PortHistory.MAX_ADAPTERS
     for number in range(500):
         history.poll([ADAPTER] if number % 2 else [], 1000.0 + number)
-    assert max(map(len, history._visits.values())) <= PortHistory.MAX_VISITS
+    assert history.short_visits(PORT, 1500.0, within_s=1000.0) == PortHistory.MAX_KEPT
+    assert len(history._at_device) == PortHistory.MAX_KEPT
 
 
 # The rule for the system
