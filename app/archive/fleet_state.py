@@ -123,13 +123,13 @@ def _last_check(checks: Sequence[Fact]) -> Fact | None:
     return max(last.values(), key=lambda fact: fact.made_at, default=None)
 
 
+def _in_order(facts: Sequence[Fact]) -> list[Fact]:
+    return sorted(facts, key=lambda fact: (fact.made_at, fact.id))
+
+
 def _judged(judgements: Sequence[Fact]) -> set[object]:
     """The last judgement of each record counts; it may revoke an earlier one."""
-    last: dict[object, Fact] = {}
-    for fact in judgements:
-        raw = fact.content.get("raw")
-        if raw not in last or (last[raw].made_at, last[raw].id) < (fact.made_at, fact.id):
-            last[raw] = fact
+    last = {fact.content.get("raw"): fact for fact in _in_order(judgements)}
     return {raw for raw, fact in last.items() if fact.content.get("judgement") is not None}
 
 
@@ -141,9 +141,7 @@ def _since_repack(records: Sequence[Fact], services: Sequence[Fact]) -> int | No
     day = str(repack.content["on"])
     # What was read on that day came before a repack entered on it; of one entered later nobody knows, so it counts.
     after = (day, repack.made_at if _local_day(repack) == day else "")
-    first: dict[object, Fact] = {}
-    for fact in sorted(records, key=lambda fact: fact.made_at):
-        first.setdefault(fact.content.get("raw"), fact)
+    first = {fact.content.get("raw"): fact for fact in reversed(_in_order(records))}
     return sum((_local_day(fact), fact.made_at) > after for fact in first.values())
 
 
@@ -153,8 +151,7 @@ def _local_day(fact: Fact) -> str:
 
 def _last_tests(facts: Sequence[Fact]) -> list[StoredTest]:
     """Without those of newer versions, which nobody here could do."""
-    in_order = sorted(facts, key=lambda fact: (fact.made_at, fact.id))
-    tests = (stored_test(fact.content, fact.made_at) for fact in in_order)
+    tests = (stored_test(fact.content, fact.made_at) for fact in _in_order(facts))
     last = {test.kind.value: test for test in tests if test is not None and not test.is_simulated}
     return [last[kind] for kind in sorted(last)]
 

@@ -73,8 +73,7 @@ class LinkStatistics:
     """Link statistics of one connection, over its automatic reconnections. Belongs to one thread."""
 
     def __init__(self) -> None:
-        self._done: deque[Slice] = deque(maxlen=MAX_SECONDS - 1)
-        self._open: Slice | None = None
+        self._slices: deque[Slice] = deque(maxlen=MAX_SECONDS)
         self._last = Counters()
         self._was_open = False
         self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
@@ -115,7 +114,7 @@ class LinkStatistics:
     @property
     def seconds(self) -> tuple[Slice, ...]:
         """The last ten minutes, oldest first."""
-        return (*self._done, *(() if self._open is None else (self._open,)))
+        return tuple(self._slices)
 
     def round_trips(self) -> tuple[TripClass, ...]:
         """All round trips since the connection began, by duration."""
@@ -128,11 +127,9 @@ class LinkStatistics:
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
 
     def _add(self, now: float, grown: Counters, losses: int, trips_s: Sequence[float]) -> None:
-        if self._open is None or now // 1 > self._open.begins_s:
-            if self._open is not None:
-                self._done.append(self._open)
-            self._open = Slice(now // 1, Counters())
-        self._open = self._open.with_more(grown, losses, trips_s)
+        if not self._slices or now // 1 > self._slices[-1].begins_s:
+            self._slices.append(Slice(now // 1, Counters()))
+        self._slices[-1] = self._slices[-1].with_more(grown, losses, trips_s)
         for trip_s in trips_s:
             self._trips_s.append(trip_s)
             self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1
