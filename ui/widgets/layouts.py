@@ -5,7 +5,6 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import (
     QBoxLayout,
-    QGridLayout,
     QHBoxLayout,
     QLabel,
     QLayout,
@@ -85,19 +84,16 @@ def _fill(
                 layout.addWidget(widget, share)
 
 
-def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> QGridLayout:
-    """Fields of equal width in a row, each below its caption (English, marked)."""
-    grid = QGridLayout()
-    grid.setContentsMargins(0, 0, 0, 0)
-    grid.setHorizontalSpacing(Space.S)
-    grid.setVerticalSpacing(2)
-    for column, (caption, field) in enumerate(fields):
+def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> "FlowRow":
+    """Fields of equal width, each below its caption (English, marked), in as few rows as have room for them."""
+    row = FlowRow(is_even=True)
+    for caption, field in fields:
         label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
         label.setBuddy(field)
-        grid.addWidget(label, 0, column)
-        grid.addWidget(field, 1, column)
-        grid.setColumnStretch(column, 1)
-    return grid
+        both = QWidget()
+        in_column(label, field, of=both, spacing=2, margins=0)
+        row.add(both)
+    return row
 
 
 def scroll_area(
@@ -182,10 +178,12 @@ def _least_of(item: QLayoutItem) -> QSize:
 
 
 class FlowRow(QLayout):
-    """A row that wraps: `add` aligns widgets to the left, `add_right` to the right of the last line."""
+    """A row that wraps: `add` aligns widgets to the left, `add_right` to the right of the last line. Where it `is_even`
+    those at the left share the width of their line."""
 
-    def __init__(self, parent: QWidget | None = None, *, spacing_px: int = Space.S) -> None:
+    def __init__(self, parent: QWidget | None = None, *, spacing_px: int = Space.S, is_even: bool = False) -> None:
         super().__init__(parent)
+        self._is_even = is_even
         self._left: Final[list[QLayoutItem]] = []
         self._right: Final[list[QLayoutItem]] = []
         self._heights: dict[int, int] = {}
@@ -290,11 +288,11 @@ class FlowRow(QLayout):
 
     def _place(self, items: list[QLayoutItem], line: QRect) -> None:
         # The layout is always from the left: neither of the window's languages runs the other way.
-        x = line.left()
+        x, share = line.left(), (line.width() + self.spacing()) // max(1, len(items)) - self.spacing()
         for item in items:
-            hint = item.sizeHint()
-            item.setGeometry(QRect(x, line.top(), min(hint.width(), line.width()), line.height()))
-            x += hint.width() + self.spacing()
+            width = share if self._is_even else item.sizeHint().width()
+            item.setGeometry(QRect(x, line.top(), min(width, line.width()), line.height()))
+            x += width + self.spacing()
 
     def _width(self, items: list[QLayoutItem]) -> int:
         return sum(item.sizeHint().width() for item in items) + self.spacing() * max(0, len(items) - 1)

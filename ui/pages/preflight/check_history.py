@@ -1,8 +1,9 @@
 """Past checks of a module or an aircraft, with trends of the measured values."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Final, NamedTuple, TypeVar
+from typing import ClassVar, Final, NamedTuple
 
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Signal
@@ -26,7 +27,7 @@ from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
+from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
@@ -40,7 +41,6 @@ from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-Result = TypeVar("Result")
 _DOT_PX: Final = 7
 
 
@@ -168,7 +168,9 @@ class CheckHistory(QWidget):
         self.setObjectName("check_history")
         self._services = services
         self.checks: tuple[CheckLine, ...] = ()
-        self._loading: BackgroundTask[Any] = BackgroundTask("dps-s past checks", self)
+        self._loading: BackgroundTask[tuple[Sequence[str], Sequence[CheckLine]]] = BackgroundTask(
+            "dps-s past checks", self
+        )
         texts = services.texts
         self.filter = control(QComboBox(), texts, "check_history_filter", says="Past checks")
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
@@ -200,37 +202,34 @@ class CheckHistory(QWidget):
         module = self._services.connector.current.module
         self._reload(("module", next((one.name for one in module.known if one.name == module.name), None)))
 
-    def retranslate(self) -> None:
-        self._reload(self.filter.currentData())
+    def refresh_rows(self) -> None:
+        self._reload(self.filter.currentData() or ("module", None))
 
-    def _reload(self, chosen: object) -> None:
-        """Reload everything; `chosen`: the entry of the filter to select."""
+    def _reload(self, chosen: tuple[str, str | None]) -> None:
+        """`chosen`: the entry of the filter, a module or an aircraft."""
         self.stations.refresh()
-        self._load(lambda kept: kept.aircraft(), lambda names: self._fill_filter(chosen, names))
+        store, (kind, which) = self._services.storage.store, chosen
+        if not isinstance(store, Store):
+            self._fail(store)
+            return
+        kept = CheckStore(store.database)
 
-    def _fill_filter(self, chosen: object, aircraft: Sequence[str]) -> None:
+        def read(_running: Running) -> tuple[Sequence[str], Sequence[CheckLine]]:
+            return kept.aircraft(), kept.checks(aircraft=which) if kind == "aircraft" else kept.checks(which)
+
+        self._loading.run(read, partial(self._show_read, chosen), self._fail)
+
+    def _show_read(self, chosen: tuple[str, str | None], read: tuple[Sequence[str], Sequence[CheckLine]]) -> None:
+        aircraft, checks = read
         self.filter.clear()
         for one in self._services.connector.current.module.known:
             self.filter.addItem(labelled(tr("Module"), one.name), ("module", one.name))
         for name in aircraft:
             self.filter.addItem(labelled(tr("Aircraft"), name), ("aircraft", name))
         self.filter.addItem(tr("Unnamed"), ("module", None))
-        place = next((n for n in range(self.filter.count()) if self.filter.itemData(n) == chosen), 0)
-        self.filter.setCurrentIndex(place)
-        self.refresh_rows()
-
-    def refresh_rows(self) -> None:
-        kind, which = self.filter.currentData() or ("module", None)
-        is_aircraft = kind == "aircraft"
-        self._load(lambda kept: kept.checks(aircraft=which) if is_aircraft else kept.checks(which), self._show)
-
-    def _load(self, read: Callable[[CheckStore], Result], then: Callable[[Result], None]) -> None:
-        store = self._services.storage.store
-        if isinstance(store, Store):
-            kept = CheckStore(store.database)
-            self._loading.run(lambda _running: read(kept), then, self._fail)
-        else:
-            self._fail(store)
+        entries = [self.filter.itemData(place) for place in range(self.filter.count())]
+        self.filter.setCurrentIndex(entries.index(chosen) if chosen in entries else self.filter.count() - 1)
+        self._show(checks, is_of_module=chosen[0] == "module")
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, StoreTrouble):
@@ -238,14 +237,13 @@ class CheckHistory(QWidget):
         self._show(())
         self.count.setText(error.sentence)
 
-    def _show(self, checks: Sequence[CheckLine]) -> None:
+    def _show(self, checks: Sequence[CheckLine], *, is_of_module: bool = True) -> None:
         self.checks = tuple(checks)
         self.count.setText(tr("Checks: {count}", count=len(checks)))
         self.table.show_rows(self.checks)
         if checks:
             select_row(self.table, 0)
         self._enable()
-        is_of_module = self.filter.currentData() is None or self.filter.currentData()[0] == "module"
         for one in TRENDED:
             values = [check.measured[one.name] for check in reversed(checks) if one.name in check.measured]
             self.trends[one.name].show_values(tr(one.title), one.unit, values, decimals=one.decimals)

@@ -1,6 +1,5 @@
 """Scrolling list: what failed with its action, then the manual checks, then what passed, folded."""
 
-from collections.abc import Mapping
 from itertools import pairwise
 
 from PySide6.QtCore import Qt, Signal
@@ -8,7 +7,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import CHECKS, VALID_FOR_S
-from app.settings.profiles import ManualLine
+from app.settings.profiles import NO_PROFILE, Profile
 from app.text.i18n import tr
 from ui.pages.preflight.controller import PreflightController, Standing
 from ui.pages.preflight.row import CheckRow, ManualRow, remedy
@@ -29,6 +28,7 @@ class CheckList(QScrollArea):
         super().__init__()
         named(self, "preflight_scroll")
         self._texts, self._connector = services.texts, services.connector
+        self._profile: Profile | None = None
         texts = services.texts
         self._ticks: dict[int, tuple[bool, float]] = {}
         """By the item's number: whether it is OK, and when it was ticked, in seconds of the connector."""
@@ -62,17 +62,22 @@ class CheckList(QScrollArea):
         self.setWidget(content)
         texts.bind(self.setAccessibleName, "Pre-flight")
 
-    @property
-    def ticks(self) -> Mapping[int, bool]:
-        return {number: is_done for number, (is_done, _at) in self._ticks.items()}
+    def answered(self) -> Profile:
+        """The profile with what is ticked."""
+        ticks = {number: is_done for number, (is_done, _at) in self._ticks.items()}
+        return NO_PROFILE if self._profile is None else self._profile.answered(ticks)
 
-    def use_manual(self, lines: tuple[ManualLine, ...]) -> None:
-        """Show other items, none of them ticked."""
+    def use_profile(self, profile: Profile | None) -> None:
+        """Show the items of another profile, none of them ticked."""
+        if profile is self._profile:
+            return
+        self._profile = profile
         self._ticks.clear()
         for row in self.manual:
             self._manual.rows.removeWidget(row)
             row.hide()
             row.deleteLater()
+        lines = () if profile is None else profile.manual
         self.manual = [ManualRow(number, line, self._texts) for number, line in enumerate(lines, 1)]
         for row in self.manual:
             row.ticked.connect(self._tick)
@@ -100,16 +105,13 @@ class CheckList(QScrollArea):
             if assessment is None or found is None:
                 row.show_waiting(is_checking=is_checking)
             else:
-                has_profile = work.entered.profile is not None
+                has_profile = self._profile is not None
+                act = remedy(found, assessment.case, has_profile=has_profile, needs_lock=work.needs_lock)
                 # What is said of a void result would count for whatever module answers now.
-                act = (
-                    None
-                    if is_void
-                    else remedy(found, assessment.case, has_profile=has_profile, needs_lock=work.needs_lock)
-                )
-                row.show_judged(found, act, is_void=is_void, can_act=work.can_check)
+                row.show_judged(found, None if is_void else act, is_void=is_void)
         for item in self.manual:
-            item.show_state(self.ticks.get(item.number), can_tick=not is_checking)
+            state, _at = self._ticks.get(item.number, (None, 0.0))
+            item.show_state(state, can_tick=not is_checking)
         passed = len(self.rows) - len(failed)
         against = sum(judged[id_].blocks_go for id_ in failed)
         titles = [tr("Not met: {names}", names=against)] if against else []

@@ -3,11 +3,11 @@
 A void verdict stays void: only another check gives another one.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from enum import Enum
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -24,7 +24,7 @@ from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess
 from app.records.filing import Filed
 from app.records.record import Record
 from app.safety.interlocks import interlock_inputs
-from app.settings.profiles import NO_PROFILE, ActivatedBy, Profile
+from app.settings.profiles import ActivatedBy, Profile
 from app.store.database import StoreTrouble
 from app.text.messages import message
 from protocol.link_states import Presence
@@ -45,21 +45,12 @@ class Standing(Enum):
     VOID = "void"
 
 
-@dataclass(slots=True)
-class Entered:
-    """The form. `ticked`: manual items by number, from 1; an item without an entry was skipped."""
+class Entered(NamedTuple):
+    """What stands in the form now; `profile` with the answers for its manual items."""
 
-    who: str = ""
-    aircraft: str = ""
-    profile: Profile | None = None
-    ticked: Mapping[int, bool] | None = None
-
-    @property
-    def activated_by(self) -> ActivatedBy:
-        return ActivatedBy.PERSON if self.profile is None else self.profile.activated_by
-
-    def answered(self) -> Profile:
-        return NO_PROFILE if self.profile is None else self.profile.answered(self.ticked or {})
+    who: str
+    aircraft: str
+    profile: Profile
 
 
 class PreflightController(QObject):
@@ -67,10 +58,9 @@ class PreflightController(QObject):
 
     changed = Signal()
 
-    def __init__(self, services: Services, parent: QObject | None = None) -> None:
+    def __init__(self, services: Services, read_form: Callable[[], Entered], parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._connector = services, services.connector
-        self.entered = Entered()
+        self._services, self._connector, self._read_form = services, services.connector, read_form
         self.filed: Filed | None = None
         self.void: Void | None = None
         """Set during a check, it voids that check when it ends."""
@@ -165,7 +155,7 @@ class PreflightController(QObject):
     @property
     def leads_to_activation(self) -> bool:
         """READY, and it is a person who activates the module."""
-        return self.standing is Standing.READY and self.entered.activated_by is ActivatedBy.PERSON
+        return self.standing is Standing.READY and self._read_form().profile.activated_by is ActivatedBy.PERSON
 
     @property
     def expires_in_s(self) -> float | None:
@@ -298,11 +288,11 @@ class PreflightController(QObject):
 
     def _file(self, evidence: Evidence, past: Past | None = None) -> None:
         """Judge the check, and keep it unless it is void."""
-        entered, module = self.entered, self._connector.current.module.name or None
+        entered, module = self._read_form(), self._connector.current.module.name or None
         person = replace(self._said, who=entered.who, module=module, aircraft=entered.aircraft)
         is_stored = evidence.is_complete and self.void is None
         file_in_background(
-            self._filing, evidence, entered.answered(), person, self._log, past=past, is_stored=is_stored,
+            self._filing, evidence, entered.profile, person, self._log, past=past, is_stored=is_stored,
             target=self._connector.current.target, store=self._services.storage.store,
             then=partial(self._end_filing, is_stored=is_stored),
         )  # fmt: skip

@@ -69,29 +69,18 @@ class PreflightForm(QWidget):
         self.menu.aboutToShow.connect(self._fill_menu)
         self.choose.setMenu(self.menu)
         texts.bind(self.who.setPlaceholderText, "your name")
-        self._saved = self._entered()
+        self.committed = self._entered()
+        """Person and aircraft."""
         self._reading_aircraft: BackgroundTask[tuple[str, ...]] = BackgroundTask("dps-s aircraft", self)
         self._read_aircraft()
         self.who.editingFinished.connect(self._commit)
         edit.editingFinished.connect(self._commit)
         self.aircraft.activated.connect(self._commit)
-        row = captioned_row(
-            self._services.texts,
-            (marked("Checked by"), self.who),
-            (marked("Module"), self.module),
-            (marked("Aircraft"), self.aircraft),
-            (marked("Profile"), self.choose),
-        )
-        self.setLayout(row)
+        self.setLayout(captioned_row(
+            texts, (marked("Checked by"), self.who), (marked("Module"), self.module),
+            (marked("Aircraft"), self.aircraft), (marked("Profile"), self.choose),
+        ))  # fmt: skip
         self.show_profile()
-
-    @property
-    def who_checks(self) -> str:
-        return clean(self.who.text().strip())
-
-    @property
-    def aircraft_name(self) -> str:
-        return clean(self.aircraft.currentText().strip())
 
     def commit_edits(self) -> None:
         """Commit what is typed in a field that still has the focus, as when a key starts the check."""
@@ -127,14 +116,14 @@ class PreflightForm(QWidget):
 
     def _commit(self) -> None:
         entered = self._entered()
-        if entered != self._saved:
-            self._saved = entered
+        if entered != self.committed:
+            self.committed = entered
             preferences = self._services.preferences
             preferences.who, preferences.aircraft = entered
             self.changed.emit()
 
     def _entered(self) -> tuple[str, str]:
-        return self.who_checks, self.aircraft_name
+        return clean(self.who.text().strip()), clean(self.aircraft.currentText().strip())
 
     def _read_aircraft(self) -> None:
         store = self._services.storage.store

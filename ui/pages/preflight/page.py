@@ -22,7 +22,7 @@ from ui.acts.act_row import ActRow
 from ui.core.texts import Texts
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
-from ui.pages.preflight.controller import PreflightController, Standing
+from ui.pages.preflight.controller import Entered, PreflightController, Standing
 from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
@@ -52,7 +52,7 @@ class PreflightButtons(QWidget):
         self._texts = texts
         self.run = control(QPushButton(), texts, "preflight_run", "Start", key="Ctrl+Return",
                            picture=Icon.CHECKLIST)  # fmt: skip
-        self._main: QPushButton | None = None
+        self._main = self.run
         # Cancel disappears when the check ends: a press that comes too late must not enable anything.
         self.enable = control(StepButton(), texts, "preflight_enable", "Enable triggers and check")
         self.cancel = control(
@@ -69,7 +69,7 @@ class PreflightButtons(QWidget):
 
     def press_main(self) -> None:
         """Ctrl+Return is the main button, whichever that is."""
-        if self._main is not None and self._main.isVisible():
+        if self._main.isVisible():
             self._main.click()
 
     def show_work(self, work: PreflightController) -> None:
@@ -80,22 +80,17 @@ class PreflightButtons(QWidget):
         words = LOCK_AND_ENABLE if needs_lock else marked("Enable triggers and check")
         rename(self.enable, self._texts, words)
         self.print.setEnabled(work.record is not None)
+        # In a new connection a check without enabling the triggers can only end with NO-GO.
         is_enabling = work.can_enable and not work.are_triggers_known
         has_passed = work.standing in (Standing.GO, Standing.READY)
-        self._emphasise(self.print if has_passed else self.enable if is_enabling else self.run)
+        self._main = self.print if has_passed else self.enable if is_enabling else self.run
+        for button in (self.run, self.enable, self.print):
+            set_role(button, "primary" if button is self._main else "")
         words = marked("Start") if self._main is self.run else marked("Check only")
         words = words if work.filed is None else marked("Check again")
         rename(self.run, self._texts, words)
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
-
-    def _emphasise(self, main: QPushButton) -> None:
-        """In a new connection a check without enabling the triggers can only end with NO-GO."""
-        if main is self._main:
-            return
-        self._main = main
-        for button in (self.run, self.enable, self.print):
-            set_role(button, "primary" if button is main else "")
 
 
 REFRESH_EVERY_MS: Final = 250
@@ -112,10 +107,10 @@ class PreflightPage(Page):
         super().__init__("preflight")
         self._services, self._connector = services, services.connector
         guard = WheelGuard(self)
-        self.work = PreflightController(services, self)
+        self.work = PreflightController(services, self._entered, self)
         self.result = JobNotice(self)
         self.files = RecordFiles(services.storage, self.result, self)
-        self.banner = VerdictBanner(announcement(self.work))
+        self.banner = VerdictBanner()
         self.form = PreflightForm(services, guard)
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
         self.activation.hide()
@@ -139,7 +134,6 @@ class PreflightPage(Page):
         for view in (self._check, self.history, self.editor):
             self._stack.addWidget(view)
         self._wire()
-        self._copy_entries()
         self.refresh()
 
     def open_file(self, path: Path) -> None:
@@ -151,8 +145,7 @@ class PreflightPage(Page):
         """Update what changes by itself: ages, progress, and whether the verdict still holds."""
         self.work.poll()
         if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
-            self._copy_entries()
-            self._show_rows()
+            self.list.show_work(self.work)
         self.banner.show_announcement(announcement(self.work))
         self.buttons.show_work(self.work)
         self.activation.setVisible(self.work.leads_to_activation)
@@ -162,25 +155,21 @@ class PreflightPage(Page):
         self.form.setEnabled(self.work.standing is not Standing.CHECKING)
 
     def refresh(self) -> None:
-        self._show_rows()
+        self.list.show_work(self.work)
         self.tick()
 
     def _retranslate(self) -> None:
         self.form.show_profile()
         if self.history.filter.count():
-            self.history.retranslate()
+            self.history.refresh_rows()
         self._show_result()
         self.refresh()
-
-    def _show_rows(self) -> None:
-        self.list.show_work(self.work)
 
     # What a person does
 
     def check(self, said: Person | None = None, *, is_enabling: bool = False) -> None:
         self.form.commit_edits()
         self.list.clear_old_ticks()
-        self._copy_entries()
         if self.work.can_check:
             self.result.dismiss()
             self.work.check(said, is_enabling=is_enabling)
@@ -280,14 +269,7 @@ class PreflightPage(Page):
     # What happens
 
     def _on_form(self) -> None:
-        profile = self.form.profile
-        if profile is not self.work.entered.profile:
-            self.list.use_manual(() if profile is None else profile.manual)
-        self._enter()
-
-    def _enter(self) -> None:
-        """An entry or a tick changed."""
-        self._copy_entries()
+        self.list.use_profile(self.form.profile)
         self.work.enter()
 
     def _reset_module(self) -> None:
@@ -295,18 +277,14 @@ class PreflightPage(Page):
         if self._named:
             self.list.clear_ticks()
         self._named = self._connector.current.module.name
-        self._copy_entries()
         self._timer.refresh_seen()
 
     def _reset_check(self) -> None:
         self.list.clear_ticks()
-        self._copy_entries()
         self.work.reset()
 
-    def _copy_entries(self) -> None:
-        entered, form = self.work.entered, self.form
-        entered.who, entered.aircraft, entered.profile = form.who_checks, form.aircraft_name, form.profile
-        entered.ticked = dict(self.list.ticks)
+    def _entered(self) -> Entered:
+        return Entered(*self.form.committed, self.list.answered())
 
     def _on_work(self) -> None:
         self._timer.refresh_seen()
@@ -350,7 +328,7 @@ class PreflightPage(Page):
         buttons.history.clicked.connect(self.show_history)
         buttons.verify.triggered.connect(self.files.choose_and_verify)
         self.list.mend_wanted.connect(self.mend)
-        self.list.ticked.connect(self._enter)
+        self.list.ticked.connect(work.enter)
         self.form.changed.connect(self._on_form)
         self.form.refused.connect(self._show_faults)
         self.form.edit_wanted.connect(self.edit_profile)

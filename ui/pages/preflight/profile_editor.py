@@ -3,6 +3,7 @@
 The profile's settings are edited on the Settings page. A profile is valid where its file could be read again.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -13,11 +14,9 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
     QFrame,
-    QGridLayout,
     QLabel,
     QLineEdit,
     QPushButton,
-    QToolButton,
     QWidget,
 )
 
@@ -34,8 +33,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import captioned_row, in_column, in_row, scroll_area
+from ui.widgets.layouts import FlowRow, captioned_row, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -105,34 +103,27 @@ class OptionalNumber(QWidget):
 
 
 class ManualEditor(QWidget):
-    """One manual check: its text, and whether it may be skipped."""
+    """One manual check: its text, and whether it is required. Without a text there is none."""
 
     changed = Signal()
-    removed = Signal()
 
     def __init__(self, number: int, line: ManualLine, texts: Texts) -> None:
         super().__init__()
         name = f"profile_manual_{number}"
         self.setObjectName(name)
-        self.number = number
         self.text = named(QLineEdit(line.text), f"{name}_text")
+        texts.bind(lambda text: self.text.setAccessibleName(f"{text} {number}"), "Manual checks")
+        texts.bind(self.text.setPlaceholderText, "Manual checks")
         self.text.setMaxLength(MAX_NAME_LENGTH)
         self.required = control(QCheckBox(), texts, f"{name}_required", "Required")
         self.required.setChecked(line.is_required)
-        self.remove = control(QToolButton(), texts, f"{name}_remove", says="Remove", tip="Remove", picture=Icon.CROSS,
-                              role="quiet", slot=self.removed)  # fmt: skip
         self.text.textEdited.connect(self.changed)
         self.required.toggled.connect(self.changed)
-        in_row((self.text, 1), self.required, self.remove, of=self, spacing=Space.S, margins=0)
-        self.show_texts()
+        in_row((self.text, 1), self.required, of=self, spacing=Space.S, margins=0)
 
     @property
     def line(self) -> ManualLine:
         return ManualLine(self.text.text().strip(), self.required.isChecked())
-
-    def show_texts(self) -> None:
-        self.text.setAccessibleName(f"{tr('Manual checks')} {self.number}")
-        self.text.setPlaceholderText(tr("Manual checks"))
 
 
 SUFFIX: Final = ".toml"
@@ -180,8 +171,7 @@ class ProfileEditor(QWidget):
         for number in (*self.limits.values(), *self.tests.values()):
             number.changed.connect(self.refresh)
         self.manual: list[ManualEditor] = []
-        self.add = control(QPushButton(), texts, "profile_manual_add", "Add",
-                           slot=lambda: self._add_manual(ManualLine("")))  # fmt: skip
+        """The last one is empty: a new check is typed there."""
         self.strip = named(NoticeBar(texts), "profile_editor_notice")
         self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", key="Esc",
                               slot=self.leave)  # fmt: skip
@@ -205,8 +195,10 @@ class ProfileEditor(QWidget):
             number.show_value(one.limits.get(name))
         for kind, number in self.tests.items():
             number.show_value(one.tests_within_days.get(kind))
-        for row in tuple(self.manual):
-            self._remove_manual(row)
+        for row in self.manual:
+            row.hide()
+            row.deleteLater()
+        self.manual.clear()
         for line in one.manual:
             self._add_manual(line)
         self.strip.show_notice(None)
@@ -225,7 +217,7 @@ class ProfileEditor(QWidget):
             is_service_required=self.service.isChecked(),
             limits=limits,
             tests_within_days=tests,
-            manual=tuple(row.line for row in self.manual),
+            manual=tuple(row.line for row in self.manual if row.line.text),
         )
 
     @property
@@ -253,9 +245,8 @@ class ProfileEditor(QWidget):
             number.box.setSuffix(tr(" days"))
         for place, who in enumerate(_ACTIVATED.values()):
             self.activated_by.setItemText(place, tr(who))
-        for row in self.manual:
-            row.show_texts()
-        self.add.setEnabled(len(self.manual) < MAX_ITEMS)
+        if len(self.manual) < MAX_ITEMS and (not self.manual or self.manual[-1].line.text):
+            self._add_manual(ManualLine(""))
         faults = self.faults()
         if faults:
             self.strip.show_notice(Notice(Meaning.ATTENTION, "\n".join(faults[:3])))
@@ -307,20 +298,8 @@ class ProfileEditor(QWidget):
     def _add_manual(self, line: ManualLine) -> None:
         row = ManualEditor(len(self.manual) + 1, line, self._texts)
         row.changed.connect(self.refresh)
-        row.removed.connect(lambda: self._remove_manual(row))
         self.manual.append(row)
         self._manual_rows.addWidget(row)
-        self.refresh()
-        row.text.setFocus()
-
-    def _remove_manual(self, row: ManualEditor) -> None:
-        self.manual.remove(row)
-        self._manual_rows.removeWidget(row)
-        row.hide()
-        row.deleteLater()
-        for number, one in enumerate(self.manual, 1):
-            one.number = number
-        self.refresh()
 
     # Construction
 
@@ -334,17 +313,12 @@ class ProfileEditor(QWidget):
         manual = QWidget()
         self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
         content = named(QWidget(), "profile_editor_content")
-        column = in_column(head, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
-        column.addWidget(self._caption("limits", marked("Limits")))
-        column.addWidget(_card("profile_limits", list(self.limits.values())))
-        column.addWidget(self._caption("tests", marked("Guided tests")))
-        column.addWidget(_card("profile_tests", list(self.tests.values())))
-        column.addWidget(self.service)
-        column.addWidget(self._caption("manual", marked("Manual checks")))
-        column.addWidget(manual)
-        column.addWidget(self.add, 0, Qt.AlignmentFlag.AlignLeft)
-        column.addStretch(1)
-        content.setLayout(column)
+        in_column(
+            head, self._caption("limits", marked("Limits")), _card("profile_limits", self.limits.values()),
+            self._caption("tests", marked("Guided tests")), _card("profile_tests", self.tests.values()), self.service,
+            self._caption("manual", marked("Manual checks")), manual, 1,
+            of=content, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S),
+        )  # fmt: skip
         scroll = scroll_area(content, self._texts, "profile_editor_scroll", "Profile")
         top = in_row(self.title, margins=(Space.M, Space.S))
         foot = in_row(
@@ -353,19 +327,12 @@ class ProfileEditor(QWidget):
         in_column(top, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
 
     def _caption(self, name: str, english: str) -> QLabel:
-        label = text_label(f"profile_editor_{name}", "caption")
-        self._texts.bind(label.setText, english)
-        return label
+        return control(QLabel(), self._texts, f"profile_editor_{name}", english, role="caption")
 
 
-def _card(name: str, numbers: list[OptionalNumber]) -> QFrame:
-    """In two columns."""
+def _card(name: str, numbers: Iterable[OptionalNumber]) -> QFrame:
     card = named(QFrame(), name, "card")
-    grid = QGridLayout(card)
-    grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-    grid.setHorizontalSpacing(Space.XL)
-    grid.setVerticalSpacing(Space.XS)
-    for place, number in enumerate(numbers):
-        grid.addWidget(number, place // 2, place % 2)
-        grid.setColumnStretch(place % 2, 1)
+    row = FlowRow(card, spacing_px=Space.S, is_even=True)
+    row.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+    row.add(*numbers)
     return card

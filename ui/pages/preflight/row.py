@@ -166,7 +166,7 @@ class CheckRow(QFrame):
         self._show_texts(tr(self.check.why), is_explained=False)
         set_role(self, "marked-row")
 
-    def show_judged(self, judged: Judged, act: Remedy | None, *, is_void: bool, can_act: bool) -> None:
+    def show_judged(self, judged: Judged, act: Remedy | None, *, is_void: bool) -> None:
         finding = judged.finding
         look = STYLES[finding.result]
         word = tr(RESULT_WORDS[finding.result])
@@ -181,7 +181,6 @@ class CheckRow(QFrame):
         do = "" if is_fine else f" → {judged.do.translated()}"
         self._show_texts(f"{tr(self.check.why)}{do}", is_explained=not is_fine)
         self._show_act(act)
-        self.act.setEnabled(can_act)
         set_role(self, "marked-row-failed" if judged.blocks_go and not is_void else "marked-row")
         set_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
 

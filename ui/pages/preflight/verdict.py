@@ -5,14 +5,13 @@ disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon w
 everything else an outline.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
-from PySide6.QtWidgets import QSizePolicy
+from PySide6.QtCore import QEvent, QRectF
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPaintEvent, QPalette, QResizeEvent
+from PySide6.QtWidgets import QLabel, QProgressBar
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import CHECKS, VERDICT_WORDS, Assessment, Verdict, meaning_of
@@ -23,8 +22,11 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController, Standing
 from ui.style.icons import themed_svg
-from ui.style.painted_widget import PaintedWidget, hatch, pen
-from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
+from ui.style.painted_widget import PaintedWidget, pen
+from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.widgets.controls import named
+from ui.widgets.labels import ElidedLabel, FittedLabel
+from ui.widgets.layouts import in_column, in_row
 
 HEIGHT_PX: Final = 128
 LOW_PX: Final = 92
@@ -111,12 +113,13 @@ def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
 
 def _failed(work: PreflightController, assessment: Assessment) -> Announcement:
     names = [one.translated() for one in assessment.titles_against]
-    named = join_names(names[:MAX_NAMED])
+    listed = join_names(names[:MAX_NAMED])
     if len(names) > MAX_NAMED:
-        named = tr("{names} and {count} more", names=named, count=len(names) - MAX_NAMED)
+        listed = tr("{names} and {count} more", names=listed, count=len(names) - MAX_NAMED)
     head = capitalised(meaning_of(Verdict.NO_GO, assessment.case.profile.activated_by).translated())
     # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
-    lines = (tr("Not met: {names}", names=named), *filter(None, _footer(work)))
+    caveat, signature = _footer(work)
+    lines = (*filter(None, (caveat,)), tr("Not met: {names}", names=listed), signature)
     return Announcement(Standing.NO_GO, tr(VERDICT_WORDS[Verdict.NO_GO]), head, lines)
 
 
@@ -140,141 +143,85 @@ def low_px() -> int:
 
 
 class VerdictBanner(PaintedWidget):
-    """Shows one announcement, at a height that does not depend on it."""
+    """Shows one announcement, at a height that does not depend on it. What has no room is elided at its end."""
 
-    def __init__(self, announcement: Announcement) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.setObjectName("verdict")
-        self.announcement = announcement
-        self._height_px = HEIGHT_PX
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        named(self, "verdict")
+        self.announcement = Announcement(Standing.NOT_CHECKED, "")
+        self._word, self._head = QLabel(), named(ElidedLabel(), "verdict_head", "title")
+        self._word.setMinimumWidth(1)  # it becomes smaller with the banner
+        self._lines, self._bar = named(FittedLabel(), "verdict_lines"), QProgressBar()
+        self._bar.setTextVisible(False)
+        texts = in_column(self._head, (self._lines, 1), self._bar, spacing=0)
+        self._row = in_row(self._word, (texts, 1), of=self, spacing=Space.L)
+        self.use_height(HEIGHT_PX)
 
     def use_height(self, height_px: int) -> None:
-        if height_px != self._height_px:
-            self._height_px = height_px
-            self.updateGeometry()
+        if height_px != self.maximumHeight():
+            self.setFixedHeight(height_px)
+            self._row.setContentsMargins(height_px, Space.S, Space.L, Space.S)  # the shape is painted before the word
+            self._fit()
 
-    def show_announcement(self, announcement: Announcement) -> None:
-        if announcement != self.announcement or not self.accessibleName():
-            self.announcement = announcement
-            parts = (announcement.word, announcement.head, *announcement.lines)
-            text = ". ".join(part.rstrip(".。") for part in parts if part)
-            self.setToolTip(text)
-            self.announce(text, name=announcement.word)
+    def show_announcement(self, one: Announcement) -> None:
+        if one == self.announcement and self.accessibleName():
+            return
+        self.announcement = one
+        text = ". ".join(part.rstrip(".。") for part in (one.word, one.head, *one.lines) if part)
+        self.setToolTip(text)
+        self.announce(text, name=one.word)
+        self._word.setText(one.word)
+        self._head.setText(one.head)
+        self._lines.show_text("".join(one.lines[:1]), "\n".join(one.lines[1:]))
+        self._bar.setVisible(one.progress is not None)
+        self._bar.setValue(round(100 * (one.progress or 0.0)))
+        self._fit()
 
-    def sizeHint(self) -> QSize:
-        return QSize(640, self._height_px)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(320, self._height_px)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme, one = current(), self.announcement
-        painter = self.begin_paint()
-        edge = float(theme.border_px)
-        outline = QPainterPath()
-        outline.addRoundedRect(QRectF(self.rect()).adjusted(edge / 2, edge / 2, -edge / 2, -edge / 2), 8, 8)
-        ink = self._paint_ground(painter, theme, outline)
-        side = self.height() - 2.0 * Space.M - 4
-        shape = QRectF(Space.L, (self.height() - side) / 2, side, side)
-        shapes = themed_svg(_SHAPES, ink=ink.name(), ground=self._ground(theme))
-        shapes.render(painter, one.standing.value.replace(" ", "_"), shape)
-        left = shape.right() + Space.L
-        word_font = self._word_font(self.width() - left - scaled(_MIN_TEXT_PX))
-        metrics = QFontMetricsF(word_font)
-        width = metrics.horizontalAdvance(one.word)
-        room = QRectF(left, 0, width + 2, self.height())
-        if one.standing is Standing.VOID:
-            _clear(painter, QColor(theme.surface), room, metrics.height())
-        painter.setFont(word_font)
-        painter.setPen(ink)
-        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, one.word)
-        self._paint_text(painter, room.right() + Space.XL, ink)
-        painter.end()
-
-    def _ground(self, theme: Theme) -> str:
-        loud = _LOUD.get(self.announcement.standing)
-        return theme.surface if loud is None else theme.tint(loud).fill
-
-    def _paint_ground(self, painter: QPainter, theme: Theme, outline: QPainterPath) -> QColor:
-        """Paint the background; return the colour of the text on it."""
+    def _fit(self) -> None:
+        """The word is as large as the height and the texts beside it allow."""
         standing = self.announcement.standing
-        loud = _LOUD.get(standing)
-        painter.fillPath(outline, QColor(self._ground(theme)))
-        if loud is not None:
-            return QColor(theme.tint(loud).on_fill)
-        if standing is Standing.VOID:
-            hatch(painter, outline, theme.muted if theme.line_px > 1 else theme.border)
-            painter.setPen(pen(theme.text, 3.0, is_dashed=True))
-        elif standing is Standing.CHECKING:
-            painter.setPen(pen(theme.information.ink, 2.0))
-        else:
-            painter.setPen(pen(theme.border, theme.border_px, is_dashed=True))
-        painter.drawPath(outline)
-        return QColor(theme.information.ink if standing is Standing.CHECKING else theme.text)
-
-    def _word_font(self, room_px: float) -> QFont:
-        is_big = self.announcement.standing in SPOKEN
-        one = font(Size.HERO)
+        one = font(Size.HERO, is_bold=True)
+        size = WORD_PX * self.maximumHeight() // HEIGHT_PX if standing in SPOKEN else QUIET_PX
+        room_px = self.width() - self.maximumHeight() - scaled(_MIN_TEXT_PX)
         one.setWeight(QFont.Weight.Bold)
-        size = WORD_PX * self._height_px // HEIGHT_PX if is_big else QUIET_PX
         one.setPixelSize(size)
-        while size > Size.NUMBER and QFontMetricsF(one).horizontalAdvance(self.announcement.word) > room_px:
+        while size > Size.NUMBER and QFontMetricsF(one).horizontalAdvance(self._word.text()) > room_px:
             size -= 4
             one.setPixelSize(size)
-        return one
+        self._word.setFont(one)
+        inks = QPalette()
+        inks.setColor(QPalette.ColorRole.WindowText, QColor(self._colours()[0]))
+        for label in (self._word, self._head, self._lines):
+            label.setPalette(inks)
 
-    def _paint_text(self, painter: QPainter, left: float, ink: QColor) -> None:
-        theme, one = current(), self.announcement
-        width = self.width() - left - Space.L
-        if width < 60:
-            return
-        head_font = font(Size.TITLE, is_bold=True)
-        head_font.setWeight(QFont.Weight.DemiBold)
-        flags = int(Qt.AlignmentFlag.AlignLeft) | int(Qt.TextFlag.TextWordWrap)
-        head_px = text_px(head_font, width, one.head)
-        bar_px = 14.0 if one.progress is not None else 0.0
-        body_font, body = fitted(one.lines, width, self.height() - 2 * Space.S - head_px - bar_px)
-        body_px = text_px(body_font, width, body)
-        top = max(float(Space.XS), (self.height() - head_px - body_px - bar_px) / 2)
-        if one.standing is Standing.VOID:
-            _clear(painter, QColor(theme.surface), QRectF(left, 0, width, self.height()), head_px + body_px)
-        painter.setPen(ink)
-        painter.setFont(head_font)
-        painter.drawText(QRectF(left, top, width, head_px), flags, one.head)
-        painter.setFont(body_font)
-        painter.drawText(QRectF(left, top + head_px, width, body_px), flags, body)
-        if one.progress is not None:
-            bar = QRectF(left, top + head_px + body_px + 8, width, 6)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(theme.sunken if theme.border_px == 1 else theme.selection))
-            painter.drawRoundedRect(bar, 3, 3)
-            painter.setBrush(ink)
-            painter.drawRoundedRect(QRectF(bar.left(), bar.top(), bar.width() * one.progress, bar.height()), 3, 3)
+    def _colours(self) -> tuple[str, str]:
+        """Of what is written, and of the ground."""
+        standing, theme = self.announcement.standing, current()
+        if standing in _LOUD:
+            return theme.tint(_LOUD[standing]).on_fill, theme.tint(_LOUD[standing]).fill
+        return theme.information.ink if standing is Standing.CHECKING else theme.text, theme.surface
 
+    # Qt
 
-def text_px(one: QFont, width: float, text: str) -> float:
-    """The height of a wrapped text."""
-    flags = int(Qt.AlignmentFlag.AlignLeft) | int(Qt.TextFlag.TextWordWrap)
-    return QFontMetricsF(one).boundingRect(QRectF(0, 0, width, 1000), flags, text).height() if text else 0.0
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
 
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() is QEvent.Type.PaletteChange:
+            self._fit()
 
-def fitted(lines: Sequence[str], width: float, room_px: float) -> tuple[QFont, str]:
-    """The lines wrapped in the largest font that fits; else one row for each line, or for the rest of them, elided."""
-    for size in (Size.BODY, Size.SMALL):
-        one, text = font(size), "\n".join(lines)
-        if text_px(one, width, text) <= room_px:
-            return one, text
-    metrics = QFontMetricsF(one)
-    last = max(0, int(room_px // metrics.height()) - 1)
-    lines = (*lines[:last], join_sentences(lines[last:]))
-    return one, "\n".join(metrics.elidedText(line, Qt.TextElideMode.ElideRight, width - 2) for line in lines)
-
-
-def _clear(painter: QPainter, colour: QColor, room: QRectF, height_px: float) -> None:
-    """Plain background for words on hatching."""
-    ground = QRectF(0, 0, room.width() + 2 * Space.S, min(height_px, room.height() - 8) + 4)
-    ground.moveCenter(room.center())
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(colour)
-    painter.drawRoundedRect(ground, 6, 6)
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        standing, theme, (ink, ground) = self.announcement.standing, current(), self._colours()
+        painter = self.begin_paint()
+        edges = {Standing.VOID: pen(ink, 3.0, is_dashed=True), Standing.CHECKING: pen(ink, 2.0)}
+        quiet = pen(theme.border, theme.border_px, is_dashed=True)
+        painter.setPen(pen(ground, 1.0) if standing in _LOUD else edges.get(standing, quiet))
+        painter.setBrush(QColor(ground))
+        painter.drawRoundedRect(QRectF(self.rect()).adjusted(1.5, 1.5, -1.5, -1.5), 8, 8)
+        side = self.height() - 2.0 * Space.L
+        shape = QRectF(Space.L, Space.L, side, side)
+        shapes = themed_svg(_SHAPES, ink=ink, ground=ground)
+        shapes.render(painter, standing.value.replace(" ", "_"), shape)
+        painter.end()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QAction, QFontMetricsF
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -24,6 +24,7 @@ from app.system.folders import data_folder
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
+from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
 from tests.support.window.preflight_window import (
     VERDICTS,
@@ -41,8 +42,9 @@ from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.row import Mend, remedy
-from ui.pages.preflight.verdict import fitted, text_px
-from ui.style.theme import Choice, Meaning, Size, font
+from ui.pages.preflight.verdict import Announcement, VerdictBanner
+from ui.style.theme import Choice, Meaning
+from ui.widgets.labels import FittedLabel
 
 PROFILE = """
 format = 1
@@ -65,7 +67,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert bench.acts == []  # questions only
         shown = page.banner.announcement
         assert (shown.word, shown.head) == ("NO-GO", "Do not fly")
-        assert "Cell voltage" in shown.lines[0]  # a check is named by what has to be so
+        assert "Cell voltage" in shown.lines[1]  # a check is named by what has to be so
         assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
         row = page.list.rows["cell_voltage"]
         assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAIL", "3.60 V", "≥ 3.80 V")
@@ -353,18 +355,19 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
         assert "Not kept." in said(bench)
 
 
-def test_no_line_of_the_banner_is_lost_where_there_is_little_room(qapp: QApplication) -> None:
-    against = "Not met: " + ", ".join(["Attitude trigger enabled"] * 5) + " and 12 more"
-    lines = (against, "SIMULATED MODULE: this is no evidence.", "UNSIGNED, missing: Checked by, Module, Aircraft.")
-    room_px = 3 * QFontMetricsF(font(Size.SMALL)).height() + 2
-    one, text = fitted(lines, 200.0, room_px)
-    assert text_px(one, 200.0, text) <= room_px
-    assert [shown[:8] for shown in text.splitlines()] == [line[:8] for line in lines]
-    assert fitted(lines, 200.0, 1000.0)[1] == "\n".join(lines)
-    one, text = fitted(lines, 200.0, room_px * 2 / 3)  # no line is painted where it would be cut off
-    assert text_px(one, 200.0, text) <= room_px * 2 / 3
-    assert text.splitlines()[1].startswith("SIMULATED")
-    assert text.endswith("…")
+def test_the_banner_says_first_what_limits_the_verdict_and_gives_the_rest_in_full(qtbot: QtBot) -> None:
+    against = "Not met: " + ", ".join(["Attitude trigger enabled"] * 15)
+    banner = VerdictBanner()
+    qtbot.addWidget(banner)
+    banner.resize(640, banner.height())
+    banner.show()
+    banner.show_announcement(Announcement(Standing.NO_GO, "NO-GO", "Do not fly", ("SIMULATED: no evidence.", against)))
+    let_lay_out(banner)
+    lines = find(banner, FittedLabel, "verdict_lines")
+    assert lines.text().startswith("SIMULATED: no evidence.")
+    assert lines.text().endswith("…")
+    assert against in banner.toolTip()
+    assert cut_off(banner) == []
 
 
 def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
