@@ -228,7 +228,7 @@ def flights(studio: Studio) -> None:
         crashes = [write_flight(Path(folder) / f"crash-{one}.csv", lost_s=30.0 + one) for one in range(1, 3)]
         page = studio.page("flights", FlightsPage)
         page.open_paths([*surveys, *crashes])
-        studio.until(lambda: not page.work.loading.is_running, "the logs were not read")
+        studio.until(lambda: not page.work.task.is_running, "the logs were not read")
         page.work.move([str(one) for one in crashes], FlightGroup.MUST)
         studio.until(lambda: not page.work.is_proposing, "nothing was proposed")
         studio.run(0.3)

@@ -207,7 +207,7 @@ class Walk(Driver):
     def _on_flights(self) -> Iterator[Stop]:
         page = self.find(FlightsPage)
         page.open_paths(write_logs(self.folder / "logs"))
-        self.until(lambda: not page.work.loading.is_running)
+        self.until(lambda: not page.work.task.is_running)
         yield self._stop("flights, one not read")
         page.work.move(list(page.work.flights)[:1], FlightGroup.MUST)
         self.until(lambda: not page.work.is_proposing)
@@ -219,7 +219,9 @@ class Walk(Driver):
         self.until(lambda: page.flight.chart.plot is not None)
         yield self._stop("flights, one flight")
         page.flight.close_flight()
-        page.open_flight(next(row for row in page.lists.of[FlightGroup.MUST_NOT].table.filter.shown() if row.unread))
+        page.open_flight(
+            next(row for row in page.lists.of[FlightGroup.MUST_NOT].table.filter.shown() if row.flight.why_not)
+        )
         page.form.attitude.setCurrentIndex(2)
         page.form.read.click()
         yield self._stop("flights, columns")

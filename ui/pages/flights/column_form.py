@@ -47,7 +47,6 @@ _AXES: Final = {
     "pitch_rad": marked("Pitch"), "acceleration_g": marked("Acceleration"), "acceleration_m_s2": marked("Acceleration"),
 }  # fmt: skip
 _MAX_PARTS: Final = 4
-_CARD_PX: Final = 560
 
 
 class ColumnForm(QWidget):
@@ -174,10 +173,10 @@ class ColumnForm(QWidget):
 
     def _lay_out(self) -> None:
         card = named(QFrame(), "csv_card", "card")
-        card.setMaximumWidth(_CARD_PX)
         self._rows = QFormLayout(card)
         self._rows.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
         self._rows.setVerticalSpacing(Space.XS)
+        self._rows.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
         boxes = (
             self.time, self.unit, self.attitude, *self.attitude_parts, self.force, *self.force_parts, self.altitude,
             self.armed,
@@ -190,7 +189,7 @@ class ColumnForm(QWidget):
             else:
                 self._rows.addRow(label_for(self._texts, box, str(box.property("title"))), box)
         content = named(QWidget(), "csv_content")
-        in_column(card, 1, of=content, margins=0)
+        in_column(in_row((card, 2), 1), 1, of=content, margins=0)
         scroll = scroll_area(content, self._texts, "csv_scroll", "Columns")
         head = in_row((self.title, 1), self.cancel, self.read, spacing=Space.S)
         head.addStrut(HEIGHT_PX)

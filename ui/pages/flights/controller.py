@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import steps_of
 from app.flight_analysis.fire_map import FireMap, FlightGroup, FlightOutcome, fire_map, outcome_of
-from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
+from app.flight_analysis.many_logs import LogOrder, summarise_logs
 from app.flight_analysis.proposal import ThresholdProposal, propose, settings_of
 from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.csv_columns import CsvColumns
@@ -28,41 +28,37 @@ from ui.core.background_task import BackgroundTask, Running
 GROUPS: Final = (FlightGroup.MUST_NOT, FlightGroup.MUST)
 
 
-class UnreadLog(NamedTuple):
-    """A file that could not be read. `head`: see `LoadedLog`."""
+class Flight(NamedTuple):
+    """A file in one of the lists."""
 
     name: str
-    group: FlightGroup
-    why: UserMessage
+    """Its path."""
+    group: FlightGroup = FlightGroup.MUST_NOT
+    columns: CsvColumns | None = None
+    """With which it was read; None: recognised by name."""
+    summary: FlightSummary | None = None
+    why_not: UserMessage | None = None
+    """Why it could not be read."""
     head: tuple[str, ...] = ()
+    """Column names of a CSV file that could not be read."""
+
+    @property
+    def is_waiting(self) -> bool:
+        """It is still to be read."""
+        return self.summary is None and self.why_not is None
 
 
 class FlightRow(NamedTuple):
     """A line of a list; `outcome` is None where the file could not be read."""
 
-    name: str
-    group: FlightGroup
+    flight: Flight
     outcome: FlightOutcome | None
     longest_fall_s: float
     """Below the chosen acceleration; -1 where there is none."""
-    unread: UnreadLog | None = None
 
-
-class LoadedLog(NamedTuple):
-    """`head`: column names of a CSV file that could not be read; else empty."""
-
-    log: SummarisedLog
-    columns: CsvColumns | None
-    head: tuple[str, ...] = ()
-
-
-class LoadOrder(NamedTuple):
-    """Files and folders. `columns`: of CSV files; None recognises them by name."""
-
-    paths: tuple[Path, ...]
-    columns: CsvColumns | None = None
-    skipped: frozenset[str] = frozenset()
-    """Names of flights that are already read."""
+    @property
+    def name(self) -> str:
+        return self.flight.name
 
 
 class LoadEnded(NamedTuple):
@@ -75,92 +71,28 @@ class LoadEnded(NamedTuple):
     """An error of the operating system."""
 
 
-class _Progress:
-    """Written by the reading thread, read by the window's."""
+class Reading:
+    """Files and folders; `total` and `done` are written by the reading thread. `skipped`: what is already read."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, skipped: Iterable[str] = ()
+    ) -> None:
+        self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
         self.total: int | None = None
-        self.done: deque[LoadedLog] = deque()
-
-
-class FlightLoading(QObject):
-    """Processes orders one after another; `poll` returns the logs read since."""
-
-    ended = Signal(object)
-    """`LoadEnded`."""
-
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
-        self._task: BackgroundTask[None] = BackgroundTask("dps-s flights", self)
-        self._waiting: deque[LoadOrder] = deque()
-        self._progress = _Progress()
-        self._ready: list[LoadedLog] = []
+        """None until they are counted."""
+        self.done: deque[Flight] = deque()
         self.read = 0
-        """Logs read of the current or last order."""
+        """Of `done`, what was taken over."""
 
-    @property
-    def is_running(self) -> bool:
-        return self._task.is_running
-
-    @property
-    def total(self) -> int | None:
-        """Logs of the current order; None until they are counted."""
-        return self._progress.total
-
-    @property
-    def share(self) -> float | None:
-        """How much of the log that is being read is read; None if unknown."""
-        return self._task.share
-
-    def open(self, order: LoadOrder) -> None:
-        self._waiting.append(order)
-        if not self.is_running:
-            self._begin()
-
-    def cancel(self) -> None:
-        """Returns at once; logs already read stay, logs being read are dropped."""
-        if not self.is_running:
-            return
-        self._waiting.clear()
-        self._task.cancel()
-        self._end(was_cancelled=True)
-        self._progress = _Progress()  # discards what the thread still reads
-
-    def poll(self) -> list[LoadedLog]:
-        """The logs read since the last call."""
-        self._collect()
-        ready, self._ready = self._ready, []
-        return ready
-
-    def _begin(self) -> None:
-        order, progress = self._waiting.popleft(), _Progress()
-        self._progress, self.read = progress, 0
-
-        def work(running: Running) -> None:
-            paths = [path for path in find_logs(order.paths) if str(path) not in order.skipped]
-            progress.total = len(paths)
-            for log in summarise_logs(
-                paths, LogOrder(order.columns), is_cancelled=running.is_cancelled, on_progress=running.set_progress
-            ):
-                running.share = None
-                progress.done.append(LoadedLog(log, order.columns, () if log.flight else _head_of(log.path)))
-
-        self._task.run(work, lambda _none: self._end(), lambda error: self._end(error=error))
-
-    def _collect(self) -> None:
-        done = self._progress.done
-        while done:
-            self._ready.append(done.popleft())
-            self.read += 1
-
-    def _end(self, *, was_cancelled: bool = False, error: Exception | None = None) -> None:
-        self._collect()
-        why = "" if error is None else error_text(error)
-        self.ended.emit(LoadEnded(self.read, self.total, was_cancelled, why))
-        if self._waiting:
-            self._begin()
-        if error is not None and not isinstance(error, OSError):
-            raise error
+    def run(self, running: Running) -> None:
+        paths = [path for path in find_logs(self._paths) if str(path) not in self._skipped]
+        self.total = len(paths)
+        for log in summarise_logs(
+            paths, LogOrder(self._columns), is_cancelled=running.is_cancelled, on_progress=running.set_progress
+        ):
+            running.share = None
+            head = () if log.flight else _head_of(log.path)
+            self.done.append(Flight(str(log.path), FlightGroup.MUST_NOT, self._columns, log.flight, log.why_not, head))
 
 
 def _head_of(path: Path) -> tuple[str, ...]:
@@ -172,6 +104,8 @@ def _head_of(path: Path) -> tuple[str, ...]:
 
 
 class FlightsWork(QObject):
+    """Reads orders one after another, and keeps the flights that were read."""
+
     flights_changed = Signal()
     """Flights were added, removed or moved."""
     thresholds_changed = Signal()
@@ -181,25 +115,24 @@ class FlightsWork(QObject):
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
-        self.flights: dict[str, FlightSummary] = {}
+        self.flights: dict[str, Flight] = {}
         """By name."""
         self.limits = TriggerLimits()
         self.reading = RuleReading.DIRECT
         """Of the map; lists and proposal use both."""
         self.proposal: ThresholdProposal | None = None
-        self.loading = FlightLoading(self)
-        self.loading.ended.connect(self._end_loading)
+        self.loading = Reading()
+        """The present one, or the last."""
+        self._waiting: deque[Reading] = deque()
+        self.task: BackgroundTask[None] = BackgroundTask("dps-s flights", self)
+        """It has the share of the log that is being read."""
         self._maps: tuple[FireMap, FireMap] | None = None
         self._maps_of: tuple[float, RuleReading] | None = None
-        self._unread: dict[str, UnreadLog] = {}
-        self._sides: dict[str, FlightGroup] = {}
-        """The list of each flight, also of those that are still to be read."""
-        self._columns: dict[str, CsvColumns | None] = {}
         self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
 
     @property
     def is_empty(self) -> bool:
-        return not self.flights and not self._unread
+        return all(flight.is_waiting for flight in self.flights.values())
 
     @property
     def is_proposing(self) -> bool:
@@ -208,29 +141,25 @@ class FlightsWork(QObject):
     def sorted_flights(self) -> tuple[list[FlightSummary], list[FlightSummary]]:
         """Flights that must not and that must fire; without unreadable files."""
         sides: dict[FlightGroup, list[FlightSummary]] = {group: [] for group in GROUPS}
-        for name, flight in self.flights.items():
-            sides[self._sides[name]].append(flight)
+        for flight in self.flights.values():
+            if flight.summary is not None:
+                sides[flight.group].append(flight.summary)
         return sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
 
-    def unread(self) -> tuple[UnreadLog, ...]:
-        return tuple(self._unread.values())
+    def unread(self) -> list[Flight]:
+        return [flight for flight in self.flights.values() if flight.why_not is not None]
 
-    def columns_of(self, name: str) -> CsvColumns | None:
-        """The columns with which it was read."""
-        return self._columns.get(name)
+    def outcome_of(self, flight: Flight) -> FlightOutcome | None:
+        return None if flight.summary is None else outcome_of(flight.summary, flight.group, self.limits)
 
-    def outcomes(self) -> tuple[FlightOutcome, ...]:
-        return tuple(outcome_of(flight, self._sides[name], self.limits) for name, flight in self.flights.items())
-
-    def rows(self, outcomes: Iterable[FlightOutcome]) -> dict[FlightGroup, list[FlightRow]]:
-        """Rows by list, unreadable files first."""
+    def rows(self) -> dict[FlightGroup, list[FlightRow]]:
+        """By list."""
         rows: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
-        for unread in self._unread.values():
-            rows[unread.group].append(FlightRow(unread.name, unread.group, None, -1.0, unread))
         step = steps_of(self.limits.freefall_acceleration_g, TENTH_G.per_unit)
-        for outcome in outcomes:
-            fall_s = float(outcome.flight.direct.longest_fall_s[step])
-            rows[outcome.group].append(FlightRow(outcome.flight.name, outcome.group, outcome, fall_s))
+        for flight in self.flights.values():
+            if not flight.is_waiting:
+                fall_s = -1.0 if flight.summary is None else float(flight.summary.direct.longest_fall_s[step])
+                rows[flight.group].append(FlightRow(flight, self.outcome_of(flight), fall_s))
         return rows
 
     def maps(self) -> tuple[FireMap, FireMap]:
@@ -249,29 +178,59 @@ class FlightsWork(QObject):
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
         """Reads files and folders, without flights that are already there."""
-        self.loading.open(LoadOrder(tuple(paths), columns, frozenset(self.flights)))
+        read = (flight.name for flight in self.flights.values() if flight.summary is not None)
+        self._waiting.append(Reading(paths, columns, read))
+        if not self.task.is_running:
+            self._begin()
 
     @property
     def kept_lists(self) -> tuple[str, ...]:
         """For the next start: the list and the path of each flight."""
-        return tuple(f"{group.name} {name}" for name, group in self._sides.items())
+        return tuple(f"{flight.group.name} {name}" for name, flight in self.flights.items())
 
     def restore(self, kept: Iterable[str]) -> None:
         """Reads the flights of the last start into their lists."""
         for line in kept:
             word, _, name = line.partition(" ")
-            self._sides[name] = FlightGroup.MUST if word == FlightGroup.MUST.name else FlightGroup.MUST_NOT
-        if self._sides:
-            self.open(map(Path, self._sides))
+            group = FlightGroup.MUST if word == FlightGroup.MUST.name else FlightGroup.MUST_NOT
+            self.flights[name] = Flight(name, group)
+        if self.flights:
+            self.open(map(Path, self.flights))
 
     def poll(self) -> None:
         """Takes over the logs that were read since."""
-        logs = self.loading.poll()
-        if logs:
-            for log in logs:
-                self._on_loaded(log)
+        done = self.loading.done
+        has_more = bool(done)
+        while done:
+            flight = done.popleft()
+            known = self.flights.get(flight.name, flight)
+            self.flights[flight.name] = flight._replace(group=known.group)
+            self.loading.read += 1
+        if has_more:
             self._maps = None
             self.flights_changed.emit()
+
+    def cancel(self) -> None:
+        """Returns at once; logs already read stay, logs being read are dropped."""
+        if self.task.is_running:
+            self._waiting.clear()
+            self.task.cancel()
+            self._end_reading(was_cancelled=True)
+            self.loading = Reading()  # discards what the thread still reads
+
+    def _begin(self) -> None:
+        self.loading = self._waiting.popleft()
+        self.task.run(self.loading.run, lambda _none: self._end_reading(), lambda error: self._end_reading(error=error))
+
+    def _end_reading(self, *, was_cancelled: bool = False, error: Exception | None = None) -> None:
+        self.poll()
+        self._change()
+        why = "" if error is None else error_text(error)
+        self.loading_ended.emit(LoadEnded(self.loading.read, self.loading.total, was_cancelled, why))
+        if self._waiting:
+            self._begin()
+        if error is not None and not isinstance(error, OSError):
+            raise error
 
     def choose(self, limits: TriggerLimits) -> None:
         if limits != self.limits:
@@ -289,34 +248,14 @@ class FlightsWork(QObject):
 
     def move(self, names: Iterable[str], group: FlightGroup) -> None:
         for name in names:
-            self._sides[name] = group
-            if name in self._unread:
-                self._unread[name] = self._unread[name]._replace(group=group)
+            self.flights[name] = self.flights[name]._replace(group=group)
         self._change()
 
     def remove(self, names: Iterable[str]) -> None:
         """Removes flights from the page; the files stay."""
         for name in names:
-            self._columns.pop(name, None)
-            self._sides.pop(name, None)
-            self._unread.pop(name, None)
             self.flights.pop(name, None)
         self._change()
-
-    def _on_loaded(self, loaded: LoadedLog) -> None:
-        name, flight, why = str(loaded.log.path), loaded.log.flight, loaded.log.why_not
-        self._unread.pop(name, None)
-        group = self._sides.setdefault(name, FlightGroup.MUST_NOT)
-        self._columns[name] = loaded.columns
-        if flight is not None:
-            self.flights[name] = flight
-        elif why is not None:
-            self._unread[name] = UnreadLog(name, group, why, loaded.head)
-
-    def _end_loading(self, ended: LoadEnded) -> None:
-        self.poll()
-        self._change()
-        self.loading_ended.emit(ended)
 
     def _change(self) -> None:
         self._maps = None
@@ -325,11 +264,11 @@ class FlightsWork(QObject):
 
     def _propose(self) -> None:
         self.proposal = None
-        if not self.flights:
+        flights = self.sorted_flights()
+        if not any(flights):
             self._proposing.cancel()
             self.proposal_changed.emit()
             return
-        flights = self.sorted_flights()
         self._proposing.run(lambda _running: propose(*flights), self._on_proposal, self._fail)
         self.proposal_changed.emit()
 

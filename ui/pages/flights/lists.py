@@ -1,13 +1,13 @@
 """The two lists of flights, one above the other: opened, moved to the other list, removed by mouse and keyboard."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from typing import Final
 
-from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QKeyEvent
-from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QFontMetrics
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from app.flight_analysis.fire_map import FlightGroup, FlightOutcome
 from app.text.durations import stopwatch
@@ -52,7 +52,7 @@ class FlightColumn(IntEnum):
 
 
 def _look(row: FlightRow) -> Look:
-    return appearance_of(row.group, verdict_of(row.outcome))
+    return appearance_of(row.flight.group, verdict_of(row.outcome))
 
 
 def _tilt(row: FlightRow) -> float:
@@ -70,7 +70,7 @@ COLUMNS: Final = (
     TableColumn[FlightRow](
         marked("Fires"),
         lambda row: verdict_text(row.outcome),
-        lambda row: order_of(row.group, row.outcome),
+        lambda row: order_of(row.flight.group, row.outcome),
         picture=lambda row: icon(_look(row).icon, _look(row).meaning),
         ink=lambda row: _look(row).meaning,
         widest=lambda: max(
@@ -111,56 +111,6 @@ COLUMNS: Final = (
 )
 
 
-class FlightTable(RowsTable[FlightRow]):
-    move_wanted = Signal()
-
-    def __init__(self, texts: Texts, group: FlightGroup) -> None:
-        super().__init__(texts, f"{_NAMES[group]}_table", group.value, COLUMNS, lambda row: row.name, row_text,
-                         row_px=_ROW_PX, sorted_by=FlightColumn.FIRES,
-                         order=Qt.SortOrder.AscendingOrder)  # fmt: skip
-        self._group = group
-        self.setAlternatingRowColors(True)
-        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
-        self.horizontalHeader().setMinimumSectionSize(44)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.customContextMenuRequested.connect(self._show_menu)
-        self.setMinimumHeight(3 * _ROW_PX)
-
-    def show_problems(self, *, has_problems: bool) -> None:
-        """Without a problem in any flight the names take the column's room."""
-        if has_problems is self.isColumnHidden(FlightColumn.PROBLEMS):
-            self.setColumnHidden(FlightColumn.PROBLEMS, not has_problems)
-            self.measure()
-
-    def menu(self) -> QMenu:
-        """Context menu for the selection."""
-        menu = named(QMenu(self), f"{self.objectName()}_menu")
-        is_one, is_first = len(self.chosen()) == 1, self._group is FlightGroup.MUST_NOT
-        entries = (
-            ("open", tr("Open"), Icon.LIVE, self.opened, is_one),
-            ("move", tr(MOVE_WORD), Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
-             self.move_wanted, bool(self.chosen())),
-            ("remove", tr("Remove"), Icon.CROSS, self.remove_wanted, bool(self.chosen())),
-        )  # fmt: skip
-        for name, text, picture, slot, is_on in entries:
-            action = menu.addAction(icon(picture), text)
-            action.setObjectName(f"{self.objectName()}_menu_{name}")
-            action.setEnabled(is_on)
-            action.triggered.connect(slot)
-        return menu
-
-    def _show_menu(self, place: QPoint) -> None:
-        menu = self.menu()
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.popup(self.viewport().mapToGlobal(place))
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_M and not event.modifiers():
-            self.move_wanted.emit()
-        else:
-            super().keyPressEvent(event)
-
-
 class FlightList(QWidget):
     """One list: caption, button that moves, table."""
 
@@ -173,33 +123,50 @@ class FlightList(QWidget):
 
     def __init__(self, group: FlightGroup, texts: Texts) -> None:
         super().__init__()
+        self._texts = texts
         name = _NAMES[group]
         self.setObjectName(f"{name}_list")
         self.group = group
-        self.table = FlightTable(texts, group)
+        self.table = table = RowsTable(texts, f"{name}_table", group.value, COLUMNS, lambda row: row.name, row_text,
+                                       row_px=_ROW_PX, sorted_by=FlightColumn.FIRES,
+                                       order=Qt.SortOrder.AscendingOrder)  # fmt: skip
+        table.setAlternatingRowColors(True)
+        table.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
+        table.setMinimumHeight(3 * _ROW_PX)
         self.picture = IconLabel(f"{name}_icon", _ICON_PX)
         self.caption = named(QLabel(), f"{name}_caption", "strong")
         self.detail = named(ElidedLabel(), f"{name}_detail", "small")
-        is_first = group is FlightGroup.MUST_NOT
+        moving = Icon.CHEVRON_DOWN if group is FlightGroup.MUST_NOT else Icon.CHEVRON_UP
         self.move_button = control(QPushButton(), texts, f"{name}_move", "Move", tip=MOVE_WORD, key="M",
-                                   picture=Icon.CHEVRON_DOWN if is_first else Icon.CHEVRON_UP,
-                                   slot=self.move_chosen)  # fmt: skip
+                                   picture=moving, slot=self.move_chosen)  # fmt: skip
         head = in_row(self.picture, self.caption, spacing=Space.XS)
         head.addSpacing(Space.XS)
         head.addWidget(self.detail, 1)
         head.addWidget(self.move_button)
         in_column(head, (self.table, 1), of=self, spacing=Space.XS, margins=0)
-        self.table.opened.connect(self._open)
-        self.table.move_wanted.connect(self.move_chosen)
-        self.table.remove_wanted.connect(lambda: self.remove_wanted.emit(self._names()))
-        self.table.selectionModel().selectionChanged.connect(self._refresh_button)
-        self._refresh_button()
+        table.opened.connect(self._open)
+        table.remove_wanted.connect(self._remove)
+        self.opening = self._add_action("open", marked("Open"), Icon.LIVE, self._open)
+        self.moving = self._add_action("move", MOVE_WORD, moving, self.move_chosen)
+        self.moving.setShortcut("M")
+        self.moving.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        self.removing = self._add_action("remove", marked("Remove"), Icon.CROSS, self._remove)
+        table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        table.selectionModel().selectionChanged.connect(self._refresh_actions)
+        self._refresh_actions()
+
+    def _add_action(self, word: str, english: str, picture: Icon, slot: Callable[[], None]) -> QAction:
+        """In the menu of the table."""
+        action = named(self.table.addAction(icon(picture), ""), f"{self.table.objectName()}_menu_{word}")
+        self._texts.bind(action.setText, english)
+        action.triggered.connect(slot)
+        return action
 
     def show_rows(self, rows: Sequence[FlightRow]) -> None:
         self.table.show_rows(rows)
         outcomes = [row.outcome for row in rows if row.outcome is not None]
         self.show_caption(outcomes)
-        self._refresh_button()
+        self._refresh_actions()
 
     def show_caption(self, outcomes: list[FlightOutcome]) -> None:
         text, meaning = list_caption(self.group, outcomes)
@@ -227,8 +194,14 @@ class FlightList(QWidget):
         if len(chosen) == 1:
             self.opened.emit(chosen[0])
 
-    def _refresh_button(self) -> None:
-        self.move_button.setEnabled(self.table.selectionModel().hasSelection())
+    def _remove(self) -> None:
+        self.remove_wanted.emit(self._names())
+
+    def _refresh_actions(self) -> None:
+        count = len(self.table.chosen())
+        self.opening.setEnabled(count == 1)
+        for one in (self.moving, self.removing, self.move_button):
+            one.setEnabled(count > 0)
 
 
 class FlightLists(QWidget):
@@ -244,4 +217,7 @@ class FlightLists(QWidget):
         has_problems = any(problem_count(row) for of_group in rows.values() for row in of_group)
         for group, part in self.of.items():
             part.show_rows(rows[group])
-            part.table.show_problems(has_problems=has_problems)  # the same columns in both
+            # The same columns in both; without a problem in any flight the names take the column's room.
+            if has_problems is part.table.isColumnHidden(FlightColumn.PROBLEMS):
+                part.table.setColumnHidden(FlightColumn.PROBLEMS, not has_problems)
+                part.table.measure()

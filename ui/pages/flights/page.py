@@ -8,6 +8,7 @@ from typing import Final
 from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
+    QBoxLayout,
     QCheckBox,
     QPushButton,
     QStackedWidget,
@@ -23,7 +24,7 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.forms.table_kit import select_row
 from ui.pages.flights.column_form import ColumnForm
-from ui.pages.flights.controller import FlightRow, FlightsWork, LoadEnded, UnreadLog
+from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded
 from ui.pages.flights.fire_map import FireMapView
 from ui.pages.flights.flight_view import FlightView
 from ui.pages.flights.lists import FlightLists
@@ -34,7 +35,7 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scale_in_use
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -44,6 +45,8 @@ from ui.widgets.visibility_timer import VisibilityTimer
 _POLL_MS: Final = 200
 """For progress of reading, while the page is visible."""
 _MAP_PX: Final = 300
+_BESIDE_UP_TO: Final = 1.5
+"""Size of text."""
 
 
 class FlightsPage(Page):
@@ -85,8 +88,15 @@ class FlightsPage(Page):
         self._lay_out()
         self._wire()
         self.setAcceptDrops(True)
-        VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self._retranslate)
+        VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self._retranslate, restyle=self._fit)
+        self._fit()
         self.refresh()
+
+    def _fit(self) -> None:
+        """Large text has the map below the lists, and the buttons below the proposal."""
+        is_large, direction = scale_in_use() > _BESIDE_UP_TO, QBoxLayout.Direction
+        for row in (self._both, self.proposal.row):
+            row.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
 
     def showEvent(self, event: QShowEvent) -> None:
         """The flights of the last start are read when the page is first seen."""
@@ -119,15 +129,14 @@ class FlightsPage(Page):
 
     def open_flight(self, row: FlightRow) -> None:
         """Shows the plots of a flight, or the form for the columns of an unread CSV file."""
-        if row.unread is not None:
-            if row.unread.head:
-                self._show_form(row.unread)
+        if row.flight.head:
+            self._show_form(row.flight)
         elif row.outcome is not None:
-            self.flight.show_flight(row.outcome, self.work.limits, self.work.columns_of(row.name))
+            self.flight.show_flight(row.outcome, self.work.limits, row.flight.columns)
             self._show(self.flight)
             self.flight.back.setFocus()
 
-    def _show_form(self, unread: UnreadLog) -> None:
+    def _show_form(self, unread: Flight) -> None:
         self.form.show_file(unread.name, unread.head)
         self._show(self.form)
 
@@ -137,9 +146,6 @@ class FlightsPage(Page):
         heads = {log.name: log.head for log in unread}
         self._show_overview()
         self.open_paths([Path(log.name) for log in unread if log.head == heads.get(name)], columns)
-
-    def _cancel(self) -> None:
-        self.work.loading.cancel()
 
     def _show_fired(self) -> None:
         """Shows the flights that fire with the chosen thresholds."""
@@ -159,8 +165,7 @@ class FlightsPage(Page):
 
     def _refresh_lists(self) -> None:
         work = self.work
-        outcomes = work.outcomes()
-        self.lists.show_rows(work.rows(outcomes))
+        self.lists.show_rows(work.rows())
         counts = tuple(part.caption.text() for part in self.lists.of.values())
         self.map.show_limits(work.limits, labelled(limits_text(work.limits), " · ".join(counts)))  # fmt: skip
         if self.fired_only.isChecked():
@@ -179,14 +184,14 @@ class FlightsPage(Page):
         self.strip.show_notice(self._notice())
 
     def _notice(self) -> Notice | None:
-        loading = self.work.loading
-        if loading.is_running:
+        loading, task = self.work.loading, self.work.task
+        if task.is_running:
             text = tr("Reading logs…")
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
-            if loading.share is not None:
-                text = tr("{what}: {percent} %", what=text, percent=f"{loading.share * 100:.0f}")
-            return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
+            if task.share is not None:
+                text = tr("{what}: {percent} %", what=text, percent=f"{task.share * 100:.0f}")
+            return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self.work.cancel),))
         if self._stack.currentWidget() is self.form:
             return None  # which it leads to
         return self.result.result_notice()
@@ -205,7 +210,7 @@ class FlightsPage(Page):
             return None
         first = unread[0]
         text = tr("{count} not read. {name}: {why}", count=len(unread), name=short_name(first.name),
-                  why=clean(first.why.translated()))  # fmt: skip
+                  why=clean("" if first.why_not is None else first.why_not.translated()))  # fmt: skip
         table = next((log for log in unread if log.head), None)
         choices = () if table is None else (
             Choice("columns", tr("Choose columns…"), partial(self._show_form, table)),
@@ -272,7 +277,7 @@ class FlightsPage(Page):
     def _make_overview(self) -> QWidget:
         content = named(QWidget(), "flights_content")
         right = in_column(self.thresholds, (self.map, 1), spacing=Space.S)
-        in_row((self.lists, 5), (right, 3), of=content, spacing=Space.M, margins=0)
+        self._both = in_row((self.lists, 5), (right, 3), of=content, spacing=Space.M, margins=0)
         self.map.setMinimumWidth(_MAP_PX)
         return scroll_area(content, self._services.texts, "flights_scroll", "Flight logs", is_vertical=True)
 
@@ -298,8 +303,8 @@ class FlightsPage(Page):
             self.flight.close_flight()
         elif self._stack.currentWidget() is self.form:
             self._show_overview()
-        elif self.work.loading.is_running:
-            self._cancel()
+        elif self.work.task.is_running:
+            self.work.cancel()
         elif self.result.result_notice() is not None:
             self.result.dismiss()
         elif self.fired_only.isChecked():

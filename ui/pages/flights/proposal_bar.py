@@ -61,7 +61,7 @@ class ProposalBar(QFrame):
             self._stack.addWidget(widget)
         self._buttons = named(QWidget(), "flights_proposal_buttons")
         in_row(self.take, self.use, of=self._buttons, spacing=Space.S, margins=0)
-        in_row((self._stack, 1), self._buttons, of=self, spacing=Space.S, margins=(Space.M, Space.XS))
+        self.row = in_row((self._stack, 1), self._buttons, of=self, spacing=Space.S, margins=(Space.M, Space.XS))
         for label in self.lines:
             retain_size(label)  # so that the lists do not move when a proposal comes
 

@@ -131,9 +131,9 @@ def outcome_lines(outcome: FlightOutcome) -> tuple[str, ...]:
 def row_text(row: FlightRow) -> str:
     """The row as text, for the tooltip and screen readers."""
     name = clean(row.name, longest=200)
-    if row.unread is not None:
-        return labelled(name, row.unread.why.translated())
-    lines = [f"{name}{in_brackets(tr(row.group.value))}"]
+    if row.flight.why_not is not None:
+        return labelled(name, row.flight.why_not.translated())
+    lines = [f"{name}{in_brackets(tr(row.flight.group.value))}"]
     if row.outcome is not None:
         lines.append(labelled(tr("Duration"), stopwatch(row.outcome.flight.duration_s)))
         lines += [*outcome_lines(row.outcome), *(problem.translated() for problem in row.outcome.flight.problems)]

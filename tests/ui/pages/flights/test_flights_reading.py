@@ -58,7 +58,7 @@ def test_a_long_table_shows_progress_and_can_be_cancelled(
         assert desk.notice() == "Cancelled. 0 of 1 logs"
     finally:
         may_go_on.set()
-    assert desk.page.work.loading._task.wait(30)
+    assert desk.page.work.task.wait(30)
     assert rows < 25_000 * 2, "the rest is not read"
     assert desk.shown(MUST_NOT) == []
 
@@ -152,7 +152,7 @@ def test_lists_and_their_flights_are_there_at_the_next_start(qtbot: QtBot, qapp:
         desk.page.work.move([str(paths[1])], MUST)
         desk.page.work.remove([str(paths[2])])
     with opened(qtbot, qapp, tmp_path) as desk:
-        desk.page.work.loading.cancel()  # before they are read
+        desk.page.work.cancel()  # before they are read
     for _ in range(2):
         with opened(qtbot, qapp, tmp_path) as desk:
             desk.wait_read()
