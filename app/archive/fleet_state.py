@@ -9,7 +9,7 @@ from typing import Final
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
-from app.guided.results import RETIRED_KINDS, TITLES, GuidedVerdict, StoredTest, stored_test
+from app.guided.results import TITLES, GuidedVerdict, StoredTest, stored_test
 from app.limits.service import ServiceKind, due_services
 from app.records.check_store import CheckLine, check_line, number_of
 from app.records.verification import RecordState, verify
@@ -169,8 +169,6 @@ def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int,
         text = marked("Unjudged trigger records: {count}.")
         due.append(Due(DueKind.TRIGGER_RECORDS, message(text, count=state.unjudged)))
     for test in state.tests:
-        if test.kind in RETIRED_KINDS:
-            continue
         title = message(TITLES[test.kind])
         if test.verdict is not GuidedVerdict.PASSED:
             due.append(Due(DueKind.TEST, message(marked("Guided test not passed: {test}."), test=title)))

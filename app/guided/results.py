@@ -15,22 +15,12 @@ class GuidedKind(Enum):
     FREE_FALL = "free_fall"
     BAY = "bay"
     LINK = "link"
-    CHARGER = "charger"
-    ZERO = "zero"
-
-
-RETIRED_KINDS: frozenset[GuidedKind] = frozenset({GuidedKind.CHARGER, GuidedKind.ZERO})
-"""Tests of older versions: their results stay readable, and count for nothing."""
-RETIRED_QUANTITIES = (marked("Unplugged"), marked("Plugged in"), marked("Tilt before"), marked("Tilt after"))
-"""Names in their stored results."""
 
 
 TITLES: Mapping[GuidedKind, str] = {
     GuidedKind.TILT: marked("Attitude trigger"),
     GuidedKind.FREE_FALL: marked("Free fall"),
     GuidedKind.BAY: marked("Parachute bay"),
-    GuidedKind.CHARGER: marked("Charger"),
-    GuidedKind.ZERO: marked("Zero the sensor"),
     GuidedKind.LINK: marked("Plug and cable"),
 }
 

@@ -266,10 +266,6 @@
         <translation>是否激活</translation>
     </message>
     <message>
-        <source>Add</source>
-        <translation>添加</translation>
-    </message>
-    <message>
         <source>Add port</source>
         <translation>添加串口</translation>
     </message>
@@ -2826,10 +2822,6 @@
         <translation>请重新插入同一适配器，程序会自动连接。</translation>
     </message>
     <message>
-        <source>Plugged in</source>
-        <translation>接通时</translation>
-    </message>
-    <message>
         <source>Port</source>
         <translation>串口</translation>
     </message>
@@ -4066,20 +4058,12 @@
         <translation>倾角</translation>
     </message>
     <message>
-        <source>Tilt after</source>
-        <translation>置零后倾角</translation>
-    </message>
-    <message>
         <source>Tilt and acceleration</source>
         <translation>倾角和加速度</translation>
     </message>
     <message>
         <source>Tilt at which it fires; rearms 10° below.</source>
         <translation>达到此倾角即开伞；低 10° 复位。</translation>
-    </message>
-    <message>
-        <source>Tilt before</source>
-        <translation>置零前倾角</translation>
     </message>
     <message>
         <source>Tilt it slowly {direction} until it fires</source>
@@ -6048,10 +6032,6 @@
     <message>
         <source>this computer does not trust its certificate</source>
         <translation>本电脑不信任其证书</translation>
-    </message>
-    <message>
-        <source>this guided test no longer exists: remove the line.</source>
-        <translation>该引导测试已取消：请删除此行。</translation>
     </message>
     <message>
         <source>tilt and free fall never together</source>

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from app.guided.guided_store import last_tests
-from app.guided.results import RETIRED_KINDS
 from app.limits.past import LastTested, Past
 from app.limits.service import DueService, due_services
 from app.preflight.evidence import Evidence, FrameLog
@@ -121,8 +120,7 @@ def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
     return replace(
         CheckStore(store.database).past(name, slots, is_confirmed=is_confirmed),
         settings=store.evidence(name).settings,
-        tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()
-               if kind not in RETIRED_KINDS},
+        tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()},
         due=service_due(store, name, at),
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from app.guided.results import RETIRED_KINDS, GuidedKind
+from app.guided.results import GuidedKind
 from app.settings.fingerprint import is_fingerprint
 from app.settings.profiles import (
     FORMAT,
@@ -39,8 +39,7 @@ LARGEST_BYTES = 128 * 1024
 MAX_ERRORS = 20
 MAX_DOTS = 200
 """Dots in a key: `tomllib` takes half a minute for a key of ten thousand parts."""
-_KEYS = frozenset(("format", "manual", *OWN_KEYS, *TABLES, *SETTINGS_BY_KEY, "expect_active"))
-"""The last is of older files."""
+_KEYS = frozenset(("format", "manual", *OWN_KEYS, *TABLES, *SETTINGS_BY_KEY))
 _SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
 _TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 """Characters that reverse the direction of the text after them, which could make a name mislead."""
@@ -193,7 +192,6 @@ class _Reader:
         fingerprint = self._text(tables, "approved_fingerprint", MAX_NAME_LENGTH) or None
         if fingerprint is not None and not is_fingerprint(fingerprint):
             self._refuse(("approved_fingerprint",), marked("not a settings code."))
-        self._flag(tables, ("expect_active",))
         return Profile(
             name=name,
             airframe=self._text(tables, "airframe", MAX_NAME_LENGTH),
@@ -257,8 +255,6 @@ class _Reader:
             is_number = isinstance(value, int) and not isinstance(value, bool)
             if kind is None:
                 self._refuse_unknown("tests", name)
-            elif kind in RETIRED_KINDS:
-                self._refuse(("tests", name), marked("this guided test no longer exists: remove the line."))
             elif not is_number or not 1 <= value <= MAX_TEST_DAYS:
                 self._expect(("tests", name), f"1 … {MAX_TEST_DAYS}")
             else:

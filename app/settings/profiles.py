@@ -17,15 +17,14 @@
     cell_voltage_min_v = 3.8
 
     [tests]                         guided tests that must have passed, at most so many days ago
-    tilt = 180                      tilt, free_fall, bay, charger, zero, link
+    tilt = 180                      tilt, free_fall, bay, link
 
     [[manual]]                      what a person looks at before the flight
     text = "Bridle free"
     required = true
 
 Settings may also be at the top, outside a table. Unknown keys are refused, so that a misspelt threshold is not silently
-ignored; `expect_active` of older files has no effect, since GO needs an active module anyway. See
-`app.settings.profile_file`.
+ignored. See `app.settings.profile_file`.
 """
 
 from collections.abc import Mapping

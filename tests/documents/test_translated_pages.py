@@ -7,7 +7,7 @@ from typing import Final
 
 import pytest
 
-from app.guided.results import RETIRED_KINDS, GuidedKind
+from app.guided.results import GuidedKind
 from app.limits.limits import SETTING_BOUNDS
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, SETTINGS_BY_KEY
@@ -52,7 +52,7 @@ def test_the_profile_page_has_a_profile_that_is_accepted(page: str) -> None:
 @BOTH
 def test_the_profile_page_names_every_key_with_its_bounds(page: str) -> None:
     text = (ROOT / "docs" / page).read_text("utf-8")
-    for key in (*SETTINGS_BY_KEY, *(kind.value for kind in set(GuidedKind) - RETIRED_KINDS)):
+    for key in (*SETTINGS_BY_KEY, *(kind.value for kind in GuidedKind)):
         assert f"`{key}`" in text, key
     to = " 到 " if "zh_CN" in page else " to "
     for key, bound in LIMITS.items():

@@ -6,7 +6,7 @@ from app.engine.run import Run
 from app.engine.transport import PortError
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.link import measure_link
-from app.guided.results import RETIRED_KINDS, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
 from app.simulator.bench import SimulatedBench
 from app.text.user_error import UserError
@@ -268,7 +268,7 @@ def test_a_module_that_falls_silent_breaks_it_off(kind: GuidedKind) -> None:
 
 
 def test_only_the_tilt_needs_an_active_module_and_says_what_must_be_removed() -> None:
-    assert set(KINDS) == set(GuidedKind) - RETIRED_KINDS
+    assert set(KINDS) == set(GuidedKind)
     assert [test.kind for test in GUIDED_TESTS if test.is_active] == [GuidedKind.TILT]
     for test in GUIDED_TESTS:
         assert test.safety in test.precautions

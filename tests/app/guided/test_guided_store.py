@@ -66,7 +66,7 @@ def test_the_newest_result_of_each_test_counts(store: Store) -> None:
     add(store, GuidedKind.TILT)
     add(store, GuidedKind.TILT, FAILED)
     add(store, GuidedKind.BAY, UNCLEAR)
-    add(store, GuidedKind.ZERO, module="M-08")
+    add(store, GuidedKind.FREE_FALL, module="M-08")
     add(store, GuidedKind.LINK, module="")
     assert last(store) == {GuidedKind.TILT: FAILED, GuidedKind.BAY: UNCLEAR}
     assert last_tests(store.facts, None, counts_simulated=True) == {}

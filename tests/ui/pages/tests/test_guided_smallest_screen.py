@@ -59,7 +59,7 @@ def test_every_step_has_a_picture_of_its_own(bench: GestureBench) -> None:
     picture.resize(picture.sizeHint())
     for choice in (Choice.LIGHT, Choice.DARK, Choice.SUNLIGHT):
         bench.assembly.appearance.choose(choice)
-        picture.show_step(GuidedKind.ZERO, 0, "nothing")
+        picture.show_step(GuidedKind.TILT, 9, "nothing")
         seen.append(picture.grab().toImage())
         for test in GUIDED_TESTS:
             for step in range(len(test.steps)):
