@@ -3,6 +3,7 @@
 Times (`at`) are the `now` of the link's caller: monotonic seconds.
 """
 
+import operator
 from collections import Counter
 from dataclasses import dataclass, field, fields
 from enum import Enum
@@ -155,8 +156,11 @@ class Counters:
         )  # fmt: skip
 
     def __add__(self, other: "Counters") -> "Counters":
-        return Counters(*(getattr(self, count.name) + getattr(other, count.name) for count in fields(self)))
+        return Counters(*map(operator.add, _counts_of(self), _counts_of(other)))
 
     def __sub__(self, earlier: "Counters") -> "Counters":
         """What was counted since."""
-        return Counters(*(getattr(self, count.name) - getattr(earlier, count.name) for count in fields(self)))
+        return Counters(*map(operator.sub, _counts_of(self), _counts_of(earlier)))
+
+
+_counts_of = operator.attrgetter(*(count.name for count in fields(Counters)))

@@ -29,26 +29,24 @@ def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEn
 
     `started_at`: monotonic time that becomes 0, also for earlier events.
     """
-    last: CaptureEntry | None = None
+    together, at_s, way = bytearray(), 0.0, Way.OUT
     for event in events:
-        match event:
-            case Sent(raw=raw, at=at):
-                entry = CaptureEntry(max(0.0, at - started_at), Way.OUT, raw)
-            case Received(frame=frame, at=at):
-                entry = CaptureEntry(max(0.0, at - started_at), Way.IN, frame.raw)
-            case Rejected(noise=noise, at=at):
-                entry = CaptureEntry(max(0.0, at - started_at), Way.IN, noise.raw)
-            case _:
-                continue
-        is_more = last is not None and last.at_s == entry.at_s and last.way is entry.way is Way.IN
-        if last is not None and is_more and len(last.raw) + len(entry.raw) <= MAX_ENTRY_BYTES:
-            last = CaptureEntry(last.at_s, last.way, last.raw + entry.raw)
+        if isinstance(event, Received):
+            raw = event.frame.raw
+        elif isinstance(event, Rejected):
+            raw = event.noise.raw
+        elif isinstance(event, Sent):
+            raw = event.raw
+        else:
             continue
-        if last is not None:
-            yield last
-        last = entry
-    if last is not None:
-        yield last
+        is_more = way is Way.IN and not isinstance(event, Sent) and event.at == at_s
+        if together and not (is_more and len(together) + len(raw) <= MAX_ENTRY_BYTES):
+            yield CaptureEntry(max(0.0, at_s - started_at), way, bytes(together))
+            together = bytearray()
+        together += raw
+        at_s, way = event.at, Way.OUT if isinstance(event, Sent) else Way.IN
+    if together:
+        yield CaptureEntry(max(0.0, at_s - started_at), way, bytes(together))
 
 
 def line_of(entry: CaptureEntry) -> str:

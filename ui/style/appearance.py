@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
 from ui.style.icons import FILES, fit_icons
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, scale_in_use, scaled, use, zoom
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, kept_font, scale_in_use, scaled, use, zoom
 
 _BY_CHOICE: Final = {Choice.LIGHT: LIGHT, Choice.DARK: DARK, Choice.SUNLIGHT: SUNLIGHT}
 # Simplified Chinese shapes, best first; the system's own font stays the first of all.
@@ -80,6 +80,7 @@ def apply(app: QApplication, theme: Theme) -> None:
     if app.style().name() != "fusion":
         app.setStyle("Fusion")
     app.setFont(_base_font())
+    kept_font.cache_clear()
     app.setPalette(palette(theme))
 
 

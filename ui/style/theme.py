@@ -10,6 +10,7 @@ eyes without red or green too; `tests/ui/style/test_theme.py` computes both. All
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from functools import cache
 from types import MappingProxyType
 from typing import Final
 
@@ -252,9 +253,15 @@ def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:
 
     Bold is a calm medium where the font has one, and truly bold in sunlight.
     """
+    return QFont(kept_font(scaled(size), is_bold, _in_use.line_px))
+
+
+@cache
+def kept_font(px: int, is_bold: bool, line_px: float) -> QFont:
+    """To make one takes as long as to write a word in it. To be cleared when the application's font is another."""
+    strong = QFont.Weight.Medium if line_px == 1 else QFont.Weight.Bold
     one = QFont(QApplication.font())
-    one.setPixelSize(scaled(size))
-    strong = QFont.Weight.Medium if _in_use.line_px == 1 else QFont.Weight.Bold
+    one.setPixelSize(px)
     one.setWeight(strong if is_bold else QFont.Weight.Normal)
     one.setKerning(False)  # Arial and Liberation Sans move one 1 closer to the next
     return one
