@@ -137,6 +137,8 @@ class _Observed:
     has_fired: bool | None = None
     """For deploying: the answer to "triggered?"."""
     is_sent: bool = True
+    is_broken: bool = False
+    """The conversation broke after the act: what was reported since may be another module's."""
 
 
 def perform(
@@ -156,7 +158,10 @@ def perform(
     if isinstance(entry, tuple):
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
     try:
-        after = yield from _observe_after(act, (yield Ask(request, is_deliberate=True)))
+        answer = yield Ask(request, is_deliberate=True)
+        breaks = (yield Inspect()).device.breaks
+        after = yield from _observe_after(act, answer)
+        after = replace(after, is_broken=(yield Inspect()).device.breaks != breaks)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
         return Performed(act=act, outcome=Outcome.UNKNOWN, frame=request.encode())
@@ -331,14 +336,16 @@ def _activation_outcome(after: _Observed) -> Outcome:
     if states == {True}:
         return Outcome.CONFIRMED
     # Without an answer to the act the reports may be older than the act.
-    return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
+    is_doubtful = after.raw is None or (after.is_acknowledged and after.is_broken)
+    return Outcome.UNKNOWN if is_doubtful else Outcome.REFUSED
 
 
 def _deploy_outcome(after: _Observed) -> Outcome:
     """It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer."""
     if after.is_acknowledged or after.has_fired or any(report.triggered for report in after.reports):
         return Outcome.CONFIRMED
-    if after.raw == 0x00 and after.has_fired is False and len(after.reports) == READINGS:
+    is_whole = len(after.reports) == READINGS and not after.is_broken
+    if after.raw == 0x00 and after.has_fired is False and is_whole:
         return Outcome.REFUSED
     return Outcome.UNKNOWN
 

@@ -32,6 +32,23 @@ def test_values_of_two_modules_are_not_read_as_those_of_one(
     assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
 
 
+@pytest.mark.parametrize("frame", [6, 7])
+def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(
+    port: str, frame: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What answers then is another one, which is locked."""
+    bench = bench_of(port)
+
+    def leave_active() -> None:
+        assert bench.module.state.is_active
+        bench.module.activate(is_active=False)
+        exchange(bench)
+
+    with falls_after(bench, frame, leave_active):
+        printed = run_here(capsys, ["activate", "--yes", "--port", port], 1)
+    assert printed.err == "Sent, not confirmed: treat the module as ACTIVE.\n"
+
+
 @pytest.mark.parametrize("frame", [4, 8, 12])
 def test_nothing_is_written_to_another_module_than_was_read(
     port: str, frame: int, capsys: pytest.CaptureFixture[str]
