@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ui.simulator.panel import SimulatorPanel
 
 _log = logging.getLogger(__name__)
-_BESIDE_FROM_PX: Final = 800
+_BESIDE_FROM_PX: Final = 700
 """In a narrower window, in the usual size of text, it lies below the page."""
 
 
