@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from app.engine.device import StaleReason
-from app.engine.procedure import Slept
+from app.engine.procedure import Ask, Inspect, Procedure, Slept
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Job, PortState, Worker
@@ -209,6 +209,22 @@ def test_what_was_confirmed_before_the_sleep_is_not_sent_after_it(act: Act, step
     else:
         assert isinstance(run.error, Slept)
         assert REQUESTS[act] not in before
+
+
+def test_what_was_decided_in_the_turn_in_which_it_fell_asleep_is_not_sent() -> None:
+    rig = SleepyRig()
+    rig.watched()
+
+    def decided() -> Procedure[None]:
+        yield Inspect()
+        rig.lid.close_for(NIGHT_S)
+        yield Ask(SERIAL_OUTPUT.set(False))
+
+    run = Run(decided())
+    rig.session.run(run)
+    rig.step_for(2)
+    assert isinstance(run.error, Slept)
+    assert SERIAL_OUTPUT.set(False) not in rig.line.requests
 
 
 def test_a_permit_from_before_the_sleep_is_void_after_it() -> None:
