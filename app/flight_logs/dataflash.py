@@ -40,8 +40,6 @@ class DataflashFile:
     """`tables` has the tables of `wanted`, by name. Raises `UserError`."""
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
-        if not data.startswith(MAGIC):
-            raise unreadable(marked("unknown kind of file"))
         self._data = data
         self._wanted = wanted
         self.tables: dict[str, RecordTable] = {}

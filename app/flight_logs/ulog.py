@@ -21,7 +21,6 @@ from app.flight_logs.records import MAX_DAMAGES, MAX_WALKED, RecordField, Record
 from app.text.messages import message
 from protocol.translatable import marked
 
-MAGIC: Final = b"ULog\x01\x12\x35"
 _HEADER_BYTES: Final = 16
 _SYNC: Final = b"\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _KINDS: Final = frozenset(b"BFIMPQARDLCSO")
@@ -65,7 +64,7 @@ class UlogFile:
     """`topics` has the topics of `wanted` in the file. Raises `UserError`."""
 
     def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
-        if not data.startswith(MAGIC) or len(data) < _HEADER_BYTES:
+        if len(data) < _HEADER_BYTES:
             raise unreadable(marked("unknown kind of file"))
         self._data = data
         self._wanted = wanted

@@ -241,7 +241,6 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
 
 def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> None:
     """By the magic that the file for shared-mime-info names; held against files that the program writes."""
-    from app.flight_logs.ulog import MAGIC as ULOG_MAGIC
     from app.records.record import FORMAT
     from app.settings.profile_file import profile_text
     from app.settings.profiles import Profile
@@ -252,7 +251,7 @@ def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> No
         "record": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
         "capture": b"# DPS-S capture 1\n",
         "mcap": b"\x89MCAP0\r\n",
-        "ulog": ULOG_MAGIC,
+        "ulog": b"ULog\x01\x12\x35",
     }
     for kind in tree:
         name = kind.attrib["type"].rpartition(".")[2]
