@@ -72,8 +72,10 @@ def test_a_module_that_will_not_stream_is_polled(stream: str) -> None:
     rig.session.device.take_samples()
     rig.step_for(5)
     assert len(rig.session.device.take_samples()) >= 40
-    asked = [request for request in rig.line.requests if request == SERIAL_OUTPUT.set(True)]
-    assert len(asked) == 1
+    assert rig.line.requests.count(SERIAL_OUTPUT.set(True)) == 1
+    rig.bench.restart()
+    rig.step_for(5)
+    assert rig.line.requests.count(SERIAL_OUTPUT.set(True)) == 2, "the next start may be another module's"
 
 
 def test_while_streaming_the_slow_values_stay_fresh() -> None:

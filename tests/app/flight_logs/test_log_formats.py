@@ -51,11 +51,13 @@ def test_a_ulog_is_judged(tmp_path: Path) -> None:
     assert log.problems == ()
 
 
-def test_a_dataflash_log_is_judged(tmp_path: Path) -> None:
-    rows = made.dataflash_attitude(STARTS_S + FAST, TILT) + made.dataflash_force(STARTS_S + FAST, FORCE)
-    rows += made.dataflash_altitude(STARTS_S + FAST[::10], 50 - FAST[::10])
-    rows += made.dataflash_message(STARTS_S, "ArduCopter V4.5.1") + made.dataflash_modes((STARTS_S + 1, 5))
-    log = read(tmp_path / "00000012.BIN", made.dataflash_bytes(rows))
+@pytest.mark.parametrize(("clock", "per_us"), [(b"TimeUS", 1), (b"TimeMS", 1e-3)])
+def test_a_dataflash_log_is_judged(tmp_path: Path, clock: bytes, per_us: float) -> None:
+    times = (STARTS_S + FAST) * per_us
+    rows = made.dataflash_attitude(times, TILT) + made.dataflash_force(times, FORCE)
+    rows += made.dataflash_altitude(times[::10], 50 - FAST[::10])
+    rows += made.dataflash_message(times[0], "ArduCopter V4.5.1") + made.dataflash_modes((times[100], 5))
+    log = read(tmp_path / "00000012.BIN", made.dataflash_bytes(rows).replace(b"TimeUS", clock))
     assert fires(log) == EXPECTED
     assert log.altitude_m is not None
     assert log.altitude_m[log.time_s == 4.0] == pytest.approx(46.0, abs=0.05)
