@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta, timezone
 from functools import cache
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -194,6 +195,18 @@ class _Tags(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.add(tag)
         self.attributes |= {name for name, _ in attrs}
+
+
+@pytest.mark.parametrize("kind", ["go", "worst", "silent"])
+def test_the_page_says_what_was_measured_why_it_matters_and_what_to_do(kind: str) -> None:
+    record = _record(kind, remarks="Gusts")
+    said = " ".join(unescape(re.sub(r"<[^>]*>", " ", body(record))).split())
+    for check in record["checks"]:
+        told = [message_from_json(check[key]).translated() for key in ("shown", "limit", "do")]
+        for part in told[:2] if check["result"] == "pass" else (check["title"], check["why"], *told):
+            assert part in said, check["id"]
+    for part in (*PERSON.values(), "Gusts", "Lines and canopy looked at", "Hatch free", record["verdict"]):
+        assert part in said
 
 
 def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from app.engine.worker import Batch, Job, PortState
 from app.procedures.lock import Locked
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation
+from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME
 from protocol.events import Sent
 from tests.support.window.fake_ports import FakePorts
@@ -64,6 +65,16 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     connector.connect_to(Target("/dev/one", 115200))  # open already
     assert connector.current is first
     assert worker.opened == ["/dev/one"]
+
+
+def test_a_stream_is_remembered_for_the_target_that_is_opened(
+    ports: FakePorts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    memories, port = dict[str, StreamMemory](), ports.connector.current
+    monkeypatch.setattr(port, "_memory_of", lambda target: memories.setdefault(target.device, StreamMemory()))
+    for device in ("/dev/one", "/dev/two"):
+        port.connect_to(Target(device, 115200))
+        assert port.stream_memory is memories[device]
 
 
 def test_activation_is_unknown_while_another_module_comes_into_view(qtbot: QtBot, ports: FakePorts) -> None:
