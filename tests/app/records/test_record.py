@@ -201,10 +201,10 @@ class _Tags(HTMLParser):
 def test_the_page_says_what_was_measured_why_it_matters_and_what_to_do(kind: str) -> None:
     record = _record(kind, remarks="Gusts")
     said = " ".join(unescape(re.sub(r"<[^>]*>", " ", body(record))).split())
-    for check in record["checks"]:
-        told = [message_from_json(check[key]).translated() for key in ("shown", "limit", "do")]
-        for part in told[:2] if check["result"] == "pass" else (check["title"], check["why"], *told):
-            assert part in said, check["id"]
+    for one in record["checks"]:
+        told = [message_from_json(one[key]).translated() for key in ("shown", "limit", "do")]
+        for part in told[:2] if one["result"] == "pass" else (one["title"], one["why"], *told):
+            assert part in said, one["id"]
     for part in (*PERSON.values(), "Gusts", "Lines and canopy looked at", "Hatch free", record["verdict"]):
         assert part in said
 
