@@ -44,6 +44,14 @@ def test_rows_are_what_was_explained(drawn: list[CaptureEntry]) -> None:
     assert others[-2:] == tuple(list(others)[-2:])
 
 
+@pytest.mark.parametrize(("pause_s", "is_frame"), [(0.2, True), (0.3, False)])
+@pytest.mark.parametrize("way", Way)
+def test_a_frame_in_pieces_is_one_unless_its_line_was_quiet_meanwhile(way: Way, pause_s: float, is_frame: bool) -> None:
+    raw = STREAMED if way is Way.IN else STATUS.query().encode()
+    rows = list(explained([CaptureEntry(10.0, way, raw[:3]), CaptureEntry(10.0 + pause_s, way, raw[3:])]))
+    assert any(isinstance(row.piece, Frame) for row in rows) is is_frame
+
+
 def _is_status(row: Explained) -> bool:
     return isinstance(row.piece, Frame) and len(row.piece.raw) == 8
 

@@ -7,7 +7,7 @@ import pytest
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import judge_flight
-from app.flight_logs.assembly import ascending, assembled
+from app.flight_logs.assembly import Reports, ascending, assembled, flight_of_reports
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
@@ -87,6 +87,12 @@ def test_no_sample_holds_over_a_pause() -> None:
     assert first_fires(log) == []
     assert log.not_judged_s == pytest.approx(2.0, abs=0.05)
     assert problems(log) == ["Pauses: 1, 2.0 s in all, at most 2.0 s."]
+
+
+def test_a_pause_of_a_recording_is_said() -> None:
+    times = np.array([0.0, 0.5, 5.5, 6.0])
+    log = flight_of_reports("session", Reports(times, np.zeros(4), np.ones(4), ()), [])
+    assert problems(log) == ["Pauses: 1, 5.0 s in all, at most 5.0 s."]
 
 
 def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
