@@ -8,7 +8,7 @@ from app.guided.catalogue import GUIDED_TESTS
 from app.guided.link import measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
-from app.guided.tilt import Span
+from app.guided.tilt import Span, TiltDirection, Turn, _result
 from app.simulator.bench import SimulatedBench
 from app.text.user_error import UserError
 from protocol.catalogue import Hazard
@@ -75,6 +75,11 @@ def test_a_sensor_that_is_off_fires_too_late(zero: float, verdict: GuidedVerdict
 @pytest.mark.parametrize(("low", "high", "is_near"), [(63, 66, True), (64, 66, False), (54, 57, True), (54, 56, False)])
 def test_an_angle_within_three_degrees_of_the_threshold_passes(low: int, high: int, is_near: bool) -> None:
     assert Span(high, low).is_near(60) is is_near
+
+
+def test_the_value_for_programs_is_that_of_the_first_report_after_the_change() -> None:
+    turn = Turn(TiltDirection.FORWARD, 71.0, fired=Span(68.0, 71.0), rearmed=Span(62.0, 58.0))
+    assert [one.value for one in _result([turn], 70.0).measured[:2]] == [71.0, 58.0]
 
 
 def _activate_with(bench: SimulatedBench, threshold: float) -> None:
