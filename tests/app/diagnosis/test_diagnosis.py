@@ -329,10 +329,12 @@ def test_a_module_that_returns_after_a_shutdown_is_not_shut_down() -> None:
     assert not watched.evidence_collector.evidence().was_shut_down
 
 
-def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it() -> None:
-    watched = pulled_from_the_adapter()
+@pytest.mark.parametrize("make", [greeted, pulled_from_the_adapter])
+def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[[], Watched]) -> None:
+    watched = make()
     watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
     assert watched.cause() is Cause.UNPLUGGED
+    assert not watched.evidence_collector.evidence().is_answering
     watched.evidence_collector.begin("/dev/ttyUSB1")
     assert watched.cause() is None
     assert watched.evidence_collector.evidence() == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
