@@ -199,7 +199,7 @@ class _Tags(HTMLParser):
 
 @pytest.mark.parametrize("kind", ["go", "worst", "silent"])
 def test_the_page_says_what_was_measured_why_it_matters_and_what_to_do(kind: str) -> None:
-    record = _record(kind, remarks="Gusts")
+    record: Any = _record(kind, remarks="Gusts")
     said = " ".join(unescape(re.sub(r"<[^>]*>", " ", body(record))).split())
     for one in record["checks"]:
         told = [message_from_json(one[key]).translated() for key in ("shown", "limit", "do")]
