@@ -72,11 +72,6 @@ class ProfileRefused(UserError):
         return tuple(fault.placed.translated() for fault in self.faults)
 
 
-def refusal_text(error: OSError | ProfileRefused) -> str:
-    """Why a profile was not read or written, in the language in use."""
-    return error_text(error) if isinstance(error, OSError) else " ".join(error.sentences)
-
-
 def read_profile(path: Path) -> Profile:
     """Raises `ProfileRefused`, also where the file cannot be read. A profile without a name is named after the file."""
     try:
@@ -99,6 +94,19 @@ def save_profile(path: Path, profile: Profile, *, source: Path | None = None) ->
     text = profile_text(profile, before.replace("\r\n", "\n"))
     parse_profile(text.encode())
     write_whole(path, (text.replace("\n", "\r\n") if "\r\n" in before else text).encode())
+
+
+def save_or_say_why_not(path: Path, profile: Profile, *, source: Path | None = None) -> UserMessage | None:
+    """`save_profile`; what a person reads where it fails, else None."""
+    try:
+        save_profile(path, profile, source=source)
+    except ProfileRefused as refusal:
+        why = refusal.message
+    except OSError as error:
+        why = UserMessage(error_text(error))
+    else:
+        return None
+    return message(marked("{path} was not saved: {why}."), path=path, why=why)
 
 
 def profile_text(profile: Profile, source: str = "") -> str:

@@ -16,7 +16,7 @@ from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
 from app.records.trigger_filing import say_new
 from app.safety.last_known import Activation
-from app.settings.profile_file import ProfileRefused, read_profile, refusal_text
+from app.settings.profile_file import ProfileRefused, read_profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
@@ -301,7 +301,8 @@ class FleetPage(Page):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            self.result.notify(Meaning.ATTENTION, partial(refusal_text, refusal))
+            faults = refusal  # the name of an except clause ends with it
+            self.result.notify(Meaning.ATTENTION, lambda: " ".join(faults.sentences))
             return
         self.result.dismiss()
         self.profile.open(profile)

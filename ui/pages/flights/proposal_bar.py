@@ -1,6 +1,6 @@
 """Shows the proposal; puts thresholds into Settings as edits or into a profile. Nothing is sent."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,14 +9,15 @@ from typing import Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
-from app.settings.profile_file import ProfileRefused, read_profile, refusal_text, save_profile
+from app.flight_analysis.proposal import FlightMargin
+from app.settings.profile_file import ProfileRefused, read_profile, save_or_say_why_not
 from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.sentences import capitalised, join_sentences, labelled
 from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.pages.flights.controller import FlightsWork
-from ui.pages.flights.texts import proposal_text
+from ui.pages.flights.controller import GROUPS, FlightsWork
+from ui.pages.flights.texts import limits_text, short_name
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
@@ -77,22 +78,33 @@ class ProposalBar(QFrame):
 
     def refresh(self) -> None:
         work = self._work
-        proposal = work.proposal
-        must_not, must = work.sorted_flights()
-        text = proposal_text(proposal, is_busy=work.is_proposing, counts=(len(must_not), len(must)))
-        self.picture.show_icon(text.icon, text.meaning, is_muted=text.meaning is None)
-        self.head.setText(text.head)
-        shown = list(text.lines[:_LINES])
-        more = len(text.lines) - _LINES
+        proposal, (must_not, must) = work.proposal, work.sorted_flights()
+        limits = None if proposal is None else proposal.limits
+        if work.is_proposing:
+            self._say(Icon.CLOCK, tr("Looking for thresholds…"))
+        elif proposal is None or not (must_not or must):
+            self._say(Icon.INFORMATION, tr("No proposal yet"))
+        elif limits is None:
+            lines = [labelled(short_name(conflict.name), conflict.why.translated()) for conflict in proposal.conflicts]
+            self._say(Icon.WARNING, tr("No thresholds separate the lists"), lines, Meaning.ATTENTION)
+        else:
+            lines = [_margin_text(margin) for group in GROUPS if (margin := proposal.nearest(group)) is not None]
+            if not (must_not and must):
+                lines.append(tr("Only one list has flights."))
+            self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), lines)
+        self.take.setEnabled(limits is not None and limits != work.limits)
+        self.use.setEnabled(self._exchange.can_use())
+
+    def _say(self, picture: Icon, head: str, lines: Sequence[str] = (), meaning: Meaning | None = None) -> None:
+        self.picture.show_icon(picture, meaning, is_muted=meaning is None)
+        self.head.setText(head)
+        shown, more = list(lines[:_LINES]), len(lines) - _LINES
         if more > 0:
             shown[-1] = tr("and {count} more", count=more + 1)
         for number, label in enumerate(self.lines):
             label.setText(shown[number] if number < len(shown) else "")
             label.setVisible(number < len(shown))
-        self.setToolTip("\n".join(text.lines) if more > 0 else "")
-        limits = None if proposal is None else proposal.limits
-        self.take.setEnabled(limits is not None and limits != work.limits)
-        self.use.setEnabled(self._exchange.can_use())
+        self.setToolTip("\n".join(lines) if more > 0 else "")
 
     def _use_proposal(self) -> None:
         proposal = self._work.proposal
@@ -132,12 +144,9 @@ class ProposalBar(QFrame):
         self.ask_save(self, tr("Add to a profile…"), path, _kinds(), write)
 
     def _write(self, path: Path, profile: Profile, *, source: Path | None = None, loses_approval: bool = False) -> None:
-        try:
-            save_profile(path, profile, source=source)
-        except (OSError, ProfileRefused) as error:
-            fault = error
-            self._result.notify(Meaning.DANGER,
-                   lambda: tr("{file} cannot be written: {why}.", file=path, why=refusal_text(fault)))  # fmt: skip
+        fault = save_or_say_why_not(path, profile, source=source)
+        if fault is not None:
+            self._result.notify(Meaning.DANGER, fault.translated)
             return
         self._remembered.add_profile(path)
 
@@ -146,6 +155,14 @@ class ProposalBar(QFrame):
             return join_sentences([tr("Saved to {path}.", path=path), note])
 
         self._result.notify(Meaning.GOOD, saved_text)
+
+
+def _margin_text(margin: FlightMargin) -> str:
+    """Smallest margin of a list."""
+    parts = [f"{margin.attitude_deg}°"] * (margin.attitude_deg >= 0)
+    parts += [f"{margin.freefall_s:.2f} s"] * (margin.freefall_s >= 0)
+    return tr("{group}: {what} to spare ({name})", group=capitalised(tr(margin.group.value)), what=" · ".join(parts),
+              name=short_name(margin.name))  # fmt: skip
 
 
 def _kinds() -> str:

@@ -3,11 +3,10 @@
 import math
 from enum import Enum
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import FlightGroup, FlightOutcome
-from app.flight_analysis.proposal import FlightMargin, ThresholdProposal
 from app.flight_analysis.summary import FirstFire, moment_text
 from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
@@ -179,44 +178,6 @@ def list_detail(group: FlightGroup, outcomes: list[FlightOutcome]) -> str:
     return " · ".join(parts)
 
 
-# Proposal
-
-
-class ProposalText(NamedTuple):
-    icon: Icon
-    meaning: Meaning | None
-    head: str
-    lines: tuple[str, ...] = ()
-
-
 def limits_text(limits: TriggerLimits) -> str:
     angle, force_g, time_s = limits.attitude_threshold_deg, limits.freefall_acceleration_g, limits.freefall_time_s
     return f"{angle:.0f}° · {force_g:.1f} g · {time_s:.2f} s"
-
-
-def proposal_text(proposal: ThresholdProposal | None, *, is_busy: bool, counts: tuple[int, int]) -> ProposalText:
-    """`counts`: number of flights that must not and that must fire."""
-    if is_busy:
-        return ProposalText(Icon.CLOCK, None, tr("Looking for thresholds…"))
-    if proposal is None or not any(counts):
-        return ProposalText(Icon.INFORMATION, None, tr("No proposal yet"))
-    if proposal.limits is None:
-        lines = [labelled(short_name(conflict.name), conflict.why.translated()) for conflict in proposal.conflicts]
-        return ProposalText(Icon.WARNING, Meaning.ATTENTION, tr("No thresholds separate the lists"), tuple(lines))
-    lines = [
-        _margin_text(margin)
-        for group in (FlightGroup.MUST_NOT, FlightGroup.MUST)
-        if (margin := proposal.nearest(group)) is not None
-    ]
-    if not all(counts):
-        lines.append(tr("Only one list has flights."))
-    head = tr("Proposal: {limits}", limits=limits_text(proposal.limits))
-    return ProposalText(Icon.CHECK, None, head, tuple(lines))
-
-
-def _margin_text(margin: FlightMargin) -> str:
-    """Smallest margin of a list."""
-    parts = [f"{margin.attitude_deg}°"] * (margin.attitude_deg >= 0)
-    parts += [f"{margin.freefall_s:.2f} s"] * (margin.freefall_s >= 0)
-    return tr("{group}: {what} to spare ({name})", group=capitalised(tr(margin.group.value)), what=" · ".join(parts),
-              name=short_name(margin.name))  # fmt: skip

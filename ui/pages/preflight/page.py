@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QPushButton, QStackedLayout, QWidget
 from app.preflight.findings import Person
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
-from app.settings.profile_file import ProfileRefused, refusal_text, save_profile
+from app.settings.profile_file import ProfileRefused, save_or_say_why_not
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
@@ -214,13 +214,9 @@ class PreflightPage(Page):
         if profile is None or path is None or filed is None:
             return
         code = filed.record.get("fingerprint")
-        try:
-            save_profile(path, replace(profile, approved_fingerprint=str(code)), source=path)
-        except (OSError, ProfileRefused) as error:
-            fault = error  # the name of an except clause ends with it
-            self.result.notify(
-                Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault))
-            )
+        fault = save_or_say_why_not(path, replace(profile, approved_fingerprint=str(code)), source=path)
+        if fault is not None:
+            self.result.notify(Meaning.DANGER, fault.translated)
             return
         self.form.use_profile(path)
         self.check()

@@ -5,6 +5,7 @@ The profile's settings are edited on the Settings page. A profile is valid where
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -23,7 +24,7 @@ from PySide6.QtWidgets import (
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
 from app.preflight.verdict import CHECKS
-from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, refusal_text, save_profile
+from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, save_or_say_why_not
 from app.settings.profiles import LIMITS, MAX_ITEMS, MAX_NAME_LENGTH, MAX_TEST_DAYS, ActivatedBy, ManualLine, Profile
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -281,19 +282,12 @@ class ProfileEditor(QWidget):
 
     def _save_to(self, path: Path) -> None:
         profile = self.profile
-        try:
-            save_profile(path, replace(profile, name=profile.name or path.stem), source=self._path)
-        except (OSError, ProfileRefused) as error:
-            fault = error  # the name of an except clause ends with it
-            self.strip.show_notice(
-                lambda: Notice(
-                    Meaning.DANGER,
-                    tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault)),
-                    dismiss=lambda: self.strip.show_notice(None),
-                )
-            )
+        fault = save_or_say_why_not(path, replace(profile, name=profile.name or path.stem), source=self._path)
+        if fault is None:
+            self.saved.emit(path)
             return
-        self.saved.emit(path)
+        dismiss = partial(self.strip.show_notice, None)
+        self.strip.show_notice(lambda: Notice(Meaning.DANGER, fault.translated(), dismiss=dismiss))
 
     def _add_manual(self, line: ManualLine) -> None:
         row = ManualEditor(len(self.manual) + 1, line, self._texts)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QMenu, QPu
 
 from app.engine.device import DeviceView
 from app.settings.form import FORM_COMMANDS
-from app.settings.profile_file import ProfileRefused, read_profile, refusal_text, save_profile
+from app.settings.profile_file import ProfileRefused, read_profile, save_or_say_why_not
 from app.settings.profiles import Match, Profile, ProfileRow, compare, profile_of
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
@@ -239,13 +239,9 @@ class ProfileFiles(QObject):
         self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"), save)
 
     def _save(self, profile: Profile, path: Path) -> None:
-        try:
-            save_profile(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
-        except (OSError, ProfileRefused) as error:
-            fault = error  # the name of an except clause ends with it
-            self._result.notify(
-                Meaning.DANGER, lambda: tr("{path} was not saved: {why}.", path=path, why=refusal_text(fault))
-            )
+        fault = save_or_say_why_not(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
+        if fault is not None:
+            self._result.notify(Meaning.DANGER, fault.translated)
             return
         self._remember(path)
         missing = [
