@@ -31,7 +31,7 @@ from ui.widgets.controls import Shortcut, named
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
-DRAW_EVERY_MS: Final = 100
+DRAW_EVERY_MS: Final = 150
 """While no batches come: ages and the time line go on."""
 REFRESH_EVERY_S: Final = 0.06
 """Numbers: faster changes could not be read."""
@@ -198,6 +198,7 @@ class LivePage(StreamPage):
         """Called while no batches come."""
         self._refreshed_at = 0.0
         self._tick()
+        self._refreshed_at = 0.0  # a batch right after it waits for nothing
 
     def _tick(self) -> None:
         window = cast("QWindow | None", self.window().windowHandle())

@@ -112,3 +112,13 @@ def test_a_trigger_and_an_activation_are_changes_that_everybody_hears_of(bench: 
         bench.hand_over(triggered=state[0], active=state[1])
         qapp.processEvents()
     assert heard == [(True, False), (True, True)]
+
+
+def test_a_report_just_after_a_turn_without_one_is_shown_at_once(bench: Bench) -> None:
+    """It waited for the next turn: as batches came a little more slowly than turns, each number was one batch late."""
+    bench.now_s += 0.1
+    bench.page._tick_alone()
+    bench.now_s += 0.01
+    bench.hand_over(tilt_deg=33)
+    QApplication.processEvents()
+    assert bench.page.panel.tilt.text == "33"
