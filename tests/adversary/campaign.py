@@ -127,7 +127,9 @@ class Desk:
                 mishaps.append(caught)
         out = "\n".join(f'"verdict": "{one}"' for one in session.said)
         ran = Ran(code=0, out=out, took_s=bench.clock() - began_s, mishaps=mishaps)
-        findings = [*conduct(replace(session.case, ran=ran, acts={**STREAM, **gestures.acts})), *session.findings]
+        restarts = bench.truth.now.boots - bench.truth.moments[0].boots  # each is followed by another "on"
+        stream = {frame: count + restarts for frame, count in STREAM.items()}
+        findings = [*conduct(replace(session.case, ran=ran, acts={**stream, **gestures.acts})), *session.findings]
         return Result(plan, ran, list(dict.fromkeys(findings)), bench.truth.acts_sent)
 
 
