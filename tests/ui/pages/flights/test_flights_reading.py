@@ -17,9 +17,17 @@ from app.flight_analysis.summary import summarise
 from app.flight_logs import csv_log
 from tests.support.flights.many_flights import write_csv, write_logs
 from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
-from ui.pages.flights import controller
+from ui.pages.flights import controller, texts
 
 __all__ = ["desk"]
+
+
+def test_each_verdict_has_its_own_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = set[str]()
+    for verdict in texts.Verdict:
+        monkeypatch.setattr(texts, "verdict_of", lambda _outcome, verdict=verdict: verdict)
+        said.add(texts.verdict_text(None))
+    assert len(said - {""}) == len(texts.Verdict)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="makes a named pipe")

@@ -93,6 +93,8 @@ def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
 
 def test_a_profile_against_the_advice_is_warned_about(tmp_path: Path, one: Desk) -> None:
     open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("= 65", "= 40")))
+    assert tick(one, "attitude_threshold").isVisible()
+    assert not one.find(QLabel, "profile_faults").isVisible()
     one.click("profile_apply")
     assert "55° or more" in notice_text(one.settings.strip)
     assert one.changes() == []
@@ -102,6 +104,7 @@ def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, qapp: QApplication
     bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
     with desk(qtbot, qapp, tmp_path) as one:
         open_by_dialog(one, profile_file(tmp_path, bad))
+        assert one.find(QLabel, "profile_faults").isVisible()
         told = one.find(QLabel, "profile_faults").text().splitlines()
         assert [line.split(":")[0] for line in told] == ["Line 2", "Line 4", "Line 5"]
         one.assembly.language_switch.use("zh_CN")
