@@ -20,12 +20,13 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.stream import StreamSwitch
 from app.recordings.recording import traffic_of
 from app.text.i18n import CHINESE, ENGLISH, set_language
-from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, report
+from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, recorder_in, report
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
+from ui.pages.live.recorded_view import device_at
 from ui.services.session_recording import RecordingState, SessionRecording
 from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
@@ -223,6 +224,16 @@ def _is_a_warning(sign: RecordingSign) -> bool:
 
 
 # In the window
+
+
+def test_where_a_recording_has_a_gap_nothing_is_said_of_the_module(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as made:
+        made.record(batch(1000.0, report(1000.0, active=True)), batch(1060.0, report(1060.0, active=True)))
+        made.finish()
+        with opened(made.path) as recording:
+            seen = [device_at(recording, at_s) for at_s in (1000.0, 1030.0)]
+    assert [one.fresh("active", 1000.0) for one in seen] == [True, None]
+    assert seen[1].values == {}
 
 
 def test_samples_of_two_ports_are_not_joined(qtbot: QtBot, qapp: QApplication) -> None:
