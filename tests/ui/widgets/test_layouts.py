@@ -21,12 +21,14 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.contrast import style_all
 from tests.support.window.cut_off import cut_off_in_paint
 from tests.support.window.painted_text import watching
+from tests.support.window.steps import let_lay_out
 from tests.support.window.walk import walking
+from ui.core.texts import Texts
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Space, Theme
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
+from ui.widgets.layouts import FlowRow, Gap, captioned_row, in_column, in_row
 
 WIDTH, HEIGHT = 100, 30
 
@@ -66,6 +68,22 @@ def test_without_room_it_wraps_and_the_main_button_stays_last(qtbot: QtBot) -> N
     assert foot.places(350) == [(0, 0), (step, 0), (2 * step, 0), (250, below)]
     assert foot.places(240) == [(0, 0), (step, 0), (0, below), (140, below)]
     assert foot.places(110) == [(0, 0), (0, below), (0, 2 * below), (10, 3 * below)]
+
+
+def test_captioned_fields_share_each_line_and_wrap_before_one_is_too_narrow(qtbot: QtBot) -> None:
+    holder, fields = QWidget(), [QWidget() for _ in range(4)]
+    qtbot.addWidget(holder)
+    for field in fields:
+        field.setMinimumSize(WIDTH, HEIGHT)
+    holder.setLayout(captioned_row(Texts(), *(("Name", field) for field in fields)))
+    holder.show()
+    for width, lines in ((600, 1), (300, 2), (120, 4)):
+        holder.resize(width, 400)
+        let_lay_out(holder)
+        places = [field.mapTo(holder, QPoint()) for field in fields]
+        assert len({place.y() for place in places}) == lines
+        assert min(field.width() for field in fields) >= WIDTH
+        assert max(place.x() + field.width() for place, field in zip(places, fields, strict=True)) > width - Space.S
 
 
 def test_hidden_widgets_take_no_room(qtbot: QtBot) -> None:
