@@ -4,6 +4,7 @@ import argparse
 import errno
 import io
 import json
+import logging
 import os
 import re
 import sys
@@ -276,3 +277,11 @@ def test_no_help_has_one(
     assert said.startswith(f"用法：{' '.join(('dps-s', *words))}")
     assert "选项：" in said
     assert half_width(re.sub(r"主机:端口", "", said)) == []
+
+
+@pytest.mark.parametrize("is_window", [False, True])
+def test_a_warning_for_the_log_is_not_printed_by_a_command(is_window: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(program.DEBUG, raising=False)
+    monkeypatch.setattr(logging.getLogger(), "handlers", [])
+    program._prepare_log(is_wanted=False, is_window=is_window)
+    assert logging.getLogger().hasHandlers() is not is_window

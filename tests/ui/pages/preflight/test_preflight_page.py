@@ -1,6 +1,7 @@
 """The Pre-flight page by real clicks on the simulated module: run, fail, repair, run again, print; what voids it."""
 
 import json
+import re
 import threading
 from functools import partial
 from pathlib import Path
@@ -86,7 +87,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         ]  # fmt: skip
         shown = page.banner.announcement
         assert (shown.word, shown.head) == ("READY", "Activate before the flight")
-        assert any("holds for" in line for line in shown.lines)
+        assert any(re.fullmatch(r"M-07 · \d\d:\d\d:\d\d · holds for \d+ min", line) for line in shown.lines)
         assert kept(bench, "M-07") == ["READY", "NO-GO"]
         target = tmp_path / "report.pdf"
         page.files.ask_path = choosing(target)
