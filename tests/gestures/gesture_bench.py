@@ -3,11 +3,11 @@
 Events go to the window's `QWindow`, as a platform sends them: Qt finds the widget under the pointer itself.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from unittest.mock import patch
 
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
@@ -38,13 +38,16 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.page import TestsPage
+from ui.services.page import Page
 from ui.services.port import Ports
 from ui.services.storage import Storage
 from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
-ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "preflight", "tests", "commands"))
+KINDS: Final[Mapping[str, type[Page]]] = {
+    "commands": CommandsPage, "tests": TestsPage, "preflight": PreflightPage, "settings": SettingsPage,
+}  # fmt: skip
 """The pages that can change the module."""
 TICK_S = 0.1
 HANDS_BEGIN_S = 5000.0
@@ -99,6 +102,8 @@ class GestureBench:
     window: MainWindow
     worker: InlineWorker
     line: WatchedLine
+    pages: Mapping[str, Any]
+    """By key, those that were asked for."""
 
     def __init__(self, clock: FakeClock, journal: FakeJournal) -> None:
         self.clock, self.journal = clock, journal
@@ -181,8 +186,13 @@ class GestureBench:
 
     def confirms(self) -> list[Confirm]:
         """Return every question that leads to an act."""
-        rows = [*self.commands.acts.values(), self.guided.activate, self.preflight.activation]
-        return [*(row.confirm for row in rows), self.settings.baud.confirm]
+        of_page = {
+            "tests": lambda: self.guided.activate.confirm,
+            "preflight": lambda: self.preflight.activation.confirm,
+            "settings": lambda: self.settings.baud.confirm,
+        }
+        rows = self.commands.acts.values()
+        return [*(row.confirm for row in rows), *(of_page[key]() for key in of_page if key in self.pages)]
 
     # Time
 
@@ -214,8 +224,7 @@ class GestureBench:
             page.ritual._tick()
 
     def refresh(self) -> None:
-        pages = (self.commands, self.preflight, self.settings, self.guided)
-        for page in pages:  # none of them where a try has turned to another page
+        for page in self.pages.values():  # none of them where a try has turned to another page
             if page.isVisible():
                 page.refresh()
         self.turn()
@@ -315,7 +324,7 @@ class GestureBench:
             confirm.withdraw()
         if page.ritual.is_under_way:
             page.ritual.cancel.click()
-        if self.settings.isVisible():
+        if "settings" in self.pages and self.settings.isVisible():
             self.settings.work.job.dismiss()
         self.move(QPoint(1, 1))
         self.turn()
@@ -326,9 +335,14 @@ class GestureBench:
 
 @contextmanager
 def gesture_bench(
-    qapp: QApplication, folder: Path, *, language: str = "en", size: tuple[int, int] = (1024, 600)
+    qapp: QApplication,
+    folder: Path,
+    *,
+    language: str = "en",
+    size: tuple[int, int] = (1024, 600),
+    pages: Container[str] = KINDS,
 ) -> Iterator[GestureBench]:
-    """Open a window that is connected and has read everything."""
+    """Open a window with these pages, Commands among them, that is connected and has read everything."""
     clock = FakeClock()
     journal = FakeJournal()
     made = GestureBench(clock, journal)
@@ -347,7 +361,7 @@ def gesture_bench(
             preferences=preferences,
             ports=PortWatcher(ListedPorts().poll),
             storage=storage,
-            entries=ENTRIES,
+            entries=tuple(entry for entry in PAGES if entry.key in KINDS and entry.key in pages),
         )
         made.assembly, made.window = assembly, assembly.window
         window = assembly.window
@@ -355,16 +369,18 @@ def gesture_bench(
             window.make_pages()
             window.resize(*size)
             window.show()
-            while any(
-                window.findChild(page) is None for page in (CommandsPage, SettingsPage, PreflightPage, TestsPage)
-            ):
+            kinds = {key: kind for key, kind in KINDS.items() if key in pages}
+            while any(window.findChild(kind) is None for kind in kinds.values()):
                 made.turn()
+            made.pages = {key: find(window, kind) for key, kind in kinds.items()}
             # A dialog of the platform's would wait for a person.
-            made.settings.files.ask_open = lambda *_asked: None
-            made.settings.files.ask_save = lambda *_asked: None
-            made.preflight.files.ask_record = lambda *_asked: None
-            made.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]  # so would this menu
-            made.preflight.files.ask_path = lambda *_asked: None
+            if "settings" in pages:
+                made.settings.files.ask_open = lambda *_asked: None
+                made.settings.files.ask_save = lambda *_asked: None
+            if "preflight" in pages:
+                made.preflight.files.ask_record = lambda *_asked: None
+                made.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]  # so would this menu
+                made.preflight.files.ask_path = lambda *_asked: None
             made.connect()
             window.activateWindow()
             made.wait(0.5)

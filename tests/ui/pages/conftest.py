@@ -13,8 +13,15 @@ from tests.support.window.settings_bench import Desk, desk
 
 
 @pytest.fixture
-def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
-    """The whole window on a simulated module, with hands and clocks of its own."""
+def bench(request: pytest.FixtureRequest, qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
+    """Commands and the page of the test folder, on a simulated module, with hands and clocks of its own."""
+    with gesture_bench(qapp, tmp_path, pages=("commands", request.path.parent.name)) as made:
+        yield made
+
+
+@pytest.fixture
+def full_bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
+    """The same with all pages that can change the module."""
     with gesture_bench(qapp, tmp_path) as made:
         yield made
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QPlainTextEdit, QTabBar, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -98,7 +99,8 @@ class Rig:
         self.answer(A)
         self.assembly.connector.current.module.choose(NAME_A)
         self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0))
-        self.worker.hand_over(events=tuple(_frames(self.ports.now_s)))
+        request = BY_NAME["light_threshold"].set(7.9)
+        self.worker.hand_over(events=(Sent(request.encode(), request, 1, self.ports.now_s),))
         self.connector.current.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
         for notice in self.assembly.window.findChildren(JobNotice):
             notice.notify(Meaning.DANGER, lambda: "Said of it")
@@ -121,22 +123,26 @@ class Rig:
             yield from ((f"{key}: {where}", text) for where, text in self._visible())
 
     def _visible(self) -> Iterator[tuple[str, str]]:
-        window, cards = self.assembly.window, self.pages["fleet"]._widgets
+        cards = self.pages["fleet"]._widgets
         others = [card for port, card in cards.items() if port is not self.connector.current]
         if len(self.connector.connections) > 1:
             others.append(self.pages["fleet"].panel)  # a column for each module
-        for widget in (window, *window.findChildren(QWidget)):
-            if not widget.isVisible() or any(card is widget or card.isAncestorOf(widget) for card in others):
-                continue  # another module's card shows that one's, under its name
+        roots = QApplication.topLevelWidgets()
+        for widget in (
+            one for root in roots for one in _in_sight(root, others)
+        ):  # another module's card shows that one's, under its name
             where = widget.objectName() or type(widget).__name__
             explain(widget)  # as a person who asks what this is
             for role, text in (*texts_of(widget), *_typed(widget)):
                 yield f"{where} {role}", text
 
 
-def _frames(at: float) -> Iterator[Sent]:
-    request = BY_NAME["light_threshold"].set(7.9)
-    yield Sent(request.encode(), request, 1, at)
+def _in_sight(widget: QWidget, left_out: list[QWidget]) -> Iterator[QWidget]:
+    if widget.isVisible() and widget not in left_out:
+        yield widget
+        for child in widget.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly):
+            if not child.isWindow():
+                yield from _in_sight(child, left_out)
 
 
 def _typed(widget: QWidget) -> Iterator[tuple[str, str]]:
@@ -165,9 +171,7 @@ def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.Mo
     )
     assembly.window.make_pages()
     assembly.window.show()
-    qtbot.waitUntil(
-        lambda: len(assembly.window._pages) == len(PAGES) and assembly.window._maker.is_done, timeout=60_000
-    )
+    qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES) and assembly.window._maker.is_done)
     made = Rig(assembly, ports)
     try:
         yield made
@@ -264,14 +268,6 @@ def _on_the_board(rig: Rig) -> None:
     connector._switch()  # where a job outlives the second that it is given
 
 
-CHANGES: Final[dict[str, Begin]] = {
-    "another port": _to_another_port,
-    "behind its port": _behind_its_port,
-    "a person's word": _by_a_persons_word,
-    "the board": _on_the_board,
-}
-
-
 def _after_nothing(rig: Rig) -> None:
     rig.connector.current.disconnect_port()
     rig.worker.hand_over()
@@ -279,7 +275,13 @@ def _after_nothing(rig: Rig) -> None:
     rig.connector.connect_to(PORT_B)
 
 
-CHANGES["after a disconnection"] = _after_nothing
+CHANGES: Final[dict[str, Begin]] = {
+    "another port": _to_another_port,
+    "behind its port": _behind_its_port,
+    "a person's word": _by_a_persons_word,
+    "the board": _on_the_board,
+    "after a disconnection": _after_nothing,
+}
 
 
 def _look(rig: Rig) -> list[str]:

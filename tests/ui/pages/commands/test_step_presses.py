@@ -143,8 +143,9 @@ def test_a_held_key_and_a_held_mouse_complete_nothing(
     assert not is_nothing_sent(bench)
 
 
-def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(bench: GestureBench) -> None:
+def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(full_bench: GestureBench) -> None:
     """The end of a check scrolls its rows: what comes to lie under the pointer then is no choice."""
+    bench = full_bench
     bench.window.go_to("preflight")
     page = bench.preflight
     bench.go_and_click(page.buttons.run)
@@ -186,7 +187,8 @@ def test_cancel_takes_any_click(bench: GestureBench) -> None:
     assert is_nothing_sent(bench)
 
 
-def test_what_is_refused_anyway_is_disabled_and_says_why(bench: GestureBench) -> None:
+def test_what_is_refused_anyway_is_disabled_and_says_why(full_bench: GestureBench) -> None:
+    bench = full_bench
     act = ACTS[5]
     go_to(bench, act)
     assert first_button(bench, act).isEnabled()

@@ -172,7 +172,7 @@ def _escape(bench: GestureBench) -> None:
 
 
 def _another_page(bench: GestureBench) -> None:
-    bench.window.go_to("settings")
+    bench.window.go_to("commands")
 
 
 def _close(bench: GestureBench) -> None:
