@@ -1,5 +1,6 @@
 """The settings form: edits, undo, pending changes, and states that claim no more than the module reported."""
 
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -140,6 +141,15 @@ def test_verified_needs_a_read_back_that_still_holds(doubtful: Any, state: RowSt
     # Anything that casts doubt ends it, for good.
     assert row(form, TILT, device(**doubtful, changes={TILT: 70})).state is state
     assert row(form, TILT, after).state is RowState.READ
+
+
+@pytest.mark.parametrize("meanwhile", [{"restarts": 1}, {"presence_since": NOW}])
+def test_a_restart_or_an_absence_that_nobody_looked_at_ends_verified(meanwhile: dict[str, Any]) -> None:
+    form, after = SettingsForm(), device(changes={TILT: 70})
+    form.choose(TILT, 70)
+    write(form, written(TILT, 70, stands=70))
+    assert row(form, TILT, after).state is RowState.VERIFIED
+    assert row(form, TILT, replace(after, **meanwhile)).state is RowState.READ
 
 
 def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
