@@ -1,6 +1,6 @@
 """`dps-s read`: reads everything once.
 
-Exit code 0; 3 if nothing was read; 4 if something is missing. What was read is also printed when the link is lost. An
+Exit code 0; 3 if nothing was read; 4 if something is missing, or the module fell silent. What was read is also printed when the link is lost. An
 unknown value is null in JSON and "unknown" with the reason in the text, never a default.
 """
 
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=names))
     if trouble is not None and not has_something:
         return console.NO_LINK
-    return console.PARTIAL if findings.errors else console.SUCCESS
+    return console.PARTIAL if findings.errors or trouble is not None else console.SUCCESS
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +107,11 @@ def _read_undisturbed() -> Procedure[Everything]:
         everything = yield from read_everything()
         lasting = {key: value for key, value in everything.values.items() if key in READ_BACK}
         is_broken = (yield Inspect()).device.breaks != before
-        is_same = former is not None and all(former.get(key, value) == value for key, value in lasting.items())
-        if everything.is_line_dead or is_same or not is_broken:
+        is_same = former is None or all(former.get(key, value) == value for key, value in lasting.items())
+        if not is_broken or (is_same and (everything.is_line_dead or former is not None)):
             return everything
+        if everything.is_line_dead:
+            break
         former = lasting
     raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
 

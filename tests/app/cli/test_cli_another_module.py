@@ -32,6 +32,20 @@ def test_values_of_two_modules_are_not_read_as_those_of_one(
     assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
 
 
+def test_a_reading_that_ends_in_silence_is_not_whole(
+    port: str, hasty: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Everything was read, after a silence in between, and is read once more."""
+    bench = bench_of(port)
+    with (
+        falls_after(bench, 14, lambda: bench.change(mute=True)),
+        falls_after(bench, 5, lambda: exchange(bench, boot_count=37, attitude_threshold=60)),
+    ):
+        printed = run_here(capsys, ["read", "--port", port, "--json"], 4)
+    assert "stopped answering" in printed.err
+    assert json.loads(printed.out)["settings"]["attitude_threshold_deg"] == 60
+
+
 @pytest.mark.parametrize("frame", [6, 7])
 def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(
     port: str, frame: int, capsys: pytest.CaptureFixture[str]
