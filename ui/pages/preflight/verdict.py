@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QRectF
+from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPaintEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import QLabel, QProgressBar
 
@@ -153,6 +153,7 @@ class VerdictBanner(PaintedWidget):
         self._word.setMinimumWidth(1)  # it becomes smaller with the banner
         self._lines, self._bar = named(FittedLabel(), "verdict_lines"), QProgressBar()
         self._bar.setTextVisible(False)
+        self._lines.setAlignment(Qt.AlignmentFlag.AlignTop)  # close to their head
         texts = in_column(self._head, (self._lines, 1), self._bar, spacing=0)
         self._row = in_row(self._word, (texts, 1), of=self, spacing=Space.L)
         self.use_height(HEIGHT_PX)
