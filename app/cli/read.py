@@ -1,7 +1,7 @@
 """`dps-s read`: reads everything once.
 
-Exit code 0; 3 if nothing was read; 4 if something is missing, or the module fell silent. What was read is also printed when the link is lost. An
-unknown value is null in JSON and "unknown" with the reason in the text, never a default.
+Exit code 0; 3 if nothing was read; 4 if something is missing, or the module fell silent. What was read is also printed
+when the link is lost. An unknown value is null in JSON and "unknown" with the reason in the text, never a default.
 """
 
 import argparse
