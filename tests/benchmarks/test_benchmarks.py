@@ -15,10 +15,10 @@ from ui.pages.live.data import LiveData
 
 
 def test_parser_and_link_are_measured() -> None:
-    rows = parser.figures(frames=400, rounds=1)
+    rows = parser.figures(frames=80, rounds=1)
     assert [row.is_met is not None for row in rows] == [True, *[False] * 5]
     assert all("frames/s" in row.measured for row in rows)
-    (exchange,) = link.figures(exchanges=50, rounds=1)
+    (exchange,) = link.figures(exchanges=10, rounds=1)
     assert "x line" in exchange.measured
 
 
