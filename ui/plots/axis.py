@@ -7,10 +7,9 @@ from typing import Any, Final
 import pyqtgraph as pg
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsItem, QGraphicsSceneResizeEvent
+from PySide6.QtWidgets import QGraphicsItem
 
 from app.text.i18n import tr
-from ui.plots.lanes import Scale
 from ui.style.theme import Size, current, font, scaled
 
 # Distances between ticks, in seconds.
@@ -22,21 +21,17 @@ _STEPS_S: Final = (
 _MARGIN_PX: Final = 60
 """Labels may be as far beyond the ends of an axis."""
 _GAP_PX: Final = 4
-EDGE_PX: Final = 2
-"""Of a lane and its axes around its box, so that lines on its edge are whole."""
 
 
 class LabelAxis(pg.AxisItem):  # type: ignore[misc]
     """An axis of labels only. It is kept as a picture, which makes a redraw six times as fast, unless its width follows
     its labels: those would be cut off."""
 
-    def __init__(self, side: str, view: pg.ViewBox | None = None, *, is_cached: bool = True) -> None:
+    def __init__(self, side: str, view: pg.ViewBox, *, is_cached: bool = True) -> None:
         super().__init__(side, linkView=view)
         self.enableAutoSIPrefix(False)
         self.setStyle(tickLength=0, tickAlpha=0, autoExpandTextSpace=False, maxTickLevel=0)
-        self._taken = self._bounds = QRectF()
-        self._shown: object = None
-        self._ticks: list[float] = []
+        self._taken = QRectF()
         if is_cached:
             self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
 
@@ -45,23 +40,10 @@ class LabelAxis(pg.AxisItem):  # type: ignore[misc]
         self.setTextPen(QColor(current().muted))
         self.setPen(line)
 
-    def resizeEvent(self, event: QGraphicsSceneResizeEvent | None = None) -> None:
-        super().resizeEvent(event)
-        x, y = (0, _MARGIN_PX) if self.orientation == "left" else (_MARGIN_PX, 0)
-        self._bounds = QRectF(self.rect()).adjusted(-x, -y, x, y)
-
     def boundingRect(self) -> QRectF:
         """Also for labels beyond its ends; that of pyqtgraph takes longer than drawing them."""
-        return self._bounds
-
-    def show_scale(self, scale: Scale, height_px: float) -> list[float]:
-        """Labels a scale, `height_px` of the axis; returns the values at its lines."""
-        if (scale, height_px) != self._shown:
-            self._shown, edge = (scale, height_px), EDGE_PX * (scale.high - scale.low) / max(1.0, height_px)
-            self.setTickSpacing(levels=[(scale.step, 0.0)] if scale.step else None)
-            self.setRange(scale.low - edge, scale.high + edge)
-            self._ticks = self.tickValues(scale.low, scale.high, height_px)[0][1]
-        return self._ticks
+        x, y = (0, _MARGIN_PX) if self.orientation == "left" else (_MARGIN_PX, 0)
+        return QRectF(self.rect()).adjusted(-x, -y, x, y)
 
     def keep_off(self, room: QRectF) -> None:
         """Shows no label that would touch a room in the scene."""
@@ -95,18 +77,20 @@ class LabelAxis(pg.AxisItem):  # type: ignore[misc]
 class TimeAxis(LabelAxis):
     """Seconds before the end of the time span, or times of day."""
 
-    def __init__(self) -> None:
-        super().__init__("bottom")
+    def __init__(self, view: pg.ViewBox) -> None:
+        super().__init__("bottom", view)
         self._end_wall_s: float | None = None
+        self._shown: object = None
+        self._times: list[float] = []
 
     def show_span(self, length_s: float, end_wall_s: float | None) -> list[float]:
         """`end_wall_s`: the end of the span in seconds since 1970, for times of day. Returns the times of the ticks."""
         shown = length_s, end_wall_s, self.width(), scaled(Size.SMALL)
         if shown != self._shown:
-            self._shown, self._end_wall_s = shown, end_wall_s
-            self.setRange(-length_s, EDGE_PX * length_s / max(1.0, self.width() - EDGE_PX))
-            self._ticks = self.tickValues(-length_s, 0.0, self.width())[0][1]
-        return self._ticks
+            self._shown, self._end_wall_s, self.picture = shown, end_wall_s, None
+            self._times = self.tickValues(-length_s, 0.0, self.width())[0][1]
+            self.update()
+        return self._times
 
     def tickSpacing(self, begin_s: float, end_s: float, _size: float) -> list[tuple[float, float]]:
         """As many as there is room for, at round times."""

@@ -20,8 +20,8 @@ from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsItem, QGraphicsView, QWidget
 
 from app.text.i18n import tr
-from ui.plots.axis import EDGE_PX, TimeAxis, ago_text, clock_text
-from ui.plots.lane_view import LaneView
+from ui.plots.axis import TimeAxis, ago_text, clock_text
+from ui.plots.lane_view import EDGE_PX, LaneView
 from ui.plots.lanes import Lane, Mark, Reading, reading
 from ui.plots.overlay import GAP_PX, ICON_PX, Overlay, beside
 from ui.plots.time_range import TimeRange
@@ -65,18 +65,16 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """The age and the time of day at the cursor, and the events there."""
         self.readings: list[Reading] = []
         """The values at the cursor, also of lanes that a low window does not show."""
-        self.all_lanes = [LaneView(lane) for lane in lanes]
+        self.all_lanes = [LaneView(lane, self.scene()) for lane in lanes]
         self.lanes = self.all_lanes
         """Those in sight: only the first ones where there is no room for all."""
         self.bounds = QRectF()
         """Of all lanes in sight."""
-        self.times, self.overlay = TimeAxis(), Overlay()
-        for item in (*self.lanes, *(lane.values for lane in self.lanes), self.times, self.overlay):
+        self.times, self.overlay = TimeAxis(self.lanes[0].view), Overlay()
+        for item in (self.times, self.overlay):
             self.scene().addItem(item)
         self._drawn: object = None
         """What the last picture depended on; None: it has to be drawn again."""
-        self._written: object = None
-        """What words, marks and cursor depended on."""
         self._seen = (0.0, False)
         """The length drawn last, and whether it was live."""
         self._pressed = self._last = QPointF()
@@ -90,13 +88,12 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.times.apply_theme(QPen(QColor(theme.border)))
         self.overlay.apply_theme()
         for number, lane in enumerate(self.all_lanes):
-            lane.apply_theme(theme.curves[number % len(theme.curves)])
+            lane.apply_theme(theme.curves[number % len(theme.curves)], self.devicePixelRatioF())
         self._is_styled = True
         self.arrange()
 
     def arrange(self) -> None:
         """Places the lanes, after a change of size, language or font."""
-        self._written = None
         whole, line = QRectF(self.viewport().rect()), self.overlay.line_px
         labels = (tr(limit.label, value="000") for lane in self.all_lanes for limit in lane.lane.limits)
         labels_px = max((self.overlay.size(label, is_bold=True).width() for label in labels), default=0.0)
@@ -168,14 +165,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         times = self.times.show_span(span.length_s, span.end_s + self.wall_offset_s if is_clock else None)
         for lane in self.lanes:
             lane.draw(span, times)
-        self.viewport().update()
-        moving = (span, marks, self.cursor_time, self.readings) if marks or self.readings else None
-        written = moving, self.hasFocus(), [lane.steady for lane in self.lanes]
-        if written != self._written:
-            self._written = written
-            self.overlay.clear(self.bounds, has_focus=self.hasFocus())
-            self._write(marks)
-            self.times.keep_off(QRectF() if cursor_s is None else self._write_cursor(cursor_s))
+        self.overlay.clear(self.bounds, has_focus=self.hasFocus())
+        self._write(marks)
+        self.times.keep_off(QRectF() if cursor_s is None else self._write_cursor(cursor_s))
 
     def svg(self) -> bytes:
         """All as lines and texts, without the pictures that axes are kept as. The exporter of pyqtgraph 0.14 fails at
@@ -228,9 +220,8 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         """Lines, icons, then words; the most important and the newest first. Returns where they end."""
         overlay, theme, first = self.overlay, current(), self.lanes[0]
         shown, ends, columns, top = [], [], set[int](), first.box.top() - overlay.line_px - 4
-        end_s = self.time_range.span.end_s
         for mark in sorted(marks, key=lambda mark: (mark.rank, -mark.time_s)):
-            x, ink = first.x_of(mark.time_s - end_s), theme.ink(mark.meaning)
+            x, ink = first.x(mark.time_s), theme.ink(mark.meaning)
             if round(x) not in columns:
                 columns.add(round(x))
                 # Fainter than cursor and curves; mixed, since transparent pens are slow.
@@ -248,8 +239,8 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     def _write_cursor(self, cursor_s: float) -> QRectF:
         """Its line, the values beside the samples, and the time below. Returns the room of the time: a label that it
         covered partly would show another one."""
-        overlay, theme, end_s = self.overlay, current(), self.time_range.span.end_s
-        x, last = self.lanes[0].x_of(cursor_s - end_s), self.lanes[-1].box
+        overlay, theme = self.overlay, current()
+        x, last = self.lanes[0].x(cursor_s), self.lanes[-1].box
 
         def tag(text: str, y: float, within: QRectF) -> QRectF:
             size = overlay.size(text, is_bold=True, is_on_ground=True)
@@ -258,10 +249,9 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
 
         overlay.lines.append((x, theme.text))
         for lane, (text, near) in zip(self.lanes, self.readings, strict=False):
-            y = lane.box.top() + 26 if near is None else lane.level_of(near.high)
-            near_x = -1.0 if near is None else lane.x_of(near.time_s - end_s)
-            if last.left() <= near_x <= last.right():
-                overlay.dots.append((QPointF(near_x, y), lane.ink))
+            y = lane.box.top() + 26 if near is None else lane.y(near.high)
+            if near is not None and last.left() <= lane.x(near.time_s) <= last.right():
+                overlay.dots.append((QPointF(lane.x(near.time_s), y), lane.ink))
             tag(text, y - 14, lane.box)
         row = QRectF(last.left(), last.bottom(), self.viewport().width() - last.left(), self.times.height())
         return tag(self.cursor_time, row.center().y(), row)

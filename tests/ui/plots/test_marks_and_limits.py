@@ -4,8 +4,8 @@ from itertools import combinations, pairwise
 
 import pytest
 from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QColor, QFontMetricsF
-from PySide6.QtWidgets import QApplication
+from PySide6.QtGui import QFontMetricsF
+from PySide6.QtWidgets import QApplication, QGraphicsScene
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
@@ -14,7 +14,7 @@ from tests.support.window.contrast import style_all
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
 from ui.core.texts import Texts
-from ui.plots.lane_view import LaneView, LimitLine
+from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
 from ui.plots.overlay import Overlay
 from ui.plots.plot_view import PlotView
@@ -82,11 +82,11 @@ def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
 
 @pytest.mark.parametrize("values", [(60, 59, 58), (58, 59, 60), (0, 0, 0), (90, 89, 90), (10, 80, 45)])
 def test_labels_of_limits_never_overlap(qapp: QApplication, qtbot: QtBot, values: tuple[float, ...]) -> None:
-    limits = []
+    scene, limits = QGraphicsScene(), []
     for number, value in enumerate(values):
         limits.append(Limit(StepFunction(), f"limit {number}", Meaning.DANGER))
         limits[-1].steps.put(0.0, value)
-    lane = LaneView(Lane("Tilt", "°", Series(), (Scale(0, 90, 30),), tuple(limits)))
+    lane = LaneView(Lane("Tilt", "°", Series(), (Scale(0, 90, 30),), tuple(limits)), scene)
     lane.place(QRectF(0, 0, 500, 40))
     lane.draw(Span(0.0, 60.0), [])
     overlay = Overlay()
@@ -94,7 +94,7 @@ def test_labels_of_limits_never_overlap(qapp: QApplication, qtbot: QtBot, values
     lane.name_limits(overlay)
     assert [shown.what for shown in overlay.shown] == ["limit 0", "limit 1", "limit 2"]
     assert not any(first.room.intersects(second.room) for first, second in combinations(overlay.shown, 2))
-    assert overlay.shown[0].room.center().y() == pytest.approx(lane.y_of(values[0]), abs=1)  # the most important one
+    assert overlay.shown[0].room.center().y() == pytest.approx(lane.y(values[0]), abs=1)  # the most important one
 
 
 def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
@@ -114,24 +114,18 @@ def test_a_word_takes_the_first_free_place_or_none(qapp: QApplication) -> None:
 # Limits
 
 
-def ends_of(line: LimitLine) -> list[float]:
-    return [time_s for part in line.segments for time_s in (part.start_s, part.end_s)]
-
-
 def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
     bench.fire.put(NOW_S - 30, 75)
     bench.plot.draw(NOW_S)
     firm = bench.lane.limits[0]
     assert [(part.value, part.is_current) for part in firm.segments] == [(60, False), (75, True)]
-    assert ends_of(firm) == pytest.approx([-60, -30, -30, 0], abs=0.2)
+    x, y = firm.getData()
+    assert x.tolist() == pytest.approx([-60, -30, -30, 0], abs=0.2)
+    assert y.tolist() == [60, 60, 75, 75]
     assert {"60", "75° fires"} <= set(bench.words)
-    image, box, ink = bench.view.grab().toImage(), bench.lane.box, QColor(LIGHT.tint(Meaning.DANGER).ink)
-    for part, value in ((0.3, 60), (0.7, 75)):
-        x, y = round(box.left() + part * box.width()), round(bench.lane.y_of(value))
-        assert any(image.pixelColor(x + dash, y + up) == ink for dash in range(8) for up in (-1, 0))
     bench.fire.put(NOW_S - 1, None)
     bench.plot.draw(NOW_S + 60)
-    assert ends_of(firm) == []
+    assert firm.getData()[0].tolist() == []
     assert "75° fires" not in bench.words
 
 
@@ -153,9 +147,9 @@ def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> N
     label = next(shown for shown in bench.written if shown.what == "60° fires")
     assert label.ink == LIGHT.muted
     firm, stale = bench.lane.limits
-    assert ends_of(firm) == pytest.approx([-60, -30], abs=0.2)
-    assert ends_of(stale) == pytest.approx([-30, 0], abs=0.2)
-    assert stale.pen.color().name().upper() == LIGHT.muted.upper()
+    assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
+    assert stale.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
+    assert stale.opts["pen"].color().name().upper() == LIGHT.muted.upper()
 
 
 def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:
@@ -169,15 +163,15 @@ def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> Non
     bench.plot.draw(NOW_S + 2)
     bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
     bench.plot.draw(NOW_S + 90)  # the peak is out of sight
-    assert bench.lane.used_scale[:2] == (0, 180)
+    assert bench.lane.scale[:2] == (0, 180)
     bench.plot.time_range.choose_length(10)
-    assert bench.lane.used_scale[:2] == (0, 90)
+    assert bench.lane.scale[:2] == (0, 90)
 
 
 def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
     bench.fire.put(NOW_S - 30, 120)
     bench.plot.draw(NOW_S)
-    assert bench.lane.used_scale[:2] == (0, 180)
+    assert bench.lane.scale[:2] == (0, 180)
 
 
 def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qtbot: QtBot) -> None:
@@ -197,7 +191,7 @@ def test_in_a_low_window_the_plots_without_room_are_named(qapp: QApplication, qt
         plot.time_range.point_at(plot.time_range.span.start_s + 1)
         assert all(f"{title} no data" in plot.reading for title in weights)
         for lane in view.lanes:  # an item beyond its bounds is not drawn
-            assert lane.boundingRect().contains(lane.box)
+            assert all(line.boundingRect() == lane.view.viewRect() for line in (lane.curve, lane.grid, *lane.limits))
         text_px = QFontMetricsF(theme.font(theme.Size.SMALL)).height()
         assert len(view.lanes) == 2 or view.lanes[-1].box.height() >= text_px
         assert all(upper.box.bottom() < lower.box.top() for upper, lower in pairwise(view.lanes))

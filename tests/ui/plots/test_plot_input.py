@@ -79,14 +79,14 @@ def test_the_axis_of_the_values_is_dragged_and_fits_after_a_double_click(bench: 
     qtbot.mousePress(viewport, LEFT, pos=place)
     qtbot.mouseMove(viewport, place - QPoint(0, 40))
     qtbot.mouseRelease(viewport, LEFT, pos=place - QPoint(0, 40))
-    low, high = bench.lane.used_scale[:2]
+    low, high = bench.lane.scale[:2]
     assert 0 < low < 45 < high < 90
     assert bench.plot.time_range.is_live
-    assert bench.view.lanes[1].used_scale[:2] == (0, 2)
+    assert bench.view.lanes[1].scale[:2] == (0, 2)
     bench.plot.draw(NOW_S + 5)
-    assert bench.lane.used_scale[:2] == (low, high)
+    assert bench.lane.scale[:2] == (low, high)
     qtbot.mouseDClick(viewport, LEFT, pos=place)
-    assert bench.lane.used_scale[:2] == (0, 90)
+    assert bench.lane.scale[:2] == (0, 90)
 
 
 def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
@@ -107,9 +107,9 @@ def test_everything_by_keyboard(bench: Bench, qtbot: QtBot) -> None:
     assert "Tilt 12°" in bench.plot.reading
     assert view.accessibleDescription() == bench.plot.reading
     qtbot.keyClick(view, Qt.Key.Key_Up, shift)
-    assert bench.lane.used_scale[:2] == (9, 81)
+    assert bench.lane.scale[:2] == (9, 81)
     qtbot.keyClick(view, Qt.Key.Key_Home)
-    assert bench.lane.used_scale[:2] == (0, 90)
+    assert bench.lane.scale[:2] == (0, 90)
     qtbot.keyClick(view, Qt.Key.Key_Tab)
     assert not view.hasFocus()
 
@@ -168,7 +168,7 @@ def test_the_drawing_is_the_picture_as_svg(bench: Bench) -> None:
         columns, rows = range(round(bench.lane.box.left()) - 2), range(round(bench.lane.box.bottom()))
         return [y for y in rows if any(image.pixelColor(x, y).lightness() < 150 for x in columns)]
 
-    at = bench.at(0.5).x(), round(bench.lane.y_of(12))
+    at = bench.at(0.5).x(), round(bench.lane.y(12))
     assert drawing.pixelColor(2, 2).name().upper() == LIGHT.surface
     assert drawing.pixelColor(*at).hue() == picture.pixelColor(*at).hue() == QColor(LIGHT.curves[0]).hue()
     drawn, seen = inked_rows(drawing), inked_rows(picture)
@@ -190,7 +190,7 @@ def test_the_cursor_shows_values_while_live(bench: Bench, qtbot: QtBot) -> None:
     middle = pytest.approx(bench.lane.box.center().x(), abs=1)
     assert bench.lines == [middle]
     dot = bench.dots[0]
-    assert (dot.x(), dot.y()) == (middle, pytest.approx(bench.lane.y_of(12), abs=1))
+    assert (dot.x(), dot.y()) == (middle, pytest.approx(bench.lane.y(12), abs=1))
     bench.plot.add_marks([Mark(NOW_S - 20, "triggered", Icon.PARACHUTE, Meaning.DANGER)])
     bench.plot.draw(NOW_S + 10)
     assert bench.plot.reading.startswith(("−30.0 s · ", "−29.9 s · "))
@@ -222,5 +222,4 @@ def test_the_cursor_reads_wherever_a_curve_is_drawn(bench: Bench) -> None:
     for at_s in (NOW_S + 4.45, NOW_S + 4.55):
         bench.plot.time_range.point_at(at_s)
         assert bench.plot.reading.endswith("Acceleration 1.0 g")
-        sample = bench.lane.x_of(round(at_s) - bench.plot.time_range.span.end_s)
-        assert bench.dots[-1].x() == pytest.approx(sample, abs=1)  # the one that is read
+        assert bench.dots[-1].x() == pytest.approx(bench.lane.x(round(at_s)), abs=1)  # the sample that is read

@@ -44,8 +44,7 @@ def test_a_live_plot_follows(bench: Bench) -> None:
     assert bench.state == "live"
     bench.plot.draw(NOW_S + 5)
     assert bench.plot.time_range.span == pytest.approx((NOW_S - 55, NOW_S + 5), abs=PIXEL_S)
-    assert bench.lane.x_of(-60.0) == pytest.approx(bench.lane.box.left())
-    assert bench.lane.x_of(0.0) == pytest.approx(bench.lane.box.right())
+    assert bench.lane.view.viewRange()[0] == pytest.approx([-60, 0], abs=0.5)
 
 
 def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: QtBot) -> None:
@@ -55,12 +54,12 @@ def test_pause_holds_the_picture_while_recording_goes_on(bench: Bench, qtbot: Qt
     bench.plot.draw(NOW_S + 12)
     assert bench.state == "paused, 12 s behind"
     assert bench.plot.time_range.span.end_s == pytest.approx(NOW_S, abs=PIXEL_S)
-    assert bench.lane.used_scale[:2] == (0, 90)
+    assert bench.lane.scale[:2] == (0, 90)
     assert (pause.text(), pause.accessibleName()) == ("Live", "Live")
     qtbot.mouseClick(pause, LEFT)
     assert (bench.state, pause.text()) == ("live", "Pause")
     assert bench.plot.time_range.span.end_s == pytest.approx(NOW_S + 12, abs=PIXEL_S)
-    assert bench.lane.used_scale[:2] == (0, 180)
+    assert bench.lane.scale[:2] == (0, 180)
 
 
 @pytest.mark.parametrize(("window_s", "word"), [(10, "10 s"), (60, "60 s"), (600, "10 min")])
@@ -141,8 +140,12 @@ def test_a_recording_of_a_single_report_has_a_view(qapp: QApplication, qtbot: Qt
 def test_a_gap_and_a_silent_end_are_marked(bench: Bench) -> None:
     bench.tilt.append([NOW_S + 20, NOW_S + 20.5], [12, 12])
     bench.plot.draw(NOW_S + 30)
-    x, _, connect, gaps = bench.lane.points
-    assert gaps == [pytest.approx((-30, -10), abs=0.2), pytest.approx((-9.5, 0), abs=0.2)]
+    gaps = bench.lane.gaps
+    assert gaps[0].start_s == pytest.approx(NOW_S, abs=0.1)
+    assert gaps[0].end_s == NOW_S + 20
+    assert gaps[1].start_s == NOW_S + 20.5
+    connect = bench.lane.curve.opts["connect"]
+    x, _ = bench.lane.curve.getData()
     assert [tuple(x[n : n + 2]) for n in np.flatnonzero(~np.asarray(connect))] == [pytest.approx((-30, -10), abs=0.2)]
     assert "no data" in bench.words
 
@@ -153,13 +156,13 @@ def test_curves_are_wider_than_a_hairline_in_the_colours_of_the_theme(
 ) -> None:
     style_all(qapp, theme)  # type: ignore[arg-type]
     for lane, colour in zip(bench.view.lanes, theme.curves, strict=False):  # type: ignore[attr-defined]
-        assert lane.pen.color().name().upper() == colour.upper()
-        assert lane.line_px >= 2
+        assert lane.curve.opts["pen"].color().name().upper() == colour.upper()
+        assert lane.curve.line_px >= 2
     image = bench.plot.canvas.grab().toImage()
     assert image.pixelColor(2, 2).name().upper() == theme.surface.upper()  # type: ignore[attr-defined]
     x = round(bench.lane.box.center().x())
     rows = [y for y in range(image.height()) if image.pixelColor(x, y).name().upper() == theme.curves[0].upper()]  # type: ignore[attr-defined]
-    assert len([y for y in rows if abs(y - bench.lane.y_of(12)) <= 3]) == bench.lane.line_px
+    assert len([y for y in rows if abs(y - bench.lane.y(12)) <= 3]) == bench.lane.curve.line_px
 
 
 @pytest.mark.parametrize("rises", [True, False])
@@ -170,8 +173,7 @@ def test_a_slope_is_as_wide_and_has_no_gap(bench: Bench, rises: bool) -> None:
         bench.tilt.append(NOW_S + 60 + length_s * (value if rises else 90 - value) / 90, value)
     bench.plot.draw(NOW_S + 60 + length_s)
     bench.plot.time_range.choose_length(60)
-    middle_s = NOW_S + 60 + length_s / 2 - bench.plot.time_range.span.end_s
-    image, x = bench.plot.canvas.grab().toImage(), round(bench.lane.x_of(middle_s))
+    image, x = bench.plot.canvas.grab().toImage(), round(bench.lane.x(NOW_S + 60 + length_s / 2))
     for column in range(x - 5, x + 6):
         rows = [y for y in range(image.height()) if image.pixelColor(column, y).name() == LIGHT.curves[0].lower()]
         rows = [y for y in rows if bench.lane.box.contains(column, y)]
@@ -186,7 +188,7 @@ def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
 
     def newest_x(pixels: float) -> float:
         bench.plot.draw(aligned_s + pixels * pixel_s)
-        return float(bench.lane.points.time_s[-1])
+        return float(bench.lane.curve.getData()[0][-1])
 
     first = newest_x(0.2)
     bench.plot.add_marks([])
@@ -195,28 +197,28 @@ def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
     assert newest_x(1.2) == pytest.approx(first - pixel_s, abs=1e-6)
 
 
-def test_following_leaves_ticks_words_and_steady_limits_alone(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_following_leaves_range_ticks_and_steady_limits_alone(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     """What decides how fast a redraw is."""
     calls = Mock()
-    monkeypatch.setattr(bench.view.times, "generateDrawSpecs", calls)
-    monkeypatch.setattr(bench.view.overlay, "put", calls)
     for lane in bench.view.lanes:
-        monkeypatch.setattr(lane.values, "generateDrawSpecs", calls)
-        monkeypatch.setattr(lane, "_draw_lines", calls)
-    for half in range(1, 20):
-        for series in (bench.tilt, bench.acc):
-            series.append(NOW_S + half / 2, 1)
-        bench.plot.draw(NOW_S + half / 2)
+        monkeypatch.setattr(lane.view, "setRange", calls)
+        for axis in (bench.view.times, lane.values):
+            monkeypatch.setattr(axis, "generateDrawSpecs", calls)
+        for item in (lane.grid, *lane.limits):
+            monkeypatch.setattr(item, "setData", calls)
+    for second in range(10):
+        bench.tilt.append(NOW_S + second, 12)
+        bench.plot.draw(NOW_S + second)
     assert not calls.called
 
 
 def test_hidden_plots_draw_nothing(bench: Bench, qtbot: QtBot) -> None:
-    before = bench.lane.points.time_s.tolist()
+    before = bench.lane.curve.getData()[0].tolist()
     bench.plot.hide()
     bench.plot.draw(NOW_S + 20)
-    assert bench.lane.points.time_s.tolist() == before
+    assert bench.lane.curve.getData()[0].tolist() == before
     bench.plot.show()
-    assert bench.lane.points.time_s.tolist() != before
+    assert bench.lane.curve.getData()[0].tolist() != before
 
 
 def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
@@ -240,7 +242,7 @@ def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
 def test_an_empty_plot_draws(qapp: QApplication, qtbot: QtBot) -> None:
     empty = Bench(qtbot, seconds=0)
     assert empty.plot.time_range.is_live
-    assert len(empty.lane.points.time_s) == 0
+    assert len(empty.lane.curve.getData()[0]) == 0
     empty.plot.time_range.point(0.5)
     assert empty.plot.reading.endswith("Tilt no data, Acceleration no data")
 
@@ -250,10 +252,10 @@ def test_points_break_at_gaps_and_never_join_over_them() -> None:
     value = np.array([1, 2, 3, 4], np.float32)
     curve = points(Envelope(time_s, time_s, value, value), origin_s=0, gap_s=2)
     assert curve.gaps == [Span(1, 5)]
-    assert curve.time_s.tolist() == [0, 0, 1, 1, 5, 5, 6, 6]
+    assert curve.x.tolist() == [0, 0, 1, 1, 5, 5, 6, 6]
     assert np.flatnonzero(~np.asarray(curve.connect)).tolist() == [3]
     none = np.array([])
-    assert len(points(Envelope(none, none, none, none), origin_s=0, gap_s=2).time_s) == 0
+    assert len(points(Envelope(none, none, none, none), origin_s=0, gap_s=2).x) == 0
 
 
 def test_the_smallest_scale_that_holds_everything_is_taken() -> None:
