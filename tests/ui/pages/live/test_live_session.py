@@ -262,8 +262,10 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
         assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
         with opened(entry.path) as recording:
             found = recording.excerpt(recording.start_s, recording.end_s)
-            assert found.tilt.time_s.tolist() == pytest.approx([one.at for one in taken], abs=1e-6)
-            assert found.tilt.value.tolist() == [one.tilt_deg for one in taken]
+            recorded = found.tilt.time_s.tolist()
+            assert len(recorded) - len(taken) in (0, 1)  # an answer that arrived while the port was being closed
+            assert recorded[: len(taken)] == pytest.approx([one.at for one in taken], abs=1e-6)
+            assert found.tilt.value.tolist()[: len(taken)] == [one.tilt_deg for one in taken]
             assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in traffic_of(recording.entry)}
 
 
