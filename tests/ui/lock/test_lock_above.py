@@ -154,8 +154,7 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
 source."""
 MENUS: Final = frozenset({
     "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
-    "ui/pages/settings/profiles.py: QMenu", "ui/pages/flights/lists.py: QMenu",
-    "ui/plots/time_plot.py: QMenu",
+    "ui/pages/settings/profiles.py: QMenu", "ui/plots/time_plot.py: QMenu",
     "ui/pages/fleet/add_port.py: QMenu", "ui/pages/fleet/batch_panel.py: QMenu",
     "ui/pages/fleet/card_widget.py: QMenu",
 })  # fmt: skip
