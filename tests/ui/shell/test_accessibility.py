@@ -1,6 +1,9 @@
 """Every control has names and descriptions; painted widgets describe what they show."""
 
 from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -20,7 +23,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.settings.form import RowState
+from app.settings.form import FormRow, RowState
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.garbage import living_garbage
 from tests.support.pseudo_language import PSEUDO
@@ -37,6 +40,7 @@ from ui.forms.rows_table import RowsTable
 from ui.main import PAGES
 from ui.pages.settings import profiles
 from ui.pages.settings import row as settings_row
+from ui.pages.settings.page import SettingsPage
 from ui.plots.gauge import TiltGauge
 from ui.shell import top_bar
 from ui.shell.main_window import SMALLEST
@@ -113,6 +117,8 @@ def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
             for stop in walk.stops():
                 assert walk.window.size() == SMALL_SCREEN, stop.name
                 found = [*cut_off(stop.root), *sideways(stop.root)]
+                if stop.name == "settings":
+                    found += sideways_in_any_state(walk)
                 if stop.name in {entry.key for entry in PAGES}:
                     walk.assembly.language_switch.use(CHINESE)
                     found += [*cut_off(stop.root), *sideways(stop.root)]
@@ -124,6 +130,24 @@ def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
             walk.assembly.appearance.zoom(100)
     faults = {fault: name for fault, name in faults.items() if not fault.startswith("bundle_text")}  # a file's lines
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
+
+
+def sideways_in_any_state(walk: Walk) -> list[str]:
+    """With all rows of Settings in each of their states."""
+    page, found = walk.find(SettingsPage), list[str]()
+    rows = page.work.form.rows
+    for state in RowState:
+        shown = partial(_rows_in, state, rows)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(page.work.form, "rows", shown)
+            page.refresh()
+            walk.settle()
+            found += sideways(page)
+    return found
+
+
+def _rows_in(state: RowState, rows: Callable[..., tuple[FormRow, ...]], *known: object) -> tuple[FormRow, ...]:
+    return tuple(replace(row, state=state) for row in rows(*known))
 
 
 def faults_in(root: QWidget, language: str) -> tuple[list[str], int]:

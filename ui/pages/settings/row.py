@@ -36,7 +36,6 @@ WIDE_VALUE_PX: Final = 136
 """Where the pane leaves the table room for them."""
 EDITOR_PX: Final = 192
 STATE_PX: Final = 128
-_REASON_PX: Final = 24
 CELL_GAP: Final = Space.S
 MARGINS: Final = (Space.S, 1, Space.S, 1)
 
@@ -87,7 +86,7 @@ class SettingsRow(QFrame):
         if isinstance(self.editor, FlagEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        self.reason.setMinimumWidth(_REASON_PX)
+        self.reason.setMinimumWidth(1)  # it takes what is left, and without any width would never be fitted
         in_row(*aligned_cells(self.name, self.stands, self.editor), (self.state, left), (self.reason, 1),
                of=self, spacing=CELL_GAP, margins=MARGINS)  # fmt: skip
 
