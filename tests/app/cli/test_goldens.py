@@ -152,6 +152,7 @@ def test_in_chinese_the_punctuation_is_full_width(
 @pytest.mark.usefixtures("speaks_english", "user_files")
 def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.chdir(tmp_path)
     link, text = str(tmp_path / "dps-s"), PAGE.read_text(encoding="utf-8")
     judge = doctest.OutputChecker()
     bench = SimulatedBench(Setup(history=2, empty_slots=EmptySlots.NONE))

@@ -138,7 +138,7 @@ def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence
         bench.end_faults()
         one.wait(lambda: "light threshold 2.4 V, was 1.8 V" in one.asked)
         assert first.watch.changed == {}
-        assert port.device.fresh("light_threshold_v", assembly.connector.clock()) == 2.4
+        one.wait(lambda: port.device.fresh("light_threshold_v", assembly.connector.clock()) == 2.4)
         one.answer(answer)
         one.wait(lambda: port.identity.is_settled)
         is_new = answer == "identity_new"
