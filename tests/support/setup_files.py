@@ -1,6 +1,5 @@
 """Imports the modules of packaging/ for tests as bootstrap.py does, because packaging/ is not a package."""
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -26,9 +25,7 @@ class SetupFiles(NamedTuple):
 
 @contextmanager
 def loaded_setup_files() -> Iterator[SetupFiles]:
-    """Import the modules; remove them from `sys.modules` afterwards."""
+    """Import the modules. They stay imported: others of packaging/ hold their classes."""
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(PACKAGING))
         yield SetupFiles(*(import_module(name) for name in SetupFiles._fields))
-        for name in SetupFiles._fields:
-            sys.modules.pop(name)
