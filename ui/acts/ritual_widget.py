@@ -32,7 +32,7 @@ from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
 from ui.services.module_name import module_label
 from ui.services.running_job import RunningJob
-from ui.style.theme import Meaning, Space, scale_in_use, scaled
+from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
@@ -47,8 +47,6 @@ _COUNTDOWN_PX: Final = 160
 _MARK_PX: Final = 22
 _NOTICE_PX: Final = (40, 47)
 """In one line, and where the text is below the title."""
-_BESIDE_UP_TO: Final = 1.5
-"""Size of text up to which it is beside the title."""
 _ENDED: Final = {
     Input.CANCEL: marked("cancelled"),
     Input.RAN_OUT: marked("time is up"),
@@ -336,7 +334,7 @@ class RitualWidget(QFrame):
 
     def _fit(self) -> None:
         """Large text is below the title; room for a notice, or for two lines of it, whatever is said."""
-        direction, is_large = QBoxLayout.Direction, scale_in_use() > _BESIDE_UP_TO
+        direction, is_large = QBoxLayout.Direction, is_text_large()
         self._row.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
         self._row.setSpacing(0 if is_large else Space.M)
         self.said.setMinimumHeight(scaled(_NOTICE_PX[is_large]))

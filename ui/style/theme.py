@@ -236,6 +236,11 @@ def scale_in_use() -> float:
     return max(_zoom, _in_use.scale)
 
 
+def is_text_large() -> bool:
+    """What lies side by side in the usual size of text has no room for that any more."""
+    return scale_in_use() > 1.5
+
+
 def scaled(px: float) -> int:
     """A length of text or of a control, in the size in use."""
     return round(px * scale_in_use())

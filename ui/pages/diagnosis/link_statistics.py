@@ -12,7 +12,7 @@ from ui.core.texts import Texts
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.services.context import Services
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, scale_in_use
+from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel
 from ui.widgets.layouts import in_column, in_row
@@ -34,8 +34,6 @@ _NUMBERS: Final = (
     ("losses", marked("Port lost")),
 )
 _ICON_PX: Final = 16
-_ONE_ROW_UP_TO: Final = 1.5
-"""Size of text."""
 
 
 class Tile(QWidget):
@@ -83,7 +81,7 @@ class LinkStatisticsView(QScrollArea):
 
     def _fit(self) -> None:
         """Large text has two rows of numbers, and one chart below the other."""
-        is_large, direction = scale_in_use() > _ONE_ROW_UP_TO, QBoxLayout.Direction
+        is_large, direction = is_text_large(), QBoxLayout.Direction
         columns = 4 if is_large else len(self.totals)
         for number, tile in enumerate(self.totals.values()):
             self._numbers.addWidget(tile, number // columns, number % columns)

@@ -35,7 +35,7 @@ from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, scale_in_use
+from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -45,8 +45,6 @@ from ui.widgets.visibility_timer import VisibilityTimer
 _POLL_MS: Final = 200
 """For progress of reading, while the page is visible."""
 _MAP_PX: Final = 300
-_BESIDE_UP_TO: Final = 1.5
-"""Size of text."""
 
 
 class FlightsPage(Page):
@@ -94,7 +92,7 @@ class FlightsPage(Page):
 
     def _fit(self) -> None:
         """Large text has the map below the lists, and the buttons below the proposal."""
-        is_large, direction = scale_in_use() > _BESIDE_UP_TO, QBoxLayout.Direction
+        is_large, direction = is_text_large(), QBoxLayout.Direction
         for row in (self._both, self.proposal.row):
             row.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
 

@@ -34,7 +34,7 @@ from ui.forms.table_kit import TableColumn, select_row
 from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, Theme, scale_in_use, scaled
+from ui.style.theme import Meaning, Space, Theme, is_text_large, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -100,8 +100,6 @@ class Trend(StaticPlot):
 
 _ROW_PX: Final = 26
 _TABLE_PX: Final = 110
-_THREE_UP_TO: Final = 1.5
-"""Size of text up to which three trends lie side by side."""
 
 
 class _TrendedValue(NamedTuple):
@@ -193,7 +191,7 @@ class CheckHistory(QWidget):
     def _fit_table(self) -> None:
         """Some rows are in sight however large the text: the page scrolls below them."""
         self.table.setMinimumHeight(scaled(_TABLE_PX))
-        columns = 3 if scale_in_use() <= _THREE_UP_TO else 2
+        columns = 2 if is_text_large() else 3
         for number, trend in enumerate(self.trends.values()):
             self._grid.addWidget(trend, number // columns, number % columns)
 

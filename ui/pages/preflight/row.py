@@ -20,7 +20,7 @@ from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon, Look
-from ui.style.theme import Meaning, Size, Space, scale_in_use
+from ui.style.theme import Meaning, Size, Space, is_text_large
 from ui.widgets.controls import ChoiceButton, control, named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.readout import StateChip
@@ -31,8 +31,6 @@ LOCK_AND_ENABLE: Final = marked("Lock, enable and check again")
 CHIP_PX: Final = 112
 TITLE_PX: Final = 180
 MEASURED_PX: Final = 170
-_BESIDE_UP_TO: Final = 1.5
-"""Size of text up to which a button lies beside the reason."""
 
 
 STYLES: Final = {
@@ -195,7 +193,7 @@ class CheckRow(QFrame):
 
     def _place(self) -> None:
         """The button lies beside the reason, below it where the text is large."""
-        is_below = scale_in_use() > _BESIDE_UP_TO
+        is_below = is_text_large()
         self._grid.addWidget(self.reason, 1, 1, 1, 2 if self._act is not None and not is_below else 3)
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
         self._grid.addWidget(self.act, *((2, 1, 1, 3) if is_below else (1, 3, 1, 1)), side)

@@ -181,7 +181,7 @@ class VerdictBanner(PaintedWidget):
     def _fit(self) -> None:
         """The word is as large as the height and the texts beside it allow."""
         standing = self.announcement.standing
-        one = font(Size.HERO, is_bold=True)
+        one = font(Size.HERO)
         size = WORD_PX * self.maximumHeight() // HEIGHT_PX if standing in SPOKEN else QUIET_PX
         room_px = self.width() - self.maximumHeight() - scaled(_MIN_TEXT_PX)
         one.setWeight(QFont.Weight.Bold)

@@ -25,7 +25,7 @@ from ui.forms.value_label import ValueLabel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, scale_in_use
+from ui.style.theme import Meaning, Size, Space, is_text_large
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -33,8 +33,6 @@ from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX: Final = ".toml"
-_ONE_LINE_UP_TO: Final = 1.5
-"""Size of text."""
 _CHIPS: Final[Mapping[Match, tuple[Icon, Meaning | None]]] = {
     Match.SAME: (Icon.CHECK, None),
     Match.DIFFERENT: (Icon.SETTINGS, Meaning.INFORMATION),
@@ -161,7 +159,7 @@ class _CompareRow:
     def _fit(self) -> None:
         """A check box does not wrap its text: where it is large each word has its line."""
         title = tr(self.command.title)
-        self.tick.setText(title.replace(" ", "\n") if scale_in_use() > _ONE_LINE_UP_TO else title)
+        self.tick.setText(title.replace(" ", "\n") if is_text_large() else title)
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:
         can_apply = row.wanted is not None and row.command is not BAUD_RATE
