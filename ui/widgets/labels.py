@@ -102,7 +102,7 @@ class FittedLabel(QLabel):
         shown, size = next(((one, size) for one, size in sizes if self._has_room(one, size)), ("", Size.SMALL))
         if not shown:
             fits = partial(self._has_room, size=size)
-            shown = next((one for end in range(len(whole), 0, -1) if fits(one := f"{whole[:end].rstrip()}…")), "…")
+            shown = next((one for end in range(len(whole), -1, -1) if fits(one := f"{whole[:end].rstrip()}…")), "")
         self.setFont(self._font(size))
         self.setText(shown)
         self.setToolTip("" if shown in (whole, below) else whole)

@@ -66,7 +66,7 @@ _WIDE_FROM_PX: Final = 816
 _REST_PX: Final = 120
 """Of a row: a reason, the gaps and the margins."""
 _GAPS_PX: Final = 71
-_WIDEST_STATE_PX: Final = 120
+_WIDEST_STATE_PX: Final = 121
 _LARGE_NAME_PX: Final = 172
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
