@@ -6126,10 +6126,6 @@
         <translation>未知的文件类型</translation>
     </message>
     <message>
-        <source>unknown: {why}</source>
-        <translation>未知：{why}</translation>
-    </message>
-    <message>
         <source>unnamed ({bit})</source>
         <translation>未命名来源（{bit}）</translation>
     </message>

@@ -96,7 +96,7 @@ class Check:
 
 
 def unknown(why: UserMessage, limit: UserMessage, *, do: UserMessage | None = None) -> Finding:
-    return Finding(CheckResult.UNKNOWN, None, message(marked("unknown: {why}"), why=why), limit, do)
+    return Finding(CheckResult.UNKNOWN, None, why, limit, do)
 
 
 def judged(measured: Value | str, shown: str | UserMessage, limit: UserMessage, *, is_fine: bool) -> Finding:

@@ -88,8 +88,8 @@ def test_too_few_reports_prove_nothing(check_id: str, count: int, lasting_s: flo
     found = finding(check_id, trials=trials(count=count, lasting_s=lasting_s))
     assert found.result is result
     if result is UNKNOWN:
-        assert found.shown.in_english() == f"unknown: reports in 2 s: only {count}"
-    assert finding(check_id).shown.in_english() == "unknown: not asked"
+        assert found.shown.in_english() == f"reports in 2 s: only {count}"
+    assert finding(check_id).shown.in_english() == "not asked"
 
 
 @pytest.mark.parametrize(
@@ -125,11 +125,11 @@ NOT_CHARGING: list[Value] = [False, False]
     [
         ({"cell_voltage_v": [3.8, 4.0], "charging": NOT_CHARGING}, PASS, "3.80 V"),
         ({"cell_voltage_v": [4.0, 3.78], "charging": NOT_CHARGING}, FAIL, "3.78 V"),
-        ({"cell_voltage_v": [4.0], "charging": NOT_CHARGING}, UNKNOWN, "unknown: not asked"),
+        ({"cell_voltage_v": [4.0], "charging": NOT_CHARGING}, UNKNOWN, "not asked"),
         ({"cell_voltage_v": [4.0, 4.24], "charging": NOT_CHARGING}, PASS, "4.00 V"),
         ({"cell_voltage_v": [4.0, 4.26], "charging": NOT_CHARGING}, FAIL, "4.26 V: too high"),
-        ({"cell_voltage_v": [4.0, 4.0], "charging": [False]}, UNKNOWN, "unknown: 4.00 V may be the charger's"),
-        ({"cell_voltage_v": [4.0, 4.0], "charging": [False, True]}, UNKNOWN, "unknown: 4.00 V may be the charger's"),
+        ({"cell_voltage_v": [4.0, 4.0], "charging": [False]}, UNKNOWN, "4.00 V may be the charger's"),
+        ({"cell_voltage_v": [4.0, 4.0], "charging": [False, True]}, UNKNOWN, "4.00 V may be the charger's"),
         ({"cell_voltage_v": [3.78, 4.0], "charging": [True, True]}, FAIL, "3.78 V"),
     ],
 )
@@ -199,11 +199,11 @@ def reading(boot_count: int | None, status: StatusSample | None = LEVEL, freefal
     ("first", "last", "result", "shown"),
     [
         (reading(7), reading(7), PASS, "yes"),
-        (reading(None), reading(7), UNKNOWN, "unknown: not read again"),
-        (reading(7), reading(None), UNKNOWN, "unknown: not read again"),
-        (reading(7), reading(7, None), UNKNOWN, "unknown: not read again"),
-        (None, reading(7), UNKNOWN, "unknown: not asked"),
-        (reading(7), None, UNKNOWN, "unknown: not asked"),
+        (reading(None), reading(7), UNKNOWN, "not read again"),
+        (reading(7), reading(None), UNKNOWN, "not read again"),
+        (reading(7), reading(7, None), UNKNOWN, "not read again"),
+        (None, reading(7), UNKNOWN, "not asked"),
+        (reading(7), None, UNKNOWN, "not asked"),
         (reading(7), reading(8), FAIL, "Boot count: 7 → 8"),
         (reading(7), reading(7, freefall_time_s=1.7), FAIL, "Free-fall time: 1.60 s → 1.70 s"),
         (reading(7), reading(7, seen(0, 1.0, True, False)), FAIL, "Triggered"),

@@ -70,11 +70,11 @@ def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> 
         (TriggerFlag(FlagState.ENABLED), PASS, "enabled"),
         (TriggerFlag(FlagState.DISABLED), FAIL, "DISABLED"),
         (TriggerFlag(FlagState.REFUSED), FAIL, "refused"),
-        (TriggerFlag(FlagState.UNANSWERED), UNKNOWN, "unknown: no reply"),
-        (TriggerFlag(FlagState.NOT_SENT), UNKNOWN, "unknown: not sent"),
-        (TriggerFlag(FlagState.NOT_SENT, (UserMessage("why"),)), UNKNOWN, "unknown: why"),
-        (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "unknown: not enabled in this connection"),
-        (None, UNKNOWN, "unknown: not asked"),
+        (TriggerFlag(FlagState.UNANSWERED), UNKNOWN, "no reply"),
+        (TriggerFlag(FlagState.NOT_SENT), UNKNOWN, "not sent"),
+        (TriggerFlag(FlagState.NOT_SENT, (UserMessage("why"),)), UNKNOWN, "why"),
+        (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "not enabled in this connection"),
+        (None, UNKNOWN, "not asked"),
     ],
 )
 def test_a_trigger_is_enabled_only_where_that_is_known(
@@ -100,7 +100,7 @@ def test_a_trigger_is_enabled_only_where_that_is_known(
         (7, 6, {"is_same": True}, PASS, "6, confirmed by a person"),
         (255, 0, {}, PASS, "0"),
         (None, 7, {}, WARN, "7: no earlier visit"),
-        (7, None, {}, UNKNOWN, "unknown: not asked"),
+        (7, None, {}, UNKNOWN, "not asked"),
     ],
 )
 def test_a_boot_count_only_grows(
@@ -129,14 +129,14 @@ RECORDED, LAST, LOST = record(), LastAnswer("2026-11-02T10:00:00+00:00", 3), Use
 @pytest.mark.parametrize(
     ("history", "past", "is_reviewed", "result", "shown"),
     [
-        (None, Past(), False, UNKNOWN, "unknown: not asked"),
-        (History(), Past(), False, UNKNOWN, "unknown: no reply"),
+        (None, Past(), False, UNKNOWN, "not asked"),
+        (History(), Past(), False, UNKNOWN, "no reply"),
         (History(), Past(), True, WARN, "no reply: new, no records"),
         (History(), Past(is_said_new=True), False, WARN, "no reply: new, no records"),
         (History(), Past(last_answer=LAST, is_said_new=True), True, FAIL, "no reply; had 3 on 2026-11-02"),
         (History(is_answered=True, is_confirmed=True), Past(), False, PASS, "0 new of 0"),
-        (History(is_answered=True), Past(), False, UNKNOWN, "unknown: readings differ"),
-        (History((RECORDED,), is_answered=True, is_confirmed=True), Past(), False, UNKNOWN, "unknown: 1 new of 1"),
+        (History(is_answered=True), Past(), False, UNKNOWN, "readings differ"),
+        (History((RECORDED,), is_answered=True, is_confirmed=True), Past(), False, UNKNOWN, "1 new of 1"),
         (History((RECORDED,), is_answered=True, is_confirmed=True), Past(has_check=True), False, FAIL, "1 new of 1"),
         (History((RECORDED,), is_answered=True, is_confirmed=True), Past(has_check=True), True, PASS,
          "1 new of 1, confirmed by a person"),
@@ -156,7 +156,7 @@ def test_a_new_record_is_judged_by_a_person(
 def test_silence_counts_as_new_only_while_everything_else_is_answered_and_nothing_was_triggered() -> None:
     past = Past(is_said_new=True)
     lost = finding("trigger_records", past=past, is_reviewed=True, history=History(), faults={"light_v": LOST})
-    assert (lost.result, lost.shown.in_english()) == (UNKNOWN, "unknown: no reply")
+    assert (lost.result, lost.shown.in_english()) == (UNKNOWN, "no reply")
     for disturbance in Disturbance:
         found = finding("trigger_records", past=past, is_reviewed=True, history=History(), disturbance=disturbance)
         assert found.result is UNKNOWN
