@@ -49,7 +49,6 @@ class Port(PortConnection):
         self._storage = storage
         self.module = ModuleName(self, storage, before_new)
         self.lock = PortLock(self, self.journal)
-        self.recording.bind()
         self.module.changed.connect(lambda: self.recording.name_module(self.module.name))
 
     def expected_at(self, target: Target) -> Expected | None:

@@ -1,5 +1,7 @@
 """Records every session automatically, from opening a port until it is closed.
 
+A recording is of one unbroken conversation: where it is in doubt which module answers, the next one begins.
+
 The worker's batches go to the recorder from the worker's own thread, so that a window that stalls or closes costs the
 recording nothing.
 """
@@ -36,21 +38,17 @@ class RecordingState:
 
 
 class SessionRecording:
-    """Of one port. `recorded_workers` puts it in front of the window's bridge; `bind` is called once that is made.
-
-    A lost port that comes back continues its session, also under another name; a port that is opened by a person, and
-    another module on it, begin a new one.
-    """
+    """Of one port. `recorded_workers` puts it in front of the window's bridge."""
 
     def __init__(self, port: PortConnection, folder: Path | None = None) -> None:
         self._port, self._folder = port, folder
         self._recorder: Recorder | None = None
         """From the first session on."""
         self._lock = threading.Lock()
-        self._is_open = self._was_lost = False
-        """Of the session: its port is open, or was lost and is waited for."""
-        self._is_named_on = False
-        """The session is that of the module which is named now, not one whose port still closes."""
+        self._opening: int | None = None
+        """The number of the opening that is recorded."""
+        self._is_in_doubt = False
+        """It is in doubt which module answers."""
         self._module = ""
         """The name of the module that is connected."""
 
@@ -75,11 +73,6 @@ class SessionRecording:
 
         return made
 
-    def bind(self) -> None:
-        """Follow the connection: its adapter, and when a person closes its port."""
-        self._port.changed.connect(self._on_connection_changed)
-        self._port.invalidated.connect(self._on_another_module)
-
     @property
     def sign(self) -> RecordingState:
         """State of the recording."""
@@ -100,54 +93,33 @@ class SessionRecording:
 
     def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
-        connection = batch.connection
+        connection, is_in_doubt = batch.connection, not batch.identity.is_settled
         with self._lock:
             if connection.state is PortState.OPEN:
-                if not (self._is_open or self._was_lost):
-                    self._begin(connection)
-                self._is_open, self._was_lost = True, False
-            elif connection.state is PortState.CLOSED:
-                self._was_lost = connection.trouble is not None and (self._is_open or self._was_lost)
-                self._is_open = False
+                # Once a person has settled a doubt, what was recorded since it arose is of the module that they named.
+                if not self._is_in_doubt and (is_in_doubt or connection.opening != self._opening):
+                    self._begin(connection, "" if is_in_doubt else self._module)
+                self._opening, self._is_in_doubt = connection.opening, is_in_doubt
+            else:
+                self._opening, self._is_in_doubt = None, False
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
-            self._end_if_over()
+                if self._opening is None:
+                    self._recorder.end()
             # A recording needs every report, whatever page is shown.
             self._port.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
 
-    def _begin(self, connection: Connection) -> None:
+    def _begin(self, connection: Connection, module: str) -> None:
         from app.recordings.recorder import Recorder
 
         if self._recorder is None:
             self._recorder = Recorder(self.library)
-        self._recorder.begin(connection.port, connection.baud_rate, self._module)
-        self._is_named_on = True
-
-    def _end_if_over(self) -> None:
-        if self._recorder is not None and not (self._is_open or self._was_lost):
-            self._recorder.end()
-
-    def _on_connection_changed(self) -> None:
-        """A lost port that is no longer wanted ends the session."""
-        if self._port.is_requested or self._port.is_open:
-            return
-        with self._lock:
-            self._was_lost = False
-            self._end_if_over()
-
-    def _on_another_module(self) -> None:
-        """A person says that another module answers on the open port, which has a recording of its own, or opens
-        another port: the lost one is no longer waited for."""
-        with self._lock:
-            self._was_lost = self._is_named_on = False
-            self._end_if_over()
-            if self._port.is_open and self._recorder is not None and self._recorder.is_recording:
-                self._module = ""
-                self._begin(self._port.connection)
+        self._recorder.begin(connection.port, connection.baud_rate, module)
 
     def name_module(self, name: str) -> None:
-        """A recording keeps its name while it is in doubt which module answers."""
+        """Only of the module that is shown, and while it is not in doubt."""
         with self._lock:
             self._module = name
-            if name and self._is_named_on and self._recorder is not None:
+            is_recorded = self._opening == self._port.connection.opening and not self._is_in_doubt
+            if name and is_recorded and self._recorder is not None:
                 self._recorder.name_module(name)
