@@ -39,7 +39,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
     write_program_icons(icons)
     _run_pyinstaller(release, work, {"DPS_S_SITE": site, "DPS_S_ICONS": icons, "DPS_S_CONTENTS": contents})
     collected = [Entry(*load) for load in json.loads(contents.read_text(encoding="utf-8"))]
-    found = parts(collected, site)
+    bundled = parts(collected, site)
     built = work / "frozen" / (f"{TITLE}.app" if sys.platform == "darwin" else NAME)
     folder = dist / (built.name if sys.platform == "darwin" else release.bundle_name)
     shutil.move(built, folder)
@@ -53,7 +53,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
             "".join(f"{library}\n" for library in sorted(outside_libraries(folder))), encoding="utf-8"
         )
         _write_linux_readme(folder, release)
-    _add_papers(papers, internal, release, found)
+    _add_papers(papers, internal, release, bundled)
     if sys.platform.startswith("linux"):
         set_rights(folder, [folder / COMMAND])
     elif sys.platform == "darwin":
@@ -77,14 +77,14 @@ def _run_pyinstaller(release: Release, work: Path, places: dict[str, Path]) -> N
     run(command, "PyInstaller failed", variables=variables, folder=work)
 
 
-def _add_papers(folder: Path, internal: Path, release: Release, found: Sequence[Part]) -> None:
+def _add_papers(folder: Path, internal: Path, release: Release, bundled: Sequence[Part]) -> None:
     """Write the list of parts, and a folder with the licence of each part."""
-    bill = bill_of_materials(release, found, internal)
+    bill = bill_of_materials(release, bundled, internal)
     (folder / BILL).write_text(f"{bill}\n", encoding="utf-8")
     own = folder / LICENCES / NAME
     own.mkdir(parents=True)
     shutil.copyfile(ROOT / "LICENSE", own / "LICENSE.txt")
-    for part in found:
+    for part in bundled:
         place = folder / LICENCES / licence_folder(part)
         place.mkdir(parents=True)
         for number, text in enumerate(part.texts):

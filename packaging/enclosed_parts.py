@@ -91,52 +91,52 @@ def enclosed_parts(entries: Sequence[Entry], around: Iterable[Part]) -> Iterator
 
 
 def _of_qt(entries: Sequence[Entry]) -> Iterator[Part]:
-    libraries = {found[1]: entry for entry in entries if (found := _QT_LIBRARY.fullmatch(_name(entry)))}
+    libraries = {match[1]: entry for entry in entries if (match := _QT_LIBRARY.fullmatch(_name(entry)))}
     listed = json.loads((QT_NOTICES / "parts.json").read_text(encoding="utf-8"))
     for part in listed["parts"]:
         if part["library"] in libraries and sys.platform in part["systems"]:
             entry = libraries[part["library"]]
             pattern = _VERSIONS_IN_QT.get(part["file"])
-            said = pattern.search(Path(entry.source).read_bytes()) if pattern is not None else None
+            version = pattern.search(Path(entry.source).read_bytes()) if pattern is not None else None
             yield Part(
                 name=part["name"],
-                version=said[1].decode() if said is not None else part["version"],
+                version=version[1].decode() if version is not None else part["version"],
                 purl=None,
                 licence=part["licence"],
                 texts=(_text(QT_NOTICES / part["file"]),),
                 files=(entry,),
                 inside="Qt",
-                note=f"version: Qt {listed['documentation']}" if said is None and part["version"] else None,
+                note=f"version: Qt {listed['documentation']}" if version is None and part["version"] else None,
             )
 
 
 def _of_numpy(entries: Sequence[Entry], texts: tuple[Path, ...]) -> Iterator[Part]:
     whole = tuple(text for text in texts if text.name == "LICENSE.txt" and b"OpenBLAS" in text.read_bytes())
-    for one in _OF_NUMPY:
-        yield from _libraries(one, "numpy", entries, whole)
+    for library in _OF_NUMPY:
+        yield from _libraries(library, "numpy", entries, whole)
 
 
 def _of_psycopg(entries: Sequence[Entry], apache: tuple[Path, ...]) -> Iterator[Part]:
     beside = [entry for entry in entries if "psycopg_binary" in entry.place]
-    for one in _OF_PSYCOPG:
-        yield from _libraries(one, "psycopg-binary", beside, () if one.texts else apache)
-    known = [one.files for one in _OF_PSYCOPG]
+    for library in _OF_PSYCOPG:
+        yield from _libraries(library, "psycopg-binary", beside, () if library.texts else apache)
+    known = [library.files for library in _OF_PSYCOPG]
     for entry in beside:
         name = _name(entry)
         if name.startswith("lib") and not any(pattern.match(name) for pattern in known):
             raise SetupError(f"{name} came with psycopg-binary: name it with its licence in enclosed_parts.py.")
 
 
-def _libraries(one: _Library, around: str, entries: Sequence[Entry], texts: tuple[Path, ...]) -> Iterator[Part]:
-    files = tuple(entry for entry in entries if one.files.match(_name(entry)))
+def _libraries(library: _Library, around: str, entries: Sequence[Entry], texts: tuple[Path, ...]) -> Iterator[Part]:
+    files = tuple(entry for entry in entries if library.files.match(_name(entry)))
     if files:
-        said = (one.version.search(Path(entry.source).read_bytes()) for entry in files) if one.version else ()
+        matches = (library.version.search(Path(file.source).read_bytes()) for file in files) if library.version else ()
         yield Part(
-            name=one.name,
-            version=next((found[1].decode() for found in said if found), None),
+            name=library.name,
+            version=next((match[1].decode() for match in matches if match), None),
             purl=None,
-            licence=one.licence,
-            texts=tuple(_text(text) for text in (*texts, *(LICENCE_FOLDER / name for name in one.texts))),
+            licence=library.licence,
+            texts=tuple(_text(text) for text in (*texts, *(LICENCE_FOLDER / name for name in library.texts))),
             files=files,
             inside=around,
         )
@@ -152,13 +152,13 @@ def _of_cryptography(entries: Sequence[Entry], apache: tuple[Path, ...]) -> Iter
         if not _name(entry).startswith(_RUST_LIBRARY):
             continue
         content = Path(entry.source).read_bytes()
-        found: set[tuple[str, str, str, str | None]] = {
-            ("OpenSSL", one[1].decode(), "Apache-2.0", None) for one in _OPENSSL.finditer(content)
+        works: set[tuple[str, str, str, str | None]] = {
+            ("OpenSSL", match[1].decode(), "Apache-2.0", None) for match in _OPENSSL.finditer(content)
         }
-        for one in _CRATE.finditer(content):
-            name, version = one[1].decode(), one[2].decode()
-            found.add((name, version, _LICENCES_OF_CRATES.get(name, "Apache-2.0"), f"pkg:cargo/{name}@{version}"))
-        for name, version, licence, purl in sorted(found, key=lambda one: one[:2]):
+        for match in _CRATE.finditer(content):
+            name, version = match[1].decode(), match[2].decode()
+            works.add((name, version, _LICENCES_OF_CRATES.get(name, "Apache-2.0"), f"pkg:cargo/{name}@{version}"))
+        for name, version, licence, purl in sorted(works, key=lambda work: work[:2]):
             yield Part(
                 name=name,
                 version=version,

@@ -99,8 +99,8 @@ def _runs() -> bool:
 
 def _make(extent: str) -> None:
     started = time.monotonic()
-    wanted, found = wanted_stamp(extent), found_stamp()
-    can_be_reused = (found.get("root"), found.get("python")) == (wanted["root"], wanted["python"]) and _runs()
+    required, present = wanted_stamp(extent), found_stamp()
+    can_be_reused = (present.get("root"), present.get("python")) == (required["root"], required["python"]) and _runs()
     for mark in (STAMP, QT_PROVEN):
         mark.unlink(missing_ok=True)
     if not can_be_reused:
@@ -114,7 +114,7 @@ def _make(extent: str) -> None:
     _pip("install", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
     _pip("check")
     half = STAMP.with_suffix(".half")
-    half.write_text(json.dumps(wanted, indent=1), encoding="utf-8")
+    half.write_text(json.dumps(required, indent=1), encoding="utf-8")
     half.replace(STAMP)
     say(f"Installed in {time.monotonic() - started:.0f} s.")
 

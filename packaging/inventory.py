@@ -74,15 +74,15 @@ def parts(collected: Iterable[Entry], own: Path) -> list[Part]:
     owned, python, rest = _owners(entries, own)
     of_qt = [entry for entry in owned.get(_PYSIDE, ()) if _is_of_qt(entry)]
     owned[_PYSIDE] = [entry for entry in owned.get(_PYSIDE, ()) if not _is_of_qt(entry)]
-    found = [_from_distribution(metadata.distribution(name), owned.get(name, ())) for name in {*owned, *_ALWAYS}]
-    found += [_python(python), _qt(of_qt), *_icu(entries)]
+    bundled = [_from_distribution(metadata.distribution(name), owned.get(name, ())) for name in {*owned, *_ALWAYS}]
+    bundled += [_python(python), _qt(of_qt), *_icu(entries)]
     if sys.platform.startswith("linux"):
-        found += _system_parts(rest)
-    found += enclosed_parts(entries, found)
-    for part in found:
+        bundled += _system_parts(rest)
+    bundled += enclosed_parts(entries, bundled)
+    for part in bundled:
         if not part.texts:
             raise SetupError(f"The licence text of {part.name} is not found; put it into {LICENCE_FOLDER}.")
-    return sorted(found, key=lambda part: (part.name.lower(), part.version or ""))
+    return sorted(bundled, key=lambda part: (part.name.lower(), part.version or ""))
 
 
 def _owners(entries: Iterable[Entry], own: Path) -> tuple[dict[str, list[Entry]], list[Entry], list[Entry]]:
@@ -102,7 +102,7 @@ def _owners(entries: Iterable[Entry], own: Path) -> tuple[dict[str, list[Entry]]
             owned.setdefault(owner[entry.source], []).append(entry)
         elif _is_python(path, libraries):
             python.append(entry)
-        elif not any(path.is_relative_to(one) for one in (own, ROOT)):
+        elif not any(path.is_relative_to(folder) for folder in (own, ROOT)):
             rest.append(entry)
     return owned, python, rest
 
@@ -122,7 +122,7 @@ def _from_distribution(distribution: metadata.Distribution, files: Iterable[Entr
         raise SetupError(f"{distribution.name} states no licence; look at its text and name it in inventory.py.")
     if name in _ALWAYS:
         listed = [str(file) for file in distribution.files or () if _ALWAYS[name].match(file.as_posix())]
-        files = (*files, *(Entry(one, str(distribution.locate_file(one)), "LOADER") for one in listed))
+        files = (*files, *(Entry(file, str(distribution.locate_file(file)), "LOADER") for file in listed))
     return Part(
         name=distribution.name,
         version=distribution.version,
@@ -186,7 +186,7 @@ def _icu(entries: list[Entry]) -> Iterable[Part]:
         name, _, version = Path(entry.place).name.partition(".so.")
         if name == "libicudata":
             texts = (LICENCE_FOLDER / "ICU.txt",)
-            files = tuple(one for one in entries if Path(one.place).name.startswith("libicu"))
+            files = tuple(file for file in entries if Path(file.place).name.startswith("libicu"))
             purl = f"pkg:generic/icu@{version}"
             yield Part(name="ICU", version=version, purl=purl, licence="ICU", texts=texts, files=files)
 
@@ -205,7 +205,7 @@ def _system_parts(entries: Iterable[Entry]) -> list[Part]:
 def _system_part(package: str, files: Iterable[Entry]) -> Part:
     plain = package.partition(":")[0]
     version = run(["dpkg-query", "--show", "--showformat=${Version}", package], "dpkg-query failed").strip()
-    licence = next((one for start, one in _OF_THE_SYSTEM.items() if plain.startswith(start)), None)
+    licence = next((expression for start, expression in _OF_THE_SYSTEM.items() if plain.startswith(start)), None)
     if licence is None:
         raise SetupError(f"The licence of Debian's {plain} is not named in inventory.py.")
     text = Path("/usr/share/doc") / plain / "copyright"
@@ -222,9 +222,9 @@ def _system_part(package: str, files: Iterable[Entry]) -> Part:
 def _debian_package(path: Path) -> str | None:
     """The package of a library; Debian lists some files below /lib, which is a link to /usr/lib."""
     real = path.resolve()
-    for one in (path, real, Path("/", *real.parts[2:])):
+    for candidate in (path, real, Path("/", *real.parts[2:])):
         try:
-            answer = run(["dpkg-query", "--search", str(one)], "dpkg-query failed")
+            answer = run(["dpkg-query", "--search", str(candidate)], "dpkg-query failed")
         except (OSError, SetupError):
             continue
         return answer.splitlines()[0].rpartition(": ")[0].split(", ")[0]

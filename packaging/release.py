@@ -60,14 +60,14 @@ def project() -> dict[str, str]:
 
 def refusals(python: Sequence[int] = sys.version_info[:3]) -> list[str]:
     """Reasons why a build must not be released, one sentence each."""
-    found = [f"pyproject.toml: {key} is a placeholder." for key, value in project().items() if _PLACEHOLDER in value]
+    reasons = [f"pyproject.toml: {key} is a placeholder." for key, value in project().items() if _PLACEHOLDER in value]
     series, patch = f"{python[0]}.{python[1]}", python[2]
     oldest = _stated()["tool"]["dps-s"]["oldest-python"].get(series)
     if oldest is None:
-        found.append(f"A release brings none of Python {series}: pyproject.toml states no version of it.")
+        reasons.append(f"A release brings none of Python {series}: pyproject.toml states no version of it.")
     elif patch < oldest:
-        found.append(f"Python {series}.{patch} is too old to be passed on: build with {series}.{oldest} or later.")
-    return found
+        reasons.append(f"Python {series}.{patch} is too old to be passed on: build with {series}.{oldest} or later.")
+    return reasons
 
 
 def _stated() -> dict[str, Any]:

@@ -34,7 +34,7 @@ def bill_of_materials(release: Release, parts: Sequence[Part], internal: Path) -
     bom = Bom(components=components, serial_number=uuid.UUID(int=0))
     bom.metadata.component, bom.metadata.timestamp = own, release.time
     bom.metadata.lifecycles.add(PredefinedLifecycle(LifecyclePhase.BUILD))
-    bom.register_dependency(own, [one for one, part in components.items() if part.inside is None])
+    bom.register_dependency(own, [component for component, part in components.items() if part.inside is None])
     for component in components:
         bom.register_dependency(component)
     bom.serial_number = uuid.uuid5(uuid.NAMESPACE_URL, JsonV1Dot6(bom).output_as_string())
@@ -58,8 +58,8 @@ def _component(part: Part, internal: Path) -> Component:
         hashes=[_hash(_sum_of_all(sums))], licenses=[LicenseFactory().make_from_string(part.licence)],
         properties=_properties(properties),
         components=[
-            Component(name=one, type=ComponentType.FILE, bom_ref=f"{reference}#{one}", hashes=[_hash(sums[one])])
-            for one in here
+            Component(name=place, type=ComponentType.FILE, bom_ref=f"{reference}#{place}", hashes=[_hash(sums[place])])
+            for place in here
         ],
     )  # fmt: skip
 

@@ -53,13 +53,13 @@ def make_ready(*, is_screen_wanted: bool, is_packaging: bool = False, is_testing
         return
     manager = package_manager()
 
-    def look() -> Needed:
+    def needed_now() -> Needed:
         return _needed(manager, is_screen_wanted=is_screen_wanted, is_packaging=is_packaging, is_testing=is_testing)
 
-    needed = look()
+    needed = needed_now()
     if needed.packages:
         _install(manager, [*needed.packages, *needed.further], reason=" and ".join(needed.reasons))
-        still = look()
+        still = needed_now()
         if still.packages:
             raise SetupError(f"Still missing after the installation: {', '.join(still.packages)}.")
     elif needed.further:

@@ -66,7 +66,7 @@ class Lag:
     def asked_at(self, request: Request) -> float:
         """When the earliest request was sent that a reply to `request`, received now, may answer."""
         codes = request.command.reply_codes
-        return next((one.at for one in self._asked if one.request.command.reply_codes & codes), -inf)
+        return next((question.at for question in self._asked if question.request.command.reply_codes & codes), -inf)
 
     def answer(self, request: Request, now: float) -> None:
         """Note a reply to `request`, in time or late."""
@@ -74,9 +74,9 @@ class Lag:
         if asked_at == -inf:
             return
         if request.command is STATUS:
-            self._asked.remove(next(one for one in self._asked if one.request.command is STATUS))
+            self._asked.remove(next(question for question in self._asked if question.request.command is STATUS))
             return
-        if not next(one for one in self._asked if one.at == asked_at).is_due:
+        if not next(question for question in self._asked if question.at == asked_at).is_due:
             self.answer_or_copy(request)  # that one had its reply: this is the reply to a later one
         self._last_s = now - asked_at
         self._answerable.add(request)
@@ -102,7 +102,5 @@ class Lag:
         the module is known to answer that question."""
         if self._last_s is None:
             return None
-        due = (
-            one.at for one in self._asked if one.is_due and one.request in self._answerable and now - one.at <= MAX_S
-        )
-        return max(self._last_s, now - next(due, now))
+        due = (question for question in self._asked if question.is_due and question.request in self._answerable)
+        return max(self._last_s, now - next((question.at for question in due if now - question.at <= MAX_S), now))

@@ -37,8 +37,8 @@ class _Copied:
     is_late: bool
 
 
-def _overlap(one: Request, other: Request) -> bool:
-    return bool(one.command.reply_codes & other.command.reply_codes)
+def _overlap(request: Request, other: Request) -> bool:
+    return bool(request.command.reply_codes & other.command.reply_codes)
 
 
 class StaleReplies:
@@ -71,16 +71,17 @@ class StaleReplies:
         """Whether a reply to another request could be mistaken for the answer to this one. A reply to the same question
         asked before is as good."""
         repeats = request.is_repeatable and request.command.layout is not Layout.RECORD
-        copied = [one.request for one in self._copied if one.request is not None and now <= one.until]
-        return any(_overlap(one, request) for one in (*self._not_past, *copied) if not (repeats and one == request))
+        copied = [copy.request for copy in self._copied if copy.request is not None and now <= copy.until]
+        others = (other for other in (*self._not_past, *copied) if not (repeats and other == request))
+        return any(_overlap(other, request) for other in others)
 
     def fence(self, now: float, *, is_proof: bool = False) -> Request:
         """A heartbeat, or another question where an earlier reply or a restart's second heartbeat could be mistaken for
         its answer. With `is_proof` not a heartbeat: one may come unasked at any time."""
-        earlier_ones = self._all()
+        requests = self._all()
         if is_proof or now - self._heartbeats_at[0] <= self._timing.restart_s:
-            earlier_ones += (_HEARTBEAT,)
-        told_apart = (one for one in FENCES if not any(_overlap(earlier, one) for earlier in earlier_ones))
+            requests += (_HEARTBEAT,)
+        told_apart = (fence for fence in FENCES if not any(_overlap(request, fence) for request in requests))
         return next(told_apart, _HEARTBEAT)
 
     def on_heartbeat(self, now: float) -> None:
@@ -107,7 +108,7 @@ class StaleReplies:
 
     def _renew(self, answered: Request, now: float) -> None:
         """If it was the late reply to the same question asked before, the one to this question is still to come."""
-        owed = next((one for one in self._outstanding if one.request == answered), None)
+        owed = next((reply for reply in self._outstanding if reply.request == answered), None)
         if owed is not None:
             self._outstanding.remove(owed)
             self._outstanding.append(_Outstanding(answered, now))
@@ -129,15 +130,15 @@ class StaleReplies:
 
     def expect_no_copy(self, raw: bytes) -> None:
         """Undo `expect_copy`."""
-        self._copied = deque((one for one in self._copied if one.raw != raw), maxlen=_MAX_COPIED)
+        self._copied = deque((copy for copy in self._copied if copy.raw != raw), maxlen=_MAX_COPIED)
 
     def is_copy(self, raw: bytes, now: float) -> bool:
-        return any(one.raw == raw and now <= one.until for one in self._copied)
+        return any(copy.raw == raw and now <= copy.until for copy in self._copied)
 
     def is_late_copy(self, raw: bytes) -> bool:
         """Whether the frame of which this is a copy came late."""
-        return next((one.is_late for one in self._copied if one.raw == raw), False)
+        return next((copy.is_late for copy in self._copied if copy.raw == raw), False)
 
     def copied_request(self, raw: bytes) -> Request | None:
         """The request that the frame answered of which this is a copy."""
-        return next((one.request for one in self._copied if one.raw == raw), None)
+        return next((copy.request for copy in self._copied if copy.raw == raw), None)

@@ -111,18 +111,18 @@ class StreamParser:
                 position += accepted
                 if accepted:
                     continue
-            found = self._candidate(data, position, is_final=is_final)
-            if found is None:
+            outcome = self._candidate(data, position, is_final=is_final)
+            if outcome is None:
                 break
-            if isinstance(found, Frame):
-                self._accept(pieces, found)
-                position += len(found.raw)
+            if isinstance(outcome, Frame):
+                self._accept(pieces, outcome)
+                position += len(outcome.raw)
             else:
                 # Only the first byte is given up; the tail shares its reason unless a header shows up in it.
                 repeated = _REPEATED_HEADER.match(data, position)
                 stop = position + 1 if repeated is None else repeated.end() - 1
-                self._blame, self._blamed_bytes = found, stop - position + self._reject_length(data, position) - 1
-                pieces.append(Noise(b"", found, self._offset + position))
+                self._blame, self._blamed_bytes = outcome, stop - position + self._reject_length(data, position) - 1
+                pieces.append(Noise(b"", outcome, self._offset + position))
                 position = self._give_up(pieces, data, position, stop)
         self._pending = data[position:]
         self._offset += position

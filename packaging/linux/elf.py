@@ -29,9 +29,9 @@ def _shown(folder: Path) -> Iterator[tuple[Path, str]]:
 def make_run_paths_relative(folder: Path) -> None:
     """A Python that was not built by a distribution writes its folder into all that it compiles."""
     for path, shown in _shown(folder):
-        found = _RUN_PATH.search(shown)
-        if found is not None and found[1].startswith("/"):
-            make_run_path_relative(path, found[1])
+        match = _RUN_PATH.search(shown)
+        if match is not None and match[1].startswith("/"):
+            make_run_path_relative(path, match[1])
 
 
 def make_run_path_relative(path: Path, run_path: str) -> None:
@@ -46,8 +46,8 @@ def make_run_path_relative(path: Path, run_path: str) -> None:
 
 def glibc_wanted(folder: Path) -> tuple[int, int]:
     """The oldest C library with which everything in `folder` starts: major and minor."""
-    found = (version for _, shown in _shown(folder) for version in _GLIBC.findall(shown))
-    return max((int(major), int(minor)) for major, minor in found)
+    versions = (version for _, shown in _shown(folder) for version in _GLIBC.findall(shown))
+    return max((int(major), int(minor)) for major, minor in versions)
 
 
 def outside_libraries(folder: Path) -> dict[str, list[Path]]:

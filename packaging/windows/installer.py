@@ -44,48 +44,48 @@ def arguments(release: Release, bundle: Path, target: Path, icon: Path, file_typ
 def write_file_types(target: Path) -> None:
     """Write the part of the script that registers and removes the file types."""
     text = "\n".join([
-        *(line for one in FILE_TYPES for line in _names(one)),
+        *(line for file_type in FILE_TYPES for line in _names(file_type)),
         "!macro REGISTER_FILE_TYPES",
-        *(f"  {line}" for one in FILE_TYPES for line in _registration(one)),
+        *(f"  {line}" for file_type in FILE_TYPES for line in _registration(file_type)),
         "!macroend",
         "!macro REMOVE_FILE_TYPES",
-        *(f"  {line}" for one in FILE_TYPES for line in _removal(one)),
+        *(f"  {line}" for file_type in FILE_TYPES for line in _removal(file_type)),
         "!macroend",
         "",
     ])  # fmt: skip
     target.write_text(text, encoding="utf-8-sig")  # without a BOM NSIS on Windows assumes the ANSI code page
 
 
-def _class_of(one: FileType) -> str:
+def _class_of(file_type: FileType) -> str:
     """Its ProgID."""
-    return f"DPS-S.{one.key}"
+    return f"DPS-S.{file_type.key}"
 
 
-def _names(one: FileType) -> Iterator[str]:
-    yield f'LangString TYPE_{one.key} ${{LANG_ENGLISH}} "{one.english}"'
-    yield f'LangString TYPE_{one.key} ${{LANG_SIMPCHINESE}} "{one.chinese}"'
+def _names(file_type: FileType) -> Iterator[str]:
+    yield f'LangString TYPE_{file_type.key} ${{LANG_ENGLISH}} "{file_type.english}"'
+    yield f'LangString TYPE_{file_type.key} ${{LANG_SIMPCHINESE}} "{file_type.chinese}"'
 
 
-def _registration(one: FileType) -> Iterator[str]:
-    own, program = f'HKCU "${{CLASSES}}\\{_class_of(one)}', "$INSTDIR\\dps-s-window.exe"
-    yield f'WriteRegStr {own}" "" "$(TYPE_{one.key})"'
+def _registration(file_type: FileType) -> Iterator[str]:
+    own, program = f'HKCU "${{CLASSES}}\\{_class_of(file_type)}', "$INSTDIR\\dps-s-window.exe"
+    yield f'WriteRegStr {own}" "" "$(TYPE_{file_type.key})"'
     yield f'WriteRegStr {own}\\DefaultIcon" "" "{program},0"'
     yield f'WriteRegStr {own}\\shell\\open\\command" "" \'"{program}" "%1"\''
-    for ending in one.mime_types:
-        yield f'WriteRegStr HKCU "${{CLASSES}}\\{ending}\\OpenWithProgids" "{_class_of(one)}" ""'
-        if one.is_own:
-            yield f'WriteRegStr HKCU "${{CLASSES}}\\{ending}" "" "{_class_of(one)}"'
+    for ending in file_type.mime_types:
+        yield f'WriteRegStr HKCU "${{CLASSES}}\\{ending}\\OpenWithProgids" "{_class_of(file_type)}" ""'
+        if file_type.is_own:
+            yield f'WriteRegStr HKCU "${{CLASSES}}\\{ending}" "" "{_class_of(file_type)}"'
 
 
-def _removal(one: FileType) -> Iterator[str]:
+def _removal(file_type: FileType) -> Iterator[str]:
     """Keeps the entries of other programs."""
-    yield f'DeleteRegKey HKCU "${{CLASSES}}\\{_class_of(one)}"'
-    for ending in one.mime_types:
+    yield f'DeleteRegKey HKCU "${{CLASSES}}\\{_class_of(file_type)}"'
+    for ending in file_type.mime_types:
         key = f'HKCU "${{CLASSES}}\\{ending}'
-        yield f'DeleteRegValue {key}\\OpenWithProgids" "{_class_of(one)}"'
+        yield f'DeleteRegValue {key}\\OpenWithProgids" "{_class_of(file_type)}"'
         yield f'DeleteRegKey /ifnosubkeys /ifnovalues {key}\\OpenWithProgids"'
-        if one.is_own:
+        if file_type.is_own:
             yield f'ReadRegStr $0 {key}" ""'
-            yield f'StrCmp $0 "{_class_of(one)}" 0 +2'
+            yield f'StrCmp $0 "{_class_of(file_type)}" 0 +2'
             yield f'DeleteRegValue {key}" ""'
         yield f'DeleteRegKey /ifnosubkeys /ifnovalues {key}"'

@@ -51,11 +51,11 @@ def run_suite(suite: Suite, limit_s: float) -> Result:
     words = [*suite.tests, *_OPTIONS, "-o", f"faulthandler_timeout={hang_s:.0f}"]
     words += [f"--deselect={name}" for name in untold]
     started = time.monotonic()
-    said = _on_linux(words, report, limit_s) if suite.platform is None else _on_windows(words, suite.platform, limit_s)
+    text = _on_linux(words, report, limit_s) if suite.platform is None else _on_windows(words, suite.platform, limit_s)
     seconds = time.monotonic() - started
     (wine.PLACE / "logs").mkdir(exist_ok=True)
     name = re.sub(r"\W+", "-", suite.title).lower()
-    (wine.PLACE / "logs" / f"{name}.txt").write_text(said, encoding="utf-8")
+    (wine.PLACE / "logs" / f"{name}.txt").write_text(text, encoding="utf-8")
     if not report.is_file():
         return Result(suite, not_judged=len(untold), seconds=seconds, note="did not come to its end")
     return _read(suite, report, len(untold), seconds)
@@ -92,13 +92,13 @@ def _read(suite: Suite, report: Path, untold: int, seconds: float) -> Result:
 def table(results: Sequence[Result], when: datetime) -> str:
     """The results as Markdown."""
     rows = [
-        f"| {one.suite.title} | {one.passed} | {len(one.failed)} | {one.not_judged} | {one.not_for_windows} "
-        f"| {one.seconds:.0f} s{f', {one.note}' if one.note else ''} |"
-        for one in results
+        f"| {result.suite.title} | {result.passed} | {len(result.failed)} | {result.not_judged} "
+        f"| {result.not_for_windows} | {result.seconds:.0f} s{f', {result.note}' if result.note else ''} |"
+        for result in results
     ]
-    sums = [sum(column) for column in zip(*((one.passed, len(one.failed), one.not_judged, one.not_for_windows,
-                                            one.seconds) for one in results), strict=True)]  # fmt: skip
-    named = [f"- `{name}`" for one in results for name in one.failed]
+    sums = [sum(column) for column in zip(*((result.passed, len(result.failed), result.not_judged,
+            result.not_for_windows, result.seconds) for result in results), strict=True)]  # fmt: skip
+    named = [f"- `{name}`" for result in results for name in result.failed]
     return "\n".join([
         f"{when:%Y-%m-%d}, Wine 10, Python 3.13 for Windows:",
         "",
@@ -118,14 +118,14 @@ def run_suites(suites: Sequence[Suite]) -> int:
     for suite in suites:
         say(f"{suite.title} ...")
         results.append(run_suite(suite, suite.limit_s))
-        one = results[-1]
-        say(f"  {one.passed} passed, {len(one.failed)} failed, {one.seconds:.0f} s {one.note}")
-        for name in one.failed:
+        result = results[-1]
+        say(f"  {result.passed} passed, {len(result.failed)} failed, {result.seconds:.0f} s {result.note}")
+        for name in result.failed:
             say(f"  failed: {name}")
     text = table(results, datetime.now(UTC))
     (wine.PLACE / "results.md").write_text(text, encoding="utf-8")
     say(text)
-    return 0 if all(one.is_well for one in results) else 1
+    return 0 if all(result.is_well for result in results) else 1
 
 
 def main(arguments: list[str]) -> int:

