@@ -25,11 +25,11 @@ def restore_library_path() -> None:
 
 def _run_without_console(run: Callable[[], int]) -> int:
     """Run without standard output; what was printed is shown in a message box if the program fails."""
-    said = io.StringIO()
-    sys.stdout = sys.stderr = said
+    output = io.StringIO()
+    sys.stdout = sys.stderr = output
     code = run()
-    if code and said.getvalue().strip():
-        _show_error(said.getvalue().strip())
+    if code and output.getvalue().strip():
+        _show_error(output.getvalue().strip())
     return code
 
 

@@ -108,20 +108,20 @@ class Archive:
             self.store.register_module(module)
             self.store.facts.add(FactKind.SERVICE, content, module=module)
 
-    def settle(self, one: NamedModule, other: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
+    def settle(self, first: NamedModule, second: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
         """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts
         that of a station that is not known here."""
         names = self.names()
-        unknown = next((module for module in (one, other) if names.module_of(module) is None), None)
-        if unknown is not None or one == other:
+        unknown = next((module for module in (first, second) if names.module_of(module) is None), None)
+        if unknown is not None or first == second:
             raise UserError(marked("No such pair of modules in the archive."))
-        pair = pair_of(one, other)
+        pair = pair_of(first, second)
         if not who.strip():
             raise UserError(marked("Enter the name of the person who decides."))
         settled = settled_in(self.facts, self._known()).get(pair)
         settlement = Settlement(
-            pair=pair, is_same=is_same, name=clean(name.strip() or one.name) if is_same else "", who=clean(who.strip()),
-            revision=1 if settled is None else settled.next_revision,
+            pair=pair, is_same=is_same, name=clean(name.strip() or first.name) if is_same else "",
+            who=clean(who.strip()), revision=1 if settled is None else settled.next_revision,
         )  # fmt: skip
         self.store.facts.add(FactKind.SETTLEMENT, settlement.content())
         self.collect()

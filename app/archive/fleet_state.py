@@ -76,9 +76,9 @@ def fleet_state(
     facts: LocalFacts, names: ModuleNames, now: datetime, *, check_days: int = CHECK_DAYS, test_days: int = TEST_DAYS
 ) -> list[ModuleToday]:
     """By name. Raises `UserError`."""
-    found = [ModuleToday(module) for module in names.modules]
+    states = [ModuleToday(module) for module in names.modules]
     about = _by_module(facts, names)
-    for state in found:
+    for state in states:
         mine = {kind: about.get((state.module, kind), []) for kind in FactKind}
         everything = [fact for some in mine.values() for fact in some]
         state.last_at = max((fact.made_at for fact in everything), default="")
@@ -94,7 +94,7 @@ def fleet_state(
         due = due_services((fact.content for fact in done), now.astimezone().date())
         state.since_repack = _since_repack(mine[FactKind.TRIGGER_RECORD], done)
         state.due += [Due(DueKind.SERVICE, service.text) for service in due]
-    return found
+    return states
 
 
 def line_of(fact: Fact) -> CheckLine:
@@ -106,13 +106,13 @@ def line_of(fact: Fact) -> CheckLine:
 
 def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule, FactKind], list[Fact]]:
     modules = {member: module for module in names.modules for member in module.members}
-    found: dict[tuple[KnownModule, FactKind], list[Fact]] = {}
+    grouped: dict[tuple[KnownModule, FactKind], list[Fact]] = {}
     for kind in FactKind:
         for fact in facts.of_kind(kind):
             member = module_of_fact(fact)
             if member is not None and member in modules:
-                found.setdefault((modules[member], kind), []).append(fact)
-    return found
+                grouped.setdefault((modules[member], kind), []).append(fact)
+    return grouped
 
 
 def _last_check(checks: Sequence[Fact]) -> Fact | None:

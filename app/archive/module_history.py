@@ -67,7 +67,7 @@ class ModuleHistory:
 def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
     """Raises `UserError`."""
     members = set(module.members)
-    found = [
+    history = [
         fact
         for kind in _EVENTS
         for name in sorted({member.name for member in members})
@@ -75,17 +75,17 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
         if module_of_fact(fact) in members
     ]
     decisions = facts.of_kind(FactKind.SETTLEMENT)
-    found += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
-    acts = _acts(found)
-    found = [fact for fact in found if fact.kind not in _OF_ACTS or fact in acts]
+    history += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
+    acts = _acts(history)
+    history = [fact for fact in history if fact.kind not in _OF_ACTS or fact in acts]
     order = {kind.value: place for place, kind in enumerate(FactKind)}  # of what was recorded at once
-    found.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
+    history.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
     values: dict[str, list[ValuePoint]] = {}
-    for fact in found:
+    for fact in history:
         for name, value in measured_in(fact.record).items():
             values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
     points = {name: tuple(some) for name, some in sorted(values.items())}
-    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts)) for fact in found), points)
+    return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts)) for fact in history), points)
 
 
 def fact_text(fact: Fact, acts: Mapping[Fact, AuditEntry | None]) -> UserMessage:
@@ -127,7 +127,7 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
             outcome = message(_OUTCOMES[act.outcome])
             return message(marked("{act}: {outcome}."), act=_act(act), outcome=outcome)
         case FactKind.SERVICE:
-            return service_of(content).told()
+            return service_of(content).summary()
         case FactKind.SETTLEMENT:
             settlement = settlement_of(fact)
             who, station = decided_by(settlement)

@@ -89,9 +89,9 @@ class Conflict:
     proposal: Settlement | None = None
 
     def question(self) -> UserMessage:
-        one, other = (clean(module.name, longest=60) for module in self.pair)
+        first, second = (clean(module.name, longest=60) for module in self.pair)
         if self.proposal is None:
-            return message(_QUESTIONS[self.kind], one=one, other=other)
+            return message(_QUESTIONS[self.kind], one=first, other=second)
         who, station = decided_by(self.proposal)
         return message(_QUESTIONS[self.kind], who=who, station=station, decision=decision_text(self.proposal))
 
@@ -116,24 +116,24 @@ class ModuleNames:
 
     def named(self, name: str) -> tuple[KnownModule, ...]:
         """Find by its common name or its name at a station."""
-        wanted = _folded(name)
-        exact = tuple(module for module in self.modules if _folded(module.name) == wanted)
+        folded = _folded(name)
+        exact = tuple(module for module in self.modules if _folded(module.name) == folded)
         return exact or tuple(
-            module for module in self.modules if any(_folded(member.name) == wanted for member in module.members)
+            module for module in self.modules if any(_folded(member.name) == folded for member in module.members)
         )
 
 
-def pair_of(one: NamedModule, other: NamedModule) -> Pair:
-    return (one, other) if one <= other else (other, one)
+def pair_of(first: NamedModule, second: NamedModule) -> Pair:
+    return (first, second) if first <= second else (second, first)
 
 
 def decision_text(settlement: Settlement) -> UserMessage:
     """As a sentence, for example "“M-07” and “M-7” are one module, “M-07”."."""
-    one, other = (clean(module.name, longest=60) for module in settlement.pair)
+    first, second = (clean(module.name, longest=60) for module in settlement.pair)
     if settlement.is_same:
         text = marked("“{one}” and “{other}” are one module, “{name}”.")
-        return message(text, one=one, other=other, name=clean(settlement.name, longest=60))
-    return message(marked("“{one}” and “{other}” are two modules."), one=one, other=other)
+        return message(text, one=first, other=second, name=clean(settlement.name, longest=60))
+    return message(marked("“{one}” and “{other}” are two modules."), one=first, other=second)
 
 
 def decided_by(settlement: Settlement) -> tuple[UserMessage, str]:
@@ -183,13 +183,13 @@ def _settled(settlements: Sequence[Settlement], known: Collection[str]) -> Settl
 
 def names_of(facts: LocalFacts, known: Collection[str]) -> ModuleNames:
     """`known`: public keys of the stations whose decisions count. Raises `UserError`."""
-    members = {found for fact in facts.of_kind(FactKind.MODULE) if (found := module_of_fact(fact)) is not None}
+    members = {member for fact in facts.of_kind(FactKind.MODULE) if (member := module_of_fact(fact)) is not None}
     settled = settled_in(facts, known)
-    decided = {pair: one.decided for pair, one in settled.items() if one.decided is not None}
+    decided = {pair: decisions.decided for pair, decisions in settled.items() if decisions.decided is not None}
     members |= {module for pair in decided for module in pair}
     names = _names(sorted(members), decided, _records_by_module(facts))
-    proposed = [Conflict(ConflictKind.PROPOSAL, pair, one.proposed) for pair, one in sorted(settled.items())
-                if one.proposed is not None and members.issuperset(pair)]  # fmt: skip
+    proposed = [Conflict(ConflictKind.PROPOSAL, pair, decisions.proposed) for pair, decisions in sorted(settled.items())
+                if decisions.proposed is not None and members.issuperset(pair)]  # fmt: skip
     asked = {conflict.pair for conflict in proposed}
     return replace(
         names, conflicts=(*proposed, *(conflict for conflict in names.conflicts if conflict.pair not in asked))
@@ -216,13 +216,13 @@ def _names(
 class _Groups(dict[NamedModule, NamedModule]):
     """Groups of modules (union-find): each leads to another one of its group, finally to the smallest."""
 
-    def leader(self, one: NamedModule) -> NamedModule:
-        while self[one] != one:
-            one = self[one]
-        return one
+    def leader(self, module: NamedModule) -> NamedModule:
+        while self[module] != module:
+            module = self[module]
+        return module
 
-    def join(self, one: NamedModule, other: NamedModule) -> None:
-        first, second = sorted((self.leader(one), self.leader(other)))
+    def join(self, module: NamedModule, other: NamedModule) -> None:
+        first, second = sorted((self.leader(module), self.leader(other)))
         self[second] = first
 
 
@@ -248,7 +248,7 @@ def _open(
     groups: _Groups,
 ) -> Iterator[Conflict]:
     """The fewest questions that may settle it: of three with one name, the first is paired with each of the others."""
-    apart = {frozenset(map(groups.leader, pair)) for pair, one in settled.items() if not one.is_same}
+    apart = {frozenset(map(groups.leader, pair)) for pair, settlement in settled.items() if not settlement.is_same}
     by_name: dict[str, list[NamedModule]] = {}
     by_record: dict[str, list[NamedModule]] = {}
     for member in members:
@@ -258,28 +258,28 @@ def _open(
     asked = _Groups(groups)
     for kind, parts in ((ConflictKind.SAME_NAME, by_name), (ConflictKind.SAME_RECORDS, by_record)):
         for part in parts.values():
-            for one, other in combinations(part[:MAX_ALIKE], 2):
-                is_apart = frozenset((groups.leader(one), groups.leader(other))) in apart
-                if one.station != other.station and asked.leader(one) != asked.leader(other) and not is_apart:
-                    asked.join(one, other)
-                    yield Conflict(kind, pair_of(one, other))
+            for first, second in combinations(part[:MAX_ALIKE], 2):
+                is_apart = frozenset((groups.leader(first), groups.leader(second))) in apart
+                if first.station != second.station and asked.leader(first) != asked.leader(second) and not is_apart:
+                    asked.join(first, second)
+                    yield Conflict(kind, pair_of(first, second))
 
 
 def _records_by_module(facts: LocalFacts) -> dict[NamedModule, frozenset[str]]:
-    found: dict[NamedModule, set[str]] = {}
+    records: dict[NamedModule, set[str]] = {}
     for fact in facts.of_kind(FactKind.TRIGGER_RECORD):
         module = module_of_fact(fact)
         if module is not None:
-            found.setdefault(module, set()).add(fact.content["raw"])
-    return {module: frozenset(raws) for module, raws in found.items()}
+            records.setdefault(module, set()).add(fact.content["raw"])
+    return {module: frozenset(raws) for module, raws in records.items()}
 
 
 def settlement_of(fact: Fact) -> Settlement:
     """`fact` is of the kind `SETTLEMENT`."""
     content = fact.content
-    one, other = (NamedModule(*module) for module in content["modules"])
+    first, second = (NamedModule(*module) for module in content["modules"])
     return Settlement(
-        pair=pair_of(one, other), is_same=content["is_same"], name=content["name"] or "", who=content["who"] or "",
+        pair=pair_of(first, second), is_same=content["is_same"], name=content["name"] or "", who=content["who"] or "",
         revision=content["revision"], made_at=fact.made_at, id=fact.id, station=fact.station,
     )  # fmt: skip
 

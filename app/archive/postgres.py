@@ -175,10 +175,10 @@ def _roots(url: ServerUrl) -> Iterator[dict[str, str]]:
 def system_roots() -> Iterator[Path | None]:
     """The system's trusted root certificates as a file, because psycopg's bundled OpenSSL does not find them; None if
     there are none. On Windows a temporary file is written and deleted at the end."""
-    found = next((file for file in ROOT_FILES if file.is_file()), None)
-    trusted = [] if found is not None else ssl.create_default_context().get_ca_certs(binary_form=True)
+    roots = next((file for file in ROOT_FILES if file.is_file()), None)
+    trusted = [] if roots is not None else ssl.create_default_context().get_ca_certs(binary_form=True)
     if not trusted:
-        yield found
+        yield roots
         return
     with TemporaryDirectory(prefix="dps-s-") as folder:
         written = Path(folder, "roots.pem")
@@ -191,11 +191,11 @@ def _password_of_keyring(url: ServerUrl, error: Exception) -> str | None:
     if not any(sign in str(error) for sign in _NO_PASSWORD):
         return None
     try:
-        found = import_module("keyring").get_password(KEYRING_SERVICE, f"{url.user}@{url.place}")
+        password = import_module("keyring").get_password(KEYRING_SERVICE, f"{url.user}@{url.place}")
     except Exception as trouble:  # noqa: BLE001  a keyring may be locked, absent or broken in ways of its own
         _log.info("The keyring gives no password: %s", type(trouble).__name__)
         return None
-    return found if isinstance(found, str) and found else None
+    return password if isinstance(password, str) and password else None
 
 
 def _find_table(connection: "psycopg.Connection[Any]") -> None:

@@ -42,19 +42,19 @@ class ServerUrl(NamedTuple):
 
 def server_url(text: str) -> ServerUrl:
     """Raises `UserError`, whose message contains nothing of `text`, because it may contain a password."""
-    found = _URL.fullmatch(text.strip()) if len(text) <= MAX_URL_LENGTH else None
-    if found is None or found["scheme"].lower() not in SCHEMES:
+    match = _URL.fullmatch(text.strip()) if len(text) <= MAX_URL_LENGTH else None
+    if match is None or match["scheme"].lower() not in SCHEMES:
         example = "postgresql://USER@HOST/DATABASE"
         text = marked("Write {example}; in a password %2F %40 %3F %23 for / @ ? #.")
         raise UserError(text, example=example)
-    user, _, password = (found["user"] or "").partition(":")
-    parts = (part.partition("=") for part in (found["query"] or "").split("&") if part)
+    user, _, password = (match["user"] or "").partition(":")
+    parts = (part.partition("=") for part in (match["query"] or "").split("&") if part)
     given = [(unquote(name), unquote(value)) for name, _, value in parts]  # libpq does not decode + as a space
     secrets = tuple((name, value) for name, value in given if name.lower() in _SECRETS)
     options = tuple((name, value) for name, value in given if name.lower() not in _SECRETS)
-    shown = f"postgresql://{user + '@' if user else ''}{found['place']}"
+    shown = f"postgresql://{user + '@' if user else ''}{match['place']}"
     shown += f"?{urlencode(options, quote_via=quote)}" if options else ""
-    return ServerUrl(shown, unquote(user), found["place"], unquote(password), options, secrets)
+    return ServerUrl(shown, unquote(user), match["place"], unquote(password), options, secrets)
 
 
 def stored_server(folder: Path) -> str | None:

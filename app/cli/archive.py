@@ -96,7 +96,7 @@ def run_service(args: argparse.Namespace) -> int:
             console.notify(labelled(args.module, tr("none")))
             return console.ANSWER_NO
         archive.keep_service(args.module, service)
-    console.write_lines([service.told().translated()])
+    console.write_lines([service.summary().translated()])
     return console.SUCCESS
 
 
@@ -173,11 +173,11 @@ def run_settle(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
         archive.collect()
         members = {shown_member(member): member for module in archive.names().modules for member in module.members}
-        one, other = members.get(args.one), members.get(args.other)
-        if one is None or other is None:
+        first, second = members.get(args.one), members.get(args.other)
+        if first is None or second is None:
             raise console.Refused(tr("No such pair of modules in the archive."))
         try:
-            archive.settle(one, other, is_same=args.same, name=args.name, who=args.who)
+            archive.settle(first, second, is_same=args.same, name=args.name, who=args.who)
         except UserError as error:
             raise console.Refused(error.message, console.ANSWER_NO) from error
     return console.SUCCESS

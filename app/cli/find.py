@@ -12,9 +12,9 @@ from app.text.i18n import tr
 def run(args: argparse.Namespace) -> int:
     first = args.baud or USUAL_RATE
     with connected(args.port, first, is_greeted=False) as conversation:
-        found = conversation.run(find_rate(first))
-    page = [] if found.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=found.baud_rate)]
-    console.emit(args, found, lambda found: {"baud_rate": found.baud_rate, "tried": list(found.tried)}, lambda _: page)
+        result = conversation.run(find_rate(first))
+    page = [] if result.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=result.baud_rate)]
+    console.emit(args, result, lambda _: {"baud_rate": result.baud_rate, "tried": list(result.tried)}, lambda _: page)
     if page:
         return console.SUCCESS
     console.notify(no_module_found(args.port))

@@ -151,7 +151,7 @@ def _remarks(history: History) -> list[str]:
     remarks = []
     if history.seen_once:
         remarks.append(f"(?) {tr('Seen in one reading only. Read again.')}")
-    low = next((found for one in history.all if (found := record_outside(one)) is not None), None)
+    low = next((outside for record in history.all if (outside := record_outside(record)) is not None), None)
     if low is not None:
         remarks.append(f"{in_brackets(tr(low.fault.value)).strip()} < {low.limit}")
     if history.empty_slots:

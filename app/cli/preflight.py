@@ -150,13 +150,13 @@ def _check_several(args: argparse.Namespace, checks: Sequence[_PortCheck]) -> in
     """Check all ports at the same time; one that fails does not stop the others."""
     _gather_all(checks)
     # All are filed before anything is printed, which fails where nobody reads.
-    filed = [None if check.error is not None else check.file() for check in checks]
+    results = [None if check.error is not None else check.file() for check in checks]
     members: list[SetMember] = []
-    for check, one in zip(checks, filed, strict=True):
+    for check, filed in zip(checks, results, strict=True):
         trouble = check.trouble if check.error is None else link_trouble(check.error)
         if check.error is not None and trouble is None:
             raise check.error
-        members.append(SetMember(check.port, "", one, UserMessage(trouble) if trouble else None))
+        members.append(SetMember(check.port, "", filed, UserMessage(trouble) if trouble else None))
     codes: list[int] = []
     try:
         for member in members:
@@ -228,11 +228,11 @@ def _profile(profile: Path | None, done: Sequence[int]) -> Profile:
         if done:
             raise console.Refused(tr("No manual item {number} in the profile.", number=done[0]))
         return NO_PROFILE
-    found = read_profile(profile)
-    wrong = [number for number in done if not 1 <= number <= len(found.manual)]
+    parsed = read_profile(profile)
+    wrong = [number for number in done if not 1 <= number <= len(parsed.manual)]
     if wrong:
         raise console.Refused(tr("No manual item {number} in the profile.", number=wrong[0]))
-    return found.answered(dict.fromkeys(done, True))
+    return parsed.answered(dict.fromkeys(done, True))
 
 
 def _written(path: Path, write: Callable[[], Sequence[Path]]) -> bool:

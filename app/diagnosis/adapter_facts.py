@@ -68,13 +68,13 @@ def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
 
 def running(names: Iterable[str], *, root: Path = ROOT) -> tuple[str, ...]:
     """Those of these programs that are running."""
-    wanted = {name[:15]: name for name in names}  # the kernel cuts names to 15 bytes
-    found = set()
+    full_names = {name[:15]: name for name in names}  # the kernel cuts names to 15 bytes
+    present = set()
     with suppress(OSError):
         for comm in (root / "proc").glob("[0-9]*/comm"):
             with suppress(OSError):  # the process has ended
-                found.add(comm.read_text(errors="replace", encoding="utf-8").strip())
-    return tuple(sorted(wanted[name] for name in found & wanted.keys()))
+                present.add(comm.read_text(errors="replace", encoding="utf-8").strip())
+    return tuple(sorted(full_names[name] for name in present & full_names.keys()))
 
 
 def access_to(device: Path) -> Access | None:

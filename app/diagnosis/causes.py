@@ -128,9 +128,9 @@ def explain(error: Exception) -> Explanation:
         evidence = PortEvidence(port=error.port, trouble=error, platform=sys.platform)
     elif isinstance(error, NoAnswer):
         evidence = PortEvidence(port=error.port, baud_rate=error.baud_rate, silence=error.silence)
-    found = None if evidence is None else diagnose(evidence)
-    if found is not None:
-        return found
+    explanation = None if evidence is None else diagnose(evidence)
+    if explanation is not None:
+        return explanation
     if isinstance(error, Slept):
         return Explanation(tr("The computer slept; the operation was cancelled."), tr("Try again"))
     return Explanation(

@@ -120,10 +120,10 @@ _AT_THE_COMPUTER = (Phase.LOST, Phase.FAILED)
 
 def link_text(state: LinkState, now: float) -> LinkText:
     """Texts for `state` at the monotonic time `now`."""
-    said = _link_text(state, now)
+    text = _link_text(state, now)
     if not state.was_active or state.is_fine or state.phase is Phase.CLOSED:
-        return said
-    return replace(said, next_step=keep_away(said.next_step if state.phase in _AT_THE_COMPUTER else ""))
+        return text
+    return replace(text, next_step=keep_away(text.next_step if state.phase in _AT_THE_COMPUTER else ""))
 
 
 def _link_text(state: LinkState, now: float) -> LinkText:

@@ -69,7 +69,7 @@ def scrub(text: str, names: Names) -> str:
     """`text` with the names, and every user name in a path, replaced."""
     if len(names.home) > SHORTEST_NAME:
         text = text.replace(names.home, f"~{USER}")
-    text = _HOME.sub(lambda found: found[1] + USER, text)
+    text = _HOME.sub(lambda match: match[1] + USER, text)
     for name, instead in ((names.computer, COMPUTER), (names.computer.partition(".")[0], COMPUTER), (names.user, USER)):
         if len(name) >= SHORTEST_NAME and name.lower() not in _USUAL:
             text = re.sub(rf"(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z0-9])", instead, text, flags=re.IGNORECASE)
@@ -86,7 +86,7 @@ class Contents:
     device: DeviceView = field(default_factory=DeviceView)
     now: float = 0.0
     """Monotonic seconds of `device`."""
-    figures: LinkStatistics | None = None
+    statistics: LinkStatistics | None = None
     preferences: Mapping[str, object] = field(default_factory=dict)
     """Language, theme …"""
     capture: Iterable[CaptureEntry] = ()
@@ -145,20 +145,20 @@ def _about(version: str) -> dict[str, object]:
 
 def _link(contents: Contents) -> dict[str, object]:
     connection = contents.connection
-    said: dict[str, object] = {
+    link: dict[str, object] = {
         "port": connection.port,
         "baud_rate": connection.baud_rate,
         "state": connection.state.value,
     }
     if connection.trouble is not None:
-        said["trouble"] = connection.trouble.trouble.value
-        said["what"] = explain(connection.trouble).what
-        said["driver_says"] = connection.trouble.detail
-    figures = contents.figures
-    if figures is None:
-        return said
-    totals = figures.totals
-    return said | {
+        link["trouble"] = connection.trouble.trouble.value
+        link["what"] = explain(connection.trouble).what
+        link["driver_says"] = connection.trouble.detail
+    statistics = contents.statistics
+    if statistics is None:
+        return link
+    totals = statistics.totals
+    return link | {
         "sent": totals.sent,
         "frames": totals.frames,
         "bytes_received": totals.bytes_received,
@@ -169,10 +169,10 @@ def _link(contents: Contents) -> dict[str, object]:
         "time_outs": totals.time_outs,
         "retries": totals.retries,
         "restarts": totals.restarts,
-        "losses": figures.losses,
+        "losses": statistics.losses,
         "round_trips_ms": {
             f"<= {trip.up_to_ms:g}" if trip.up_to_ms is not None else "more": trip.count
-            for trip in figures.round_trips()
+            for trip in statistics.round_trips()
             if trip.count
         },
     }
@@ -186,13 +186,13 @@ def _module(contents: Contents) -> dict[str, object]:
         "restarts": view.restarts,
         "values": {
             key: {
-                "value": one.value,
-                "how": one.how.value,
-                "age_s": round(contents.now - one.at, 1),
-                "doubt": None if one.stale_reason is None else one.stale_reason.value,
+                "value": reading.value,
+                "how": reading.how.value,
+                "age_s": round(contents.now - reading.at, 1),
+                "doubt": None if reading.stale_reason is None else reading.stale_reason.value,
             }
-            for key, one in known.items()
-            if one is not None
+            for key, reading in known.items()
+            if reading is not None
         },
     }
 

@@ -196,9 +196,9 @@ class IdentityCheck:
         view = device.view(now)
         if view.presence is Presence.ONLINE and self._answered_at is None:
             self._answered_at = now
-        found = evidence_of(view.values, is_fresh=True)
-        trust = same_module(expected.evidence, found, is_said=self._is_said and found.is_complete)
-        if trust is not Trust.REFUTED and not found.is_complete:
+        evidence = evidence_of(view.values, is_fresh=True)
+        trust = same_module(expected.evidence, evidence, is_said=self._is_said and evidence.is_complete)
+        if trust is not Trust.REFUTED and not evidence.is_complete:
             if self._identity.trust is Trust.REFUTED:
                 return  # values that became stale take nothing back
             is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
@@ -206,8 +206,8 @@ class IdentityCheck:
         if trust is Trust.PROVEN:
             self.confirm(is_named=True)
             return
-        if (trust, found) != (self._identity.trust, self._identity.now):
-            self._identity = replace(self._identity, trust=trust, now=found)
+        if (trust, evidence) != (self._identity.trust, self._identity.now):
+            self._identity = replace(self._identity, trust=trust, now=evidence)
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
         """Call before the device takes the event in: what may be another module from now on."""

@@ -55,7 +55,7 @@ def scan() -> list[PortInfo]:
         # Its import fails where a library of the system is missing.
         from serial.tools import list_ports as pyserial_ports
 
-        found = [
+        ports = [
             PortInfo(
                 device=str(port.device),
                 description=_text(port.product) or _text(port.description),
@@ -69,7 +69,7 @@ def scan() -> list[PortInfo]:
         ]
     except Exception as error:
         raise UserError(NOT_LISTED) from error
-    return sorted(found, key=lambda port: (port.vid is None, port.device))
+    return sorted(ports, key=lambda port: (port.vid is None, port.device))
 
 
 def _text(value: str | None) -> str:
@@ -87,12 +87,12 @@ _scanning = threading.Lock()
 
 
 def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
-    found: list[PortInfo] = []
+    ports: list[PortInfo] = []
     errors: list[UserError] = []
 
-    def look() -> None:
+    def scan_and_release() -> None:
         try:
-            found.extend(scan())
+            ports.extend(scan())
         except UserError as error:
             errors.append(error)
         finally:
@@ -101,12 +101,12 @@ def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
     ends_at = time.monotonic() + deadline_s
     if not _scanning.acquire(timeout=deadline_s):
         raise UserError(NOT_LISTED)
-    thread = threading.Thread(target=look, name="dps-s ports", daemon=True)
+    thread = threading.Thread(target=scan_and_release, name="dps-s ports", daemon=True)
     thread.start()
     thread.join(max(0.0, ends_at - time.monotonic()))
     if thread.is_alive() or errors:
         raise UserError(NOT_LISTED) from (errors[0] if errors else None)
-    return found
+    return ports
 
 
 def _scan_in_process(deadline_s: float) -> list[PortInfo]:

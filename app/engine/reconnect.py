@@ -71,10 +71,10 @@ Node = tuple[int, int, int]
 def node_of(device: str) -> Node | None:
     """Identifies the device file, because another terminal may have its name later."""
     try:
-        found = os.stat(device)  # noqa: PTH116  the one call
+        status = os.stat(device)  # noqa: PTH116  the one call
     except (OSError, ValueError):
         return None
-    return found.st_dev, found.st_ino, getattr(found, "st_rdev", 0)  # not on Windows
+    return status.st_dev, status.st_ino, getattr(status, "st_rdev", 0)  # not on Windows
 
 
 def _behind(device: str) -> str:
@@ -244,16 +244,16 @@ class Reconnection:
             self._lost_at = None
 
     def _recognise(self, address: Address, listed: tuple[PortInfo, ...], now: float) -> None:
-        found = address_of(address.device, listed)
-        if address.identity and found.identity != address.identity:
+        current = address_of(address.device, listed)
+        if address.identity and current.identity != address.identity:
             self._lose(now, self._absence_of(address, listed))
             self._next_at = now + EAGER_S
             self._enter(PortStage.MISTAKEN)
             return
         self._enter(PortStage.KNOWN)
-        if found.identity:
-            self.address = found
-            self._is_ambiguous = sum(port.identity == found.identity for port in listed) > 1
+        if current.identity:
+            self.address = current
+            self._is_ambiguous = sum(port.identity == current.identity for port in listed) > 1
 
     def _lose(self, now: float, absence: Absence) -> None:
         self._lost_at = self._next_at = now

@@ -30,7 +30,7 @@ def snapshot_of(device: DeviceView, now: float) -> Snapshot:
 
 def restorable(settings: Mapping[str, object]) -> dict[str, Value]:
     """The valid ones of `settings` (from a file)."""
-    found: dict[str, Value] = {}
+    valid: dict[str, Value] = {}
     for command in SETTINGS:
         value = settings.get(command.key)
         if command.write is None or not isinstance(value, bool | int | float):
@@ -39,5 +39,5 @@ def restorable(settings: Mapping[str, object]) -> dict[str, Value]:
             command.write.encode(value)
         except ValueRefused:
             continue
-        found[command.key] = value
-    return found
+        valid[command.key] = value
+    return valid

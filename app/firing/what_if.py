@@ -191,8 +191,8 @@ class _Tilts:
         reaches = tilts >= threshold
         # Between the two angles the trigger stays as it is, unless the module has forgotten it.
         decided = np.flatnonzero(reaches | ~is_above | restarts)
-        stands = reaches[decided]
-        self.fired: Rows = decided[stands & (~np.concatenate(((False,), stands[:-1])) | restarts[decided])]
+        is_triggered = reaches[decided]
+        self.fired: Rows = decided[is_triggered & (~np.concatenate(((False,), is_triggered[:-1])) | restarts[decided])]
         firsts, lasts = runs(is_above, restarts)
         peaks = np.maximum.reduceat(tilts, firsts) if len(firsts) else tilts[:0]  # between runs it is lower
         missed = np.flatnonzero(peaks < threshold)

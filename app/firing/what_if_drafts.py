@@ -91,5 +91,5 @@ class WhatIfDrafts:
             limits,
             unknown=missing,
             assumed=tuple(trigger for trigger in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER) if self.value(trigger) is None),
-            stale=tuple(one for one, source in held.items() if source.is_stale and one.key not in self.values),
+            stale=tuple(command for command in held if held[command].is_stale and command.key not in self.values),
         )

@@ -63,7 +63,7 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock) 
     if finding is None:
         return WhatIfVerdict(WhatIfKind.JUDGING, tr("Judging…"))
     limits = finding.limits
-    said = tuple(
+    lines = tuple(
         line
         for line in (
             _attitude_line(finding, question, clock),
@@ -73,29 +73,29 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock) 
         if line
     )
     if not finding.report_count:
-        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Nothing to judge."), said)
+        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Nothing to judge."), lines)
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
         if question.unknown:
-            return WhatIfVerdict(WhatIfKind.UNANSWERED, tr("Enter the thresholds."), said)
-        return WhatIfVerdict(WhatIfKind.UNCERTAIN, tr("Both triggers are disabled."), said)
+            return WhatIfVerdict(WhatIfKind.UNANSWERED, tr("Enter the thresholds."), lines)
+        return WhatIfVerdict(WhatIfKind.UNCERTAIN, tr("Both triggers are disabled."), lines)
     if finding.firing_count:
         head = tr("Would have fired {count}×.", count=finding.firing_count)
-        return WhatIfVerdict(WhatIfKind.FIRES, head, said)
+        return WhatIfVerdict(WhatIfKind.FIRES, head, lines)
     if not finding.is_judged:
-        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Not judged: reports over 0.5 s apart."), said)
+        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Not judged: reports over 0.5 s apart."), lines)
     judged = duration(finding.judged_s)
     if _is_close(finding):
         head = tr("Too close to tell ({time} judged).", time=judged)
-        return WhatIfVerdict(WhatIfKind.UNCERTAIN, head, said)
+        return WhatIfVerdict(WhatIfKind.UNCERTAIN, head, lines)
     head = tr("Would not have fired ({time} judged).", time=judged)
-    return WhatIfVerdict(WhatIfKind.HOLDS, head, said)
+    return WhatIfVerdict(WhatIfKind.HOLDS, head, lines)
 
 
 def rows(finding: WhatIfFinding | None, *, clock: Clock) -> tuple[WhatIfRow, ...]:
     """Firings and near misses, oldest first."""
     if finding is None:
         return ()
-    found = [
+    shown = [
         WhatIfRow(
             firing.sample.at_s, WhatIfKind.FIRES,
             tr("{time} would fire: {why}", time=clock(firing.sample.at_s), why=firing_text(firing)),
@@ -109,19 +109,19 @@ def rows(finding: WhatIfFinding | None, *, clock: Clock) -> tuple[WhatIfRow, ...
     ]
     for at_s, what, miss in near:
         kind, text = (WhatIfKind.UNCERTAIN, _CLOSE) if miss.may_have_fired else (WhatIfKind.NEAR, _NEAR)
-        found.append(WhatIfRow(at_s, kind, tr(text, time=clock(at_s), what=what)))
-    return tuple(sorted(found, key=lambda row: (row.at_s, row.text)))
+        shown.append(WhatIfRow(at_s, kind, tr(text, time=clock(at_s), what=what)))
+    return tuple(sorted(shown, key=lambda row: (row.at_s, row.text)))
 
 
 def firing_text(firing: Firing) -> str:
     """ "Attitude, 63°"."""
     sample = firing.sample
-    said = []
+    parts = []
     if Source.ATTITUDE in firing.sources:
-        said.append(tr("attitude, {tilt:.0f}°", tilt=sample.tilt_deg))
+        parts.append(tr("attitude, {tilt:.0f}°", tilt=sample.tilt_deg))
     if Source.FREEFALL in firing.sources:
-        said.append(tr("free fall, {weight:.1f} g", weight=sample.acceleration_g))
-    return " + ".join(said)
+        parts.append(tr("free fall, {weight:.1f} g", weight=sample.acceleration_g))
+    return " + ".join(parts)
 
 
 def _tilt_text(near: NearTilt) -> str:

@@ -201,7 +201,7 @@ def _hardest(tilt: Steps, fall: Steps) -> list[tuple[int, int]]:
 
 
 def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, ...]:
-    found: list[SeparationConflict] = []
+    conflicts: list[SeparationConflict] = []
     most_deg, most_s = int(TILTS[-1]), int(TIMES[-1])
     for name, tilt, falls in zip(must_not.names, must_not.tilt.tolist(), must_not.fall, strict=True):
         if tilt >= most_deg:
@@ -210,10 +210,10 @@ def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, 
             why = message(marked("Falls longer than every free-fall time."))
         else:
             continue
-        found.append(SeparationConflict(name, FlightGroup.MUST_NOT, why))
-    if not found:
-        found += _missed(must_not, must)
-    return tuple(found[:MAX_CONFLICTS])
+        conflicts.append(SeparationConflict(name, FlightGroup.MUST_NOT, why))
+    if not conflicts:
+        conflicts += _missed(must_not, must)
+    return tuple(conflicts[:MAX_CONFLICTS])
 
 
 def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:

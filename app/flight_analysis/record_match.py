@@ -62,62 +62,62 @@ def record_limits(record: TriggerRecord) -> TriggerLimits:
 def match_record(record: TriggerRecord, log: FlightLog) -> RecordMatch:
     """Takes about 20 ms for a flight of ten minutes."""
     limits = record_limits(record)
-    wanted = Source(0)
+    named = Source(0)
     for name in record.sources:
-        wanted |= IN_LOGS.get(name, Source(0))
-    why_none = _why_hopeless(record, wanted, log)
+        named |= IN_LOGS.get(name, Source(0))
+    why_none = _why_hopeless(record, named, log)
     if why_none is not None:
         return RecordMatch(limits, why_none=why_none)
     judged = {reading: judge_flight(log, limits, reading) for reading in RuleReading}
-    found: list[Moment] = []
+    moments: list[Moment] = []
     for reading in RuleReading:
-        for firing, unnamed_s in _firings(judged[reading].firings, wanted, limits):
-            same = next((moment for moment in found if abs(moment.firing.at_s - firing.at_s) <= SAME_S
+        for firing, unnamed_s in _firings(judged[reading].firings, named, limits):
+            same = next((moment for moment in moments if abs(moment.firing.at_s - firing.at_s) <= SAME_S
                          and reading not in moment.readings), None)  # fmt: skip
             if same is None:
-                found.append(Moment(firing, frozenset({reading}), unnamed_s))
+                moments.append(Moment(firing, frozenset({reading}), unnamed_s))
             else:
-                found[found.index(same)] = Moment(same.firing, same.readings | {reading}, same.unnamed_s)
-    found.sort(key=lambda moment: moment.firing.at_s)
-    if found:
-        return RecordMatch(limits, tuple(found[:MAX_MOMENTS]), has_more=len(found) > MAX_MOMENTS)
-    return RecordMatch(limits, why_none=_why_none(log, wanted, judged[RuleReading.DIRECT]))
+                moments[moments.index(same)] = Moment(same.firing, same.readings | {reading}, same.unnamed_s)
+    moments.sort(key=lambda moment: moment.firing.at_s)
+    if moments:
+        return RecordMatch(limits, tuple(moments[:MAX_MOMENTS]), has_more=len(moments) > MAX_MOMENTS)
+    return RecordMatch(limits, why_none=_why_none(log, named, judged[RuleReading.DIRECT]))
 
 
 def _firings(
-    firings: Sequence[LogFiring], wanted: Source, limits: TriggerLimits
+    firings: Sequence[LogFiring], named: Source, limits: TriggerLimits
 ) -> list[tuple[LogFiring, float | None]]:
-    """Firings of all wanted sources at about the same time, each with the time of an unnamed one just before."""
-    found = []
-    others = [other for other in firings if other.sources & ~wanted]
+    """Firings of all named sources at about the same time, each with the time of an unnamed one just before."""
+    matching = []
+    others = [other for other in firings if other.sources & ~named]
     together_s = limits.freefall_time_s + SAME_S  # while it falls that long it may tip over as well
     for firing in firings:
-        have = firing.sources & wanted
+        have = firing.sources & named
         for before in firings:
             if have and before.at_s <= firing.at_s <= before.at_s + together_s:
-                have |= before.sources & wanted
-        if have == wanted and firing.sources & wanted:
+                have |= before.sources & named
+        if have == named and firing.sources & named:
             unnamed = [other.at_s for other in others if other.at_s <= firing.at_s <= other.at_s + BEFORE_S]
-            found.append((firing._replace(sources=wanted), unnamed[-1] if unnamed else None))
-    return found
+            matching.append((firing._replace(sources=named), unnamed[-1] if unnamed else None))
+    return matching
 
 
-def _why_hopeless(record: TriggerRecord, wanted: Source, log: FlightLog) -> UserMessage | None:
+def _why_hopeless(record: TriggerRecord, named: Source, log: FlightLog) -> UserMessage | None:
     """Why this record cannot be looked for in this log."""
-    if not wanted:
+    if not named:
         return message(marked("A flight log does not show this cause: {cause}."), cause=cause_message(record))
-    if Source.ATTITUDE in wanted and not np.isfinite(log.tilt_deg).any():
+    if Source.ATTITUDE in named and not np.isfinite(log.tilt_deg).any():
         return message(marked("The log has no attitude."))
-    if Source.FREEFALL in wanted and not np.isfinite(log.specific_force_g).any():
+    if Source.FREEFALL in named and not np.isfinite(log.specific_force_g).any():
         return message(marked("The log has no acceleration."))
     if not log.is_judged.any():
         return message(marked("Nothing in this log counts as flight."))
     return None
 
 
-def _why_none(log: FlightLog, wanted: Source, judged: JudgedFlight) -> UserMessage:
+def _why_none(log: FlightLog, named: Source, judged: JudgedFlight) -> UserMessage:
     """How near the log comes to what the record names."""
-    missing = wanted
+    missing = named
     for firing in judged.firings:
         missing &= ~firing.sources
     parts = []
@@ -140,21 +140,21 @@ def _why_none(log: FlightLog, wanted: Source, judged: JudgedFlight) -> UserMessa
 
 def moment_message(moment: Moment, record: TriggerRecord) -> UserMessage:
     """What speaks for the moment and what against it, and when the module was then powered on."""
-    firing, said = moment.firing, []
-    said.append(message(marked("Proposal: at {time} the log shows {what}."),
+    firing, sentences = moment.firing, []
+    sentences.append(message(marked("Proposal: at {time} the log shows {what}."),
                         time=moment_text(firing.at_s), what=measured_text(firing)))  # fmt: skip
     powered_s = firing.at_s - record.uptime_s
     if record.uptime_s < MAX_UPTIME_S:
         words = (marked("The module was then powered on {seconds:.0f} s before the start of the log.") if powered_s < 0
                  else marked("The module was then powered on {seconds:.0f} s after the start of the log."))  # fmt: skip
-        said.append(message(words, seconds=abs(powered_s)))
+        sentences.append(message(words, seconds=abs(powered_s)))
     if moment.unnamed_s is not None:
-        said.append(message(marked("Against it: at {time} the other trigger was met; the record does not name it."),
-                            time=moment_text(moment.unnamed_s)))  # fmt: skip
+        words = marked("Against it: at {time} the other trigger was met; the record does not name it.")
+        sentences.append(message(words, time=moment_text(moment.unnamed_s)))
     if len(moment.readings) < len(RuleReading):
         (reading,) = moment.readings
-        said.append(message(marked("Only if the rule is read so: {reading}."), reading=message(reading.value)))
-    return joined(said, " ")
+        sentences.append(message(marked("Only if the rule is read so: {reading}."), reading=message(reading.value)))
+    return joined(sentences, " ")
 
 
 def measured_text(firing: LogFiring) -> str:

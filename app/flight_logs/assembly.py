@@ -47,7 +47,7 @@ def assembled(raw: RawLog) -> FlightLog:
     held = [_held(channel.time_s - start_s) for channel in sensed]
     ticks = _merged([places[0] for places in held])
     time_s = ticks / REPORT_HZ
-    columns = [_column(ticks, *places, one.values) for places, one in zip(held, sensed, strict=True)]
+    columns = [_column(ticks, *places, channel.values) for places, channel in zip(held, sensed, strict=True)]
     tilt_deg = columns.pop(0) if tilt is not None else np.full(len(ticks), np.nan)
     force_g = believed_force(time_s, columns, problems) if columns else np.full(len(ticks), np.nan)
     is_armed, is_on_ground = (
@@ -113,7 +113,7 @@ DISAGREE_G: Final = 0.3
 
 def believed_force(time_s: Floats, sensors: list[Floats], problems: list[UserMessage]) -> Floats:
     """Combines the sensors' columns (g, NaN without a sample); NaN where none is plausible."""
-    checked = [_checked(time_s, one, number, problems) for number, one in enumerate(sensors, 1)]
+    checked = [_checked(time_s, sensor, number, problems) for number, sensor in enumerate(sensors, 1)]
     believed = max(checked, key=lambda force_g: int(np.isfinite(force_g).sum()))  # the first of equals
     for other in checked:
         if other is not believed:
@@ -157,22 +157,22 @@ def _long_runs(time_s: Floats, is_low: Flags) -> list[tuple[float, float]]:
     return list(zip(starts_s[is_long].tolist(), ends_s[is_long].tolist(), strict=True))
 
 
-def _agreed(time_s: Floats, one: Floats, other: Floats, problems: list[UserMessage]) -> Floats:
-    rows = np.flatnonzero(np.isfinite(one) & np.isfinite(other))
+def _agreed(time_s: Floats, believed: Floats, other: Floats, problems: list[UserMessage]) -> Floats:
+    rows = np.flatnonzero(np.isfinite(believed) & np.isfinite(other))
     if not len(rows):
-        return one
-    means_g = [averaged(time_s[rows], each[rows], AVERAGED_S) for each in (one, other)]
+        return believed
+    means_g = [averaged(time_s[rows], each[rows], AVERAGED_S) for each in (believed, other)]
     matters = np.minimum(*means_g) < REST_G[0]  # sensors may clip an impact at different values
-    is_apart = np.zeros(len(one), np.bool_)
+    is_apart = np.zeros(len(believed), np.bool_)
     is_apart[rows[matters & (np.abs(means_g[0] - means_g[1]) > DISAGREE_G)]] = True
     if not is_apart.any():
-        return one
+        return believed
     seconds = float(np.diff(time_s, prepend=time_s[0])[is_apart].clip(max=AVERAGED_S).sum())
     problems.append(
         message(marked("Acceleration sensors differ by over {limit:.1f} g for {seconds:.2f} s; not judged."),
              limit=DISAGREE_G, seconds=seconds)
     )  # fmt: skip
-    return np.where(is_apart, np.nan, one)
+    return np.where(is_apart, np.nan, believed)
 
 
 def _held(time_s: Floats) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
@@ -283,6 +283,6 @@ def flight_of_reports(name: str, reports: Reports, problems: list[UserMessage]) 
         specific_force_g=acceleration_g.round(_DECIMALS),
         is_judged=is_judged,
         duration_s=float(time_s[-1]) - start_s,
-        resets_s=tuple(one - start_s for one in resets_s),
+        resets_s=tuple(reset_s - start_s for reset_s in resets_s),
         problems=tuple(dict.fromkeys(problems)),
     )

@@ -109,7 +109,7 @@ def recognised(head: Sequence[str]) -> CsvColumns:
     places = {name.strip().lower(): name for name in reversed(head)}
     names: dict[CsvRole, str] = {}
     for role in CsvRole:
-        found = next((places[name] for name in (role.value, *_USUAL.get(role, ())) if name in places), None)
-        if found is not None and not (role in TIMES and names.keys() & TIMES.keys()):
-            names[role] = found
+        column = next((places[name] for name in (role.value, *_USUAL.get(role, ())) if name in places), None)
+        if column is not None and not (role in TIMES and names.keys() & TIMES.keys()):
+            names[role] = column
     return CsvColumns(names)

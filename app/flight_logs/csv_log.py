@@ -52,8 +52,8 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
         head = _head_of(first)
         chosen = recognised(head) if columns is None else columns
         places = _places(head, chosen)
-        found = _numbers(file, _separator(first), places, on_progress)
-    values = dict(zip(places, found, strict=True))
+        numbers = _numbers(file, _separator(first), places, on_progress)
+    values = dict(zip(places, numbers, strict=True))
     scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
     time_s = values[scale] * TIMES[scale]
     if columns is None and head[1:] == HEAD.split(",")[1:]:  # the first one had another name before
@@ -94,9 +94,9 @@ def _head_of(line: str) -> list[str]:
 
 
 def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
-    wanted = [role for role in CsvRole if role in columns.names]
+    roles = [role for role in CsvRole if role in columns.names]
     places = {}
-    for role in wanted:
+    for role in roles:
         name = columns.names[role]
         if name not in head:
             raise UserError(marked("No column “{name}”."), name=clean(name, longest=60))
@@ -106,7 +106,7 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
 
 def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int], on_progress: Progress) -> list[Floats]:
     """The columns as numbers; NaN for other cells."""
-    wanted = list(places.values())
+    columns = list(places.values())
     pieces = iter(lambda: file.readline(MAX_LINE_LENGTH), "")  # bounds the length of a line
     lines = csv.reader((line.replace("\0", "") for line in pieces), delimiter=separator)
     cells, size = array("d"), max(os.fstat(file.fileno()).st_size, 1)
@@ -114,12 +114,12 @@ def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int], on_pro
         for number, row in enumerate(lines):
             if number % ROWS_AT_ONCE == 0:
                 on_progress(min(file.buffer.tell() / size, 1.0))
-            cells.extend([_number(row[place]) if place < len(row) else math.nan for place in wanted])
+            cells.extend([_number(row[place]) if place < len(row) else math.nan for place in columns])
             if len(cells) > MAX_CELLS:
                 raise unreadable(marked("too large"))
     except csv.Error as error:
         raise unreadable(marked("unknown kind of file")) from error
-    return list(np.frombuffer(cells).reshape(-1, len(wanted)).T)
+    return list(np.frombuffer(cells).reshape(-1, len(columns)).T)
 
 
 def _number(cell: str) -> float:

@@ -39,9 +39,9 @@ _TYPES: Final[Mapping[str, _Type]] = {
 class DataflashFile:
     """`tables` has the tables of `wanted`, by name. Raises `UserError`."""
 
-    def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
+    def __init__(self, data: bytes, names: frozenset[str]) -> None:
         self._data = data
-        self._wanted = wanted
+        self._names = names
         self.tables: dict[str, RecordTable] = {}
         self.skipped_bytes = 0
         """Bytes that are not records: damage."""
@@ -59,10 +59,10 @@ class DataflashFile:
             kind = data[place + 2]
             length = lengths[kind]
             if data[place] != 0xA3 or data[place + 1] != 0x95 or not length or place + length > stop:
-                found = data.find(MAGIC, place + 1)
-                found = stop if found < 0 else found
-                self.skipped_bytes += found - place
-                place = found
+                next_place = data.find(MAGIC, place + 1)
+                next_place = stop if next_place < 0 else next_place
+                self.skipped_bytes += next_place - place
+                place = next_place
                 damages += 1
                 continue
             places = places_of[kind]
@@ -83,12 +83,12 @@ class DataflashFile:
         fields: dict[str, RecordField] = {}
         offset = _HEAD_BYTES
         for letter, label in zip(types, labels.split(","), strict=False):
-            found = _TYPES.get(letter)
-            if found is None:
+            field_type = _TYPES.get(letter)
+            if field_type is None:
                 return
-            fields[label.strip()] = RecordField(offset, found.kind, found.scale)
-            offset += np.dtype(found.kind).itemsize
-        if offset > length or name not in self._wanted or name in self.tables:
+            fields[label.strip()] = RecordField(offset, field_type.kind, field_type.scale)
+            offset += np.dtype(field_type.kind).itemsize
+        if offset > length or name not in self._names or name in self.tables:
             return
         table = RecordTable(name, self._data, fields)
         self.tables[name] = table

@@ -70,16 +70,16 @@ def lasting(time_s: Floats, tilt_deg: Floats) -> Floats:
     lengths = places - starts + 1
     # The minimum over two overlapping windows whose length is a power of two.
     level = np.floor(np.log2(lengths)).astype(np.intp)
-    found = np.empty_like(tilt_deg)
+    minima = np.empty_like(tilt_deg)
     lowest = tilt_deg
     for power in range(int(level.max()) + 1):
         if power:
             half = 1 << (power - 1)
             lowest = np.minimum(lowest[:-half], lowest[half:])
         rows = np.flatnonzero(level == power)
-        found[rows] = np.minimum(lowest[starts[rows]], lowest[places[rows] - (1 << power) + 1])
-    found[time_s - time_s[_stretch_starts(time_s)] < DAMPING_S - ROUNDING_S] = np.nan
-    return found
+        minima[rows] = np.minimum(lowest[starts[rows]], lowest[places[rows] - (1 << power) + 1])
+    minima[time_s - time_s[_stretch_starts(time_s)] < DAMPING_S - ROUNDING_S] = np.nan
+    return minima
 
 
 def averaged(time_s: Floats, values: Floats, over_s: float = DAMPING_S) -> Floats:

@@ -103,8 +103,8 @@ def format_of(path: Path) -> LogFormat | None:
         return None
     with path.open("rb") as file:
         start = file.read(16)
-    found = next((kind for begin, kind in _BEGINNINGS.items() if start.startswith(begin)), None)
-    return LogFormat.CSV if found is None and path.suffix.lower() == ".csv" else found
+    detected = next((kind for begin, kind in _BEGINNINGS.items() if start.startswith(begin)), None)
+    return LogFormat.CSV if detected is None and path.suffix.lower() == ".csv" else detected
 
 
 def find_logs(paths: Iterable[Path]) -> Iterator[Path]:

@@ -60,6 +60,6 @@ class RecordTable:
 
     def _gathered(self, name: str) -> NDArray[Any]:
         offset, kind, _ = self.fields[name]
-        places, wanted = np.frombuffer(self.places, np.int64) + offset, np.dtype(kind)
-        raw = np.frombuffer(self.data, np.uint8)[places[:, None] + np.arange(wanted.itemsize)]
-        return np.ascontiguousarray(raw).view(wanted).reshape(len(places))
+        places, dtype = np.frombuffer(self.places, np.int64) + offset, np.dtype(kind)
+        raw = np.frombuffer(self.data, np.uint8)[places[:, None] + np.arange(dtype.itemsize)]
+        return np.ascontiguousarray(raw).view(dtype).reshape(len(places))

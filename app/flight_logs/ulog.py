@@ -63,11 +63,11 @@ class _Layout(NamedTuple):
 class UlogFile:
     """`topics` has the topics of `wanted` in the file. Raises `UserError`."""
 
-    def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
+    def __init__(self, data: bytes, names: frozenset[str]) -> None:
         if len(data) < _HEADER_BYTES:
             raise unreadable(marked("unknown kind of file"))
         self._data = data
-        self._wanted = wanted
+        self._names = names
         self._formats: dict[str, str] = {}
         self._subscribed: dict[int, UlogTopic] = {}
         self._layouts: dict[str, _Layout | None] = {}
@@ -111,11 +111,11 @@ class UlogFile:
 
     def _resync(self, place: int, stop: int) -> int:
         """Offset of the next sync record."""
-        found = self._data.find(_SYNC, place + 1, stop)
-        found = stop if found < 0 else found
-        self.skipped_bytes += found - place
+        next_place = self._data.find(_SYNC, place + 1, stop)
+        next_place = stop if next_place < 0 else next_place
+        self.skipped_bytes += next_place - place
         self._damages += 1
-        return found
+        return next_place
 
     def _read(self, kind: int, body: bytes) -> None:
         match chr(kind):
@@ -136,7 +136,7 @@ class UlogFile:
 
     def _subscribe(self, instance: int, number: int, name: str) -> None:
         self._subscribed.pop(number, None)
-        if name not in self._wanted or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
+        if name not in self._names or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
             return
         topic = UlogTopic(name, self._data, layout.fields, instance=instance, size=layout.size,
                           least_size=layout.least_size)  # fmt: skip
@@ -156,14 +156,14 @@ class UlogFile:
         for text in self._formats[name].split(";"):
             if not text:
                 continue
-            found = _FIELD.fullmatch(text)
-            if found is None:
+            match = _FIELD.fullmatch(text)
+            if match is None:
                 return None
-            kind, count, label = found[1], int(found[2] or 1), found[3]
+            kind, count, label = match[1], int(match[2] or 1), match[3]
             if kind in _TYPES:
                 size = np.dtype(_TYPES[kind]).itemsize
                 for number in range(count if kind != "char" and count <= 32 else 0):
-                    key = label if found[2] is None else f"{label}[{number}]"
+                    key = label if match[2] is None else f"{label}[{number}]"
                     fields[key] = RecordField(offset + number * size, _TYPES[kind])
             else:
                 nested = self._layout(kind, depth + 1)
@@ -229,7 +229,7 @@ def _times(topic: UlogTopic) -> Floats:
 
 def _forces(file: UlogFile) -> list[Channel]:
     """The estimator's acceleration first, then each sensor."""
-    found: list[Channel] = []
+    channels: list[Channel] = []
     for name, labels in (
         ("sensor_combined", [f"accelerometer_m_s2[{axis}]" for axis in range(3)]),
         ("vehicle_acceleration", [f"xyz[{axis}]" for axis in range(3)]),
@@ -237,16 +237,16 @@ def _forces(file: UlogFile) -> list[Channel]:
         ("sensor_accel", ["x", "y", "z"]),
     ):
         topics = [topic for topic in file.topics if topic.name == name and topic.has("timestamp", *labels)]
-        if found and name == "vehicle_acceleration":
+        if channels and name == "vehicle_acceleration":
             continue  # the same sensor, filtered
-        if name == "sensor_accel" and len(found) > 1:
+        if name == "sensor_accel" and len(channels) > 1:
             continue  # vehicle_imu has them all
         for topic in sorted(topics, key=lambda topic: topic.instance):
             axes = [topic.column(label) for label in labels]
             if name == "vehicle_imu":
                 axes = _over_time(topic, axes)
-            found.append(Channel(_times(topic), force_of_axes(*axes)))
-    return found
+            channels.append(Channel(_times(topic), force_of_axes(*axes)))
+    return channels
 
 
 def _over_time(topic: UlogTopic, axes: list[Floats]) -> list[Floats]:

@@ -33,13 +33,13 @@ SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
 
 def softened(profile: Profile) -> Mapping[str, UserMessage]:
     """The advice, by id of the check, where the profile is softer."""
-    found: dict[str, UserMessage] = {}
+    advice: dict[str, UserMessage] = {}
     for name, limit in LIMITS.items():
         value = profile.limit(name)
         if value > limit.usual if limit.is_maximum else value < limit.usual:
-            found[limit.check] = message(f"{'≤' if limit.is_maximum else '≥'} {limit.shown.format(limit.usual)}")
+            advice[limit.check] = message(f"{'≤' if limit.is_maximum else '≥'} {limit.shown.format(limit.usual)}")
     for key, value in profile.settings.items():
         bound = SETTING_BOUNDS.get(key)
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:
-            found[bound.check] = message(f"{bound.advised_low:g}–{bound.advised_high:g}")
-    return found
+            advice[bound.check] = message(f"{bound.advised_low:g}–{bound.advised_high:g}")
+    return advice

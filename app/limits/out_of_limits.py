@@ -68,17 +68,17 @@ def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False
 
 def value_outside(key: str, device: DeviceView, now: float, in_use: LimitsInUse) -> Outside | None:
     """Judge the module's last value; None also if the value or its limit is unknown."""
-    said = {name: known.value for name in (key, "charging") if (known := device.known(name, now)) is not None}
+    values = {name: known.value for name in (key, "charging") if (known := device.known(name, now)) is not None}
     threshold = device.fresh("light_threshold_v", now)
-    return outside_of(key, said if threshold is None else said | {"light_threshold_v": threshold}, in_use)
+    return outside_of(key, values if threshold is None else values | {"light_threshold_v": threshold}, in_use)
 
 
 def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Outside | None:
     """Judge one of `values`, measured at the same time, by key."""
-    said = values.get(key)
-    if said is None:
+    measured = values.get(key)
+    if measured is None:
         return None
-    value = round(float(said), 3)  # recordings keep four bytes of it: 3.7999999 is 3.80
+    value = round(float(measured), 3)  # recordings keep four bytes of it: 3.7999999 is 3.80
     if key == "cell_voltage_v":
         charging = values.get("charging")
         return cell_outside(value, in_use.profile, is_charging=None if charging is None else charging is True)

@@ -51,7 +51,7 @@ class Service:
             "note": clean(self.note.strip(), longest=MAX_TEXT_LENGTH),
         }  # fmt: skip
 
-    def told(self) -> UserMessage:
+    def summary(self) -> UserMessage:
         """ "Repack on 2026-11-24 by Li Wei, due again: 2027-05-24. Note"."""
         text = marked("{what} on {date} by {who}, due again: {due}.")
         due = message(marked("never")) if self.due is None else UserMessage(self.due.isoformat())

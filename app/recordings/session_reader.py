@@ -134,13 +134,13 @@ class _Walk:
 
     def _next_chunk(self, place: int) -> int | None:
         """Where the next whole chunk begins."""
-        while (found := self._data.find(_ZSTD, place)) >= 0:
-            start = found - _ZSTD_AT
+        while (frame_start := self._data.find(_ZSTD, place)) >= 0:
+            start = frame_start - _ZSTD_AT
             if start >= place and self._data[start] == Opcode.CHUNK:
                 _, length = _HEAD.unpack_from(self._data, start)
                 if self._unpacked(start + _HEAD.size, start + _HEAD.size + length) is not None:
                     return start
-            place = found + 1
+            place = frame_start + 1
         return None
 
     def _unpacked(self, begin: int, end: int) -> bytes | None:

@@ -306,9 +306,9 @@ def number_of(record: Record) -> int:
 def measured_in(record: Mapping[str, object]) -> dict[str, float]:
     """The values of `MEASURED` in a record."""
     checks = record.get("checks")
-    found: dict[str, float] = {}
-    for one in filter(lambda check: isinstance(check, dict), checks if isinstance(checks, list) else []):
-        name, value = MEASURED.get(str(one.get("id"))), one.get("measured")
+    values: dict[str, float] = {}
+    for check in filter(lambda check: isinstance(check, dict), checks if isinstance(checks, list) else []):
+        name, value = MEASURED.get(str(check.get("id"))), check.get("measured")
         if name is not None and isinstance(value, int | float) and not isinstance(value, bool):
-            found[name] = float(value)
-    return found
+            values[name] = float(value)
+    return values

@@ -48,14 +48,14 @@ class Consequence:
 def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     """The consequence of `value`, followed by the vendor's advice where it is not followed."""
     explain = _EXPLAINED.get(command)
-    found = () if explain is None else (explain(value),)
+    explained = () if explain is None else (explain(value),)
     if command is BY_NAME["freefall_time"] and 0 < float(value) < SHORT_FALL_S:
-        found = (*found, Consequence(message(_JOLT), Weight.AGAINST_ADVICE))
+        explained = (*explained, Consequence(message(_JOLT), Weight.AGAINST_ADVICE))
     advice = command.advice
     if advice is None or is_advised(command, value):
-        return found
+        return explained
     text = marked("Against the vendor's advice: {advice}")
-    return (*found, Consequence(message(text, advice=message(advice.text)), Weight.AGAINST_ADVICE))
+    return (*explained, Consequence(message(text, advice=message(advice.text)), Weight.AGAINST_ADVICE))
 
 
 def risks(command: Command, value: Value) -> tuple[Consequence, ...]:

@@ -157,8 +157,8 @@ class Refusal:
 
 def refusals(act: Act, inputs: InterlockInputs) -> tuple[Refusal, ...]:
     """Open conditions of `act`, in the order of the table; empty: it may be done."""
-    found = ((condition, _CHECKS[condition](act, inputs)) for condition in CONDITIONS[act])
-    return tuple(Refusal(condition, message) for condition, message in found if message is not None)
+    checked = ((condition, _CHECKS[condition](act, inputs)) for condition in CONDITIONS[act])
+    return tuple(Refusal(condition, message) for condition, message in checked if message is not None)
 
 
 _Check = Callable[[Act, InterlockInputs], UserMessage | None]

@@ -211,9 +211,9 @@ class Series(Readable):
             raise ValueError("a series keeps one sample and two buckets at least")
         self._exact = _Ring(capacity, np.float64, np.float32)
         self._buckets = _Ring(summary_buckets, np.float64, np.float64, np.float32, np.float32)
-        self._look()
+        self._take_columns()
 
-    def _look(self) -> None:
+    def _take_columns(self) -> None:
         """Take the columns of the rings: they move."""
         self._times, self._values = self._exact.columns()
         self._summary = Envelope(*self._buckets.columns())
@@ -236,7 +236,7 @@ class Series(Readable):
             raise ValueError("times run backwards")
         self._exact.append(times, values)
         self._summarise(times, values)
-        self._look()
+        self._take_columns()
 
     def _summarise(self, times: Seconds, values: Values) -> None:
         batch, (start, end, low, high) = buckets_of(times, values, bucket_firsts(times)), self._summary
@@ -251,7 +251,7 @@ class Series(Readable):
         """Forget everything; the memory stays reserved."""
         self._exact.clear()
         self._buckets.clear()
-        self._look()
+        self._take_columns()
 
 
 def bucket_width_s(at_least_s: float) -> float:

@@ -44,12 +44,12 @@ class StepFunction:
 
     def between(self, start_s: float, end_s: float) -> list[StepPoint]:
         """The value at `start_s`, if there is one, and every change up to `end_s`."""
-        found: list[StepPoint] = []
+        points: list[StepPoint] = []
         for change in reversed(self._changes):
             if change.time_s > end_s:
                 continue
-            found.append(change)
+            points.append(change)
             if change.time_s <= start_s:
                 break
-        found.reverse()
-        return found
+        points.reverse()
+        return points

@@ -67,5 +67,5 @@ def is_fingerprint(text: str) -> bool:
 
 def _check(body: str) -> str:
     """Odd weights 1, 3, 5 … detect every single wrong character, since 32 has no odd divisor."""
-    total = sum((2 * place + 1) * ALPHABET.index(one) for place, one in enumerate(body))
+    total = sum((2 * place + 1) * ALPHABET.index(letter) for place, letter in enumerate(body))
     return ALPHABET[total % len(ALPHABET)]

@@ -80,9 +80,9 @@ class FormRow:
 
 @dataclass(frozen=True, slots=True)
 class _Failure:
-    wanted: Value
+    target: Value
     text: str
-    stands: Value | None = None
+    read_back: Value | None = None
 
 
 _INTERRUPTED = marked("interrupted while writing; the value is unknown")
@@ -274,17 +274,17 @@ class SettingsForm:
                 del self._verified[key]
         settled = [
             key for key, failure in self._failures.items()
-            if is_confirmed(_BY_KEY[key], device.known(key, now), failure.wanted)
+            if is_confirmed(_BY_KEY[key], device.known(key, now), failure.target)
         ]  # fmt: skip
         if settled and not self._writing and not is_in_doubt:
             self.watch.accept(settled)  # written after all, but late
-            self._drafts.drop(key for key in settled if self._drafts.now.get(key) == self._failures[key].wanted)
-            self._failures = {key: one for key, one in self._failures.items() if key not in settled}
+            self._drafts.drop(key for key in settled if self._drafts.now.get(key) == self._failures[key].target)
+            self._failures = {key: failure for key, failure in self._failures.items() if key not in settled}
 
     def _row(self, command: Command, device: DeviceView, now: float) -> FormRow:
         key = command.key
-        stands, value, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
-        has_it = value is not None and is_confirmed(command, stands, value) and not self._is_in_doubt()
+        module_value, value, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
+        has_it = value is not None and is_confirmed(command, module_value, value) and not self._is_in_doubt()
         is_pending = value is not None and not has_it and key not in self._writing
         reason = ""
         if key in self._writing:
@@ -298,9 +298,9 @@ class SettingsForm:
         elif key in self._verified:
             state = RowState.VERIFIED
         else:
-            state = _known_state(stands)
+            state = _known_state(module_value)
         return FormRow(
-            command=command, module_value=stands, edited=value, state=state, reason=reason, is_pending=is_pending,
+            command=command, module_value=module_value, edited=value, state=state, reason=reason, is_pending=is_pending,
             retention=self._retentions.get(key),
         )  # fmt: skip
 
@@ -367,19 +367,19 @@ class SettingsForm:
         self._seen = None
 
 
-def is_confirmed(command: Command, stands: Known | None, value: Value) -> bool:
+def is_confirmed(command: Command, known: Known | None, value: Value) -> bool:
     """Whether the module has reported `value`. An acknowledgement proves nothing where it can be read back (E2)."""
-    if stands is None or stands.is_stale or stands.value != value:
+    if known is None or known.is_stale or known.value != value:
         return False
-    return stands.how is not How.ACKNOWLEDGED or not command.reads_back
+    return known.how is not How.ACKNOWLEDGED or not command.reads_back
 
 
-def _known_state(stands: Known | None) -> RowState:
-    if stands is None:
+def _known_state(known: Known | None) -> RowState:
+    if known is None:
         return RowState.UNKNOWN
-    if stands.is_stale:
+    if known.is_stale:
         return RowState.STALE
-    return RowState.ACKNOWLEDGED if stands.how is How.ACKNOWLEDGED else RowState.READ
+    return RowState.ACKNOWLEDGED if known.how is How.ACKNOWLEDGED else RowState.READ
 
 
 def changed_text(changed: ChangedSetting) -> str:
@@ -388,8 +388,8 @@ def changed_text(changed: ChangedSetting) -> str:
 
 
 def _failure_text(command: Command, failure: _Failure) -> str:
-    wanted, why = value_text(command, failure.wanted), tr(failure.text)
-    if failure.stands is None:
-        return tr("{wanted} was sent: {why}.", wanted=wanted, why=why)
-    stands = value_text(command, failure.stands)
-    return tr("{wanted} was sent: {why}. It holds {stands}.", wanted=wanted, why=why, stands=stands)
+    target, why = value_text(command, failure.target), tr(failure.text)
+    if failure.read_back is None:
+        return tr("{wanted} was sent: {why}.", wanted=target, why=why)
+    read_back = value_text(command, failure.read_back)
+    return tr("{wanted} was sent: {why}. It holds {stands}.", wanted=target, why=why, stands=read_back)

@@ -19,21 +19,21 @@ def known_by(name: str | None, *, is_by_option: bool = False) -> UserMessage:
 
 def differences(identity: Identity) -> list[str]:
     """Each difference in a few words, in the language in use."""
-    before, found = identity.before, []
+    before, texts = identity.before, []
     if before is not None and identity.is_boot_count_lower:
-        found.append(tr("boot count {now}, was {before}", now=identity.now.boot_count, before=before.boot_count))
+        texts.append(tr("boot count {now}, was {before}", now=identity.now.boot_count, before=before.boot_count))
     for change in identity.changed:
         name = tr(change.command.title)
         values = {"now": value_text(change.command, change.after), "before": value_text(change.command, change.before)}
-        found.append(tr("{name} {now}, was {before}", name=name[:1].lower() + name[1:], **values))
-    return found
+        texts.append(tr("{name} {now}, was {before}", name=name[:1].lower() + name[1:], **values))
+    return texts
 
 
 def identity_question(identity: Identity, expected: str) -> str:
     """What a person is asked who has to say which module it is, translated; `expected`: its name, where it has one."""
-    found = differences(identity)
-    if found:
-        return tr("This may be another module: {differences}.", differences=join_names(found))
+    texts = differences(identity)
+    if texts:
+        return tr("This may be another module: {differences}.", differences=join_names(texts))
     if not identity.is_adapter_same:
         return tr("This may be another module: the port leads to another device.")
     if expected:

@@ -173,9 +173,9 @@ def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
             faults.append(ProfileFault(None, message(marked("nested too deeply."))))
             return {}
         except (tomllib.TOMLDecodeError, ValueError) as error:
-            found = _SYNTAX.match(str(error))
-            line = int(found["line"]) if found is not None and found["line"] else None
-            why = shortened(found["why"] if found is not None else str(error), 120)
+            match = _SYNTAX.match(str(error))
+            line = int(match["line"]) if match is not None and match["line"] else None
+            why = shortened(match["why"] if match is not None else str(error), 120)
             faults.append(ProfileFault(line, message(marked("not TOML: {why}."), why=message(why))))
             if line is None or not lines[line - 1]:
                 return {}
@@ -341,7 +341,7 @@ def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
 
     A key in a notation that is not supported here has only the line of its table, or none.
     """
-    found: dict[tuple[str, ...], int] = {}
+    lines: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
     entry: tuple[str, ...] = ()
     entries: Counter[str] = Counter()
@@ -355,22 +355,22 @@ def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
         head = _TABLE.match(line)
         if head is not None:
             table = (head.group(1).strip("\"' \t"),)
-            found.setdefault(table, number)
+            lines.setdefault(table, number)
             entry = ()
             if line.lstrip().startswith("[["):
                 entry = (*table, str(entries[table[0]]))
                 entries[table[0]] += 1
-                found[entry] = number
+                lines[entry] = number
             continue
         key = _KEY.match(line)
         if key is not None:
             name = next(part for part in key.groups()[:3] if part is not None)
             inner = (key.group(4),) if key.group(4) else ()
-            found.setdefault((*table, name, *inner), number)
+            lines.setdefault((*table, name, *inner), number)
             if entry:
-                found.setdefault((*entry, name), number)
+                lines.setdefault((*entry, name), number)
         open_quote = _quote_left_open(line)
-    return found
+    return lines
 
 
 def _quote_left_open(line: str) -> str | None:

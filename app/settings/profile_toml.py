@@ -13,22 +13,22 @@ from app.settings.profiles import FORMAT, LIMITS, OWN_KEYS, SETTINGS_BY_KEY, TAB
 def toml_of(profile: Profile, source: str = "") -> str:
     """`source`: the text of a valid profile, in which only what differs is changed."""
     document = tomlkit.parse(source)
-    wanted = _tables_of(profile)
-    settings = wanted["settings"]
+    tables = _tables_of(profile)
+    settings = tables["settings"]
     # A person may have written settings outside of their table.
     outside = {key: settings.pop(key) for key in SETTINGS_BY_KEY if key in document and key in settings}
-    own = {key: wanted[key] for key in OWN_KEYS if key in wanted}
+    own = {key: tables[key] for key in OWN_KEYS if key in tables}
     if not source:
         document["format"], document["settings"] = FORMAT, tomlkit.table()  # by which others know a profile
     _change(document, own | outside, (*OWN_KEYS, *SETTINGS_BY_KEY))
     for name in TABLES:
-        if name not in document and wanted[name]:
+        if name not in document and tables[name]:
             document[name] = tomlkit.table()
         table = document.get(name)
         if isinstance(table, Table):
-            _change(table, wanted[name], tuple(table))
-        elif table is not None and table.unwrap() != wanted[name]:  # in one line
-            document[name] = wanted[name]
+            _change(table, tables[name], tuple(table))
+        elif table is not None and table.unwrap() != tables[name]:  # in one line
+            document[name] = tables[name]
     _change_manual(document, profile)
     return tomlkit.dumps(document)
 
@@ -50,12 +50,12 @@ def _tables_of(profile: Profile) -> dict[str, Any]:
     }
 
 
-def _change(table: Container | Table, wanted: Mapping[str, object], known: tuple[str, ...]) -> None:
-    """Of the `known` keys those that are wanted remain; what is the same stays as it is written."""
+def _change(table: Container | Table, values: Mapping[str, object], known: tuple[str, ...]) -> None:
+    """Of the `known` keys those in `values` remain; what is the same stays as it is written."""
     for key in known:
-        if key in table and key not in wanted:
+        if key in table and key not in values:
             del table[key]
-    for key, value in wanted.items():
+    for key, value in values.items():
         if key not in table:
             _append(table, key, value)
         elif _plain(table[key]) != value or isinstance(_plain(table[key]), bool) != isinstance(value, bool):
@@ -73,18 +73,18 @@ def _append(table: Container | Table, key: str, value: object) -> None:
 
 
 def _change_manual(document: Container, profile: Profile) -> None:
-    wanted = [(line.text, line.is_required) for line in profile.manual]
+    lines = [(line.text, line.is_required) for line in profile.manual]
     rows = document.get("manual", [])
-    if [(_plain(row["text"]), bool(_plain(row.get("required", False)))) for row in rows] == wanted:
+    if [(_plain(row["text"]), bool(_plain(row.get("required", False)))) for row in rows] == lines:
         return
     known = {str(_plain(row["text"])): row for row in rows} if isinstance(rows, AoT) else {}
     changed = tomlkit.aot()
-    for text, is_required in wanted:
+    for text, is_required in lines:
         row = known.pop(text, None) or tomlkit.table()
         _change(row, {"text": text, "required": is_required}, ())
         changed.append(row)
     document.pop("manual", None)
-    if wanted:
+    if lines:
         document["manual"] = changed
 
 

@@ -175,13 +175,13 @@ def compare(profile: Profile, device: DeviceView, now: float) -> tuple[ProfileRo
 
 
 def _row(command: Command, profile: Profile, device: DeviceView, now: float) -> ProfileRow:
-    wanted = profile.settings.get(command.key)
-    stands = device.known(command.key, now)
-    if wanted is None:
-        return ProfileRow(command, None, stands, Match.NOT_IN_PROFILE)
-    if stands is None or stands.is_stale:
-        return ProfileRow(command, wanted, stands, Match.UNKNOWN)
-    return ProfileRow(command, wanted, stands, Match.SAME if stands.value == wanted else Match.DIFFERENT)
+    target = profile.settings.get(command.key)
+    module_value = device.known(command.key, now)
+    if target is None:
+        return ProfileRow(command, None, module_value, Match.NOT_IN_PROFILE)
+    if module_value is None or module_value.is_stale:
+        return ProfileRow(command, target, module_value, Match.UNKNOWN)
+    return ProfileRow(command, target, module_value, Match.SAME if module_value.value == target else Match.DIFFERENT)
 
 
 def profile_of(device: DeviceView, now: float, *, name: str) -> Profile:

@@ -22,58 +22,58 @@ def field_of(command: Command) -> Field:
     return command.write
 
 
-def fitting(wanted: Field, value: object) -> Value:
+def fitting(field: Field, value: object) -> Value:
     """`value` exactly as it will be sent, in the field's unit. Never rounds: raises `UserError`."""
     if not isinstance(value, bool | int | float):
-        raise UserError(_kind_needed(wanted))
+        raise UserError(_kind_needed(field))
     if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
         outside = ValueRefused("outside", (255 if value > 0 else 0,))
-        raise UserError(_why_refused(wanted, number_text(value), outside))
+        raise UserError(_why_refused(field, number_text(value), outside))
     try:
-        return wanted.decode(wanted.encode(value))
+        return field.decode(field.encode(value))
     except ValueRefused as error:
-        raise UserError(_why_refused(wanted, value, error)) from error
+        raise UserError(_why_refused(field, value, error)) from error
 
 
-def parse_value(wanted: Field, text: str) -> Value:
+def parse_value(field: Field, text: str) -> Value:
     """Parses a text typed by a person. Raises `UserError`."""
-    if not isinstance(wanted, Quantity | Choice):
+    if not isinstance(field, Quantity | Choice):
         if text.lower() not in _WORDS:
-            raise UserError(_kind_needed(wanted))
-        return fitting(wanted, _WORDS[text.lower()])
+            raise UserError(_kind_needed(field))
+        return fitting(field, _WORDS[text.lower()])
     try:
         number = Decimal(text if len(text) <= MAX_NUMBER_LENGTH else "")
         if not number.is_finite():
             raise InvalidOperation
     except InvalidOperation:
-        raise UserError(_kind_needed(wanted)) from None
+        raise UserError(_kind_needed(field)) from None
     value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
     if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
-        raise UserError(_why_refused(wanted, text, None))
-    return fitting(wanted, value)
+        raise UserError(_why_refused(field, text, None))
+    return fitting(field, value)
 
 
-def _kind_needed(wanted: Field) -> UserMessage:
-    if isinstance(wanted, Quantity | Choice):
+def _kind_needed(field: Field) -> UserMessage:
+    if isinstance(field, Quantity | Choice):
         return message(marked("a number is needed"))
     return message(marked("expected {expected}"), expected="true, false")
 
 
-def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> UserMessage:
-    if isinstance(wanted, Choice):
-        listed = ", ".join(map(str, sorted(wanted.values.values())))
+def _why_refused(field: Field, value: object, error: ValueRefused | None) -> UserMessage:
+    if isinstance(field, Choice):
+        listed = ", ".join(map(str, sorted(field.values.values())))
         return message(marked("{value} is not one of {values}"), value=value, values=listed)
-    if not isinstance(wanted, Quantity) or isinstance(value, bool):
-        return _kind_needed(wanted)
+    if not isinstance(field, Quantity) or isinstance(value, bool):
+        return _kind_needed(field)
     if error is None:
         return message(marked("{value} has too many digits"), value=shortened(str(value)))
     if len(error.neighbours) == 2:
-        low, high = (wanted.text(wanted.encode(neighbour)) for neighbour in error.neighbours)
+        low, high = (field.text(field.encode(neighbour)) for neighbour in error.neighbours)
         return message(marked("{value}: the nearest steps are {low} and {high}"), value=value, low=low, high=high)
     if error.neighbours:
-        low, high = wanted.text(0), wanted.text(255)
+        low, high = field.text(0), field.text(255)
         return message(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
-    return _kind_needed(wanted)
+    return _kind_needed(field)
 
 
 def number_text(value: float) -> str:

@@ -40,12 +40,12 @@ def clamped(command: Command, raw: int) -> int:
     return min(max(raw, allowed.start), allowed.stop - 1)
 
 
-def store_setting(command: Command, wanted: int, old: int, setup: Setup) -> StoredSetting:
-    """The outcome of a set of `command` from `old` to `wanted` (bytes)."""
+def store_setting(command: Command, new: int, old: int, setup: Setup) -> StoredSetting:
+    """The outcome of a set of `command` from `old` to `new` (bytes)."""
     by_one = setup.ack is Acknowledge.ONE and command.acknowledged_by_one
-    if setup.refuses and wanted != old:
+    if setup.refuses and new != old:
         return StoredSetting(old, FAILED if by_one else old)
-    value = clamped(command, wanted) if setup.clamps else wanted
+    value = clamped(command, new) if setup.clamps else new
     return StoredSetting(value if setup.keeps else old, ACCEPTED if by_one else value)
 
 

@@ -108,9 +108,9 @@ class Stations:
         write_whole(self._folder / KNOWN_FILE, "".join(lines).encode())
 
 
-def is_same_fingerprint(one: str, other: str) -> bool:
+def is_same_fingerprint(fingerprint: str, other: str) -> bool:
     """Ignores case, spaces and dashes."""
-    return _digits(one) == _digits(other)
+    return _digits(fingerprint) == _digits(other)
 
 
 def _digits(text: str) -> str:

@@ -121,8 +121,8 @@ class Facts:
         """`rest`: of the SQL statement. What is no JSON object is left out; `dps-s verify --log` names it."""
         query = f"SELECT number, made_at, {payload} FROM facts WHERE kind = ? AND json_valid(payload) {rest}"  # noqa: S608
         rows = self.database.read(query, (kind.value, *values))
-        found = [Kept(number, at, json.loads(text)) for number, at, text in rows]
-        return [fact for fact in found if isinstance(fact.content, dict)]
+        kept = [Kept(number, at, json.loads(text)) for number, at, text in rows]
+        return [fact for fact in kept if isinstance(fact.content, dict)]
 
     def last_visit(self, module: str, known: str = "slots") -> Kept | None:
         """The last reading of a module's records of which this value is known."""
@@ -136,8 +136,8 @@ class Facts:
         links = [_Link(number, hash_, fact_hash(*fact) != hash_, fact[0], object_in(fact[2]))
                  for number, *fact, hash_ in rows]  # fmt: skip
         missing = set(range(1, ends[0][0] + 1 if ends else 1)) - {link.number for link in links}
-        found = {AuditFault(number, ChainFault.MISSING) for number in missing} | set(_faults(links, missing))
-        return sorted(found, key=lambda fault: (fault.entry, fault.fault.name))
+        audit_faults = {AuditFault(number, ChainFault.MISSING) for number in missing} | set(_faults(links, missing))
+        return sorted(audit_faults, key=lambda fault: (fault.entry, fault.fault.name))
 
     def state(self, key: str) -> dict[str, Any] | None:
         rows = self.database.read("SELECT value FROM state WHERE key = ?", (key,))

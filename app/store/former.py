@@ -208,9 +208,9 @@ def _reviewed(old: _Former, check: _Row) -> Iterator[_New]:
     for row in old.rows("trigger_records"):
         is_of_module = row["module_id"] == check["module_id"] and row["judged_at"] is None
         if is_of_module and isinstance(known, list) and _hex(row["raw"]) in known:
-            said = {"module": old.name(row), "place": row["place"], "raw": _hex(row["raw"])}
-            said |= {"judgement": "reviewed", "note": ""}
-            yield _New(FactKind.JUDGEMENT, _time(check["at"]), said)
+            judgement = {"module": old.name(row), "place": row["place"], "raw": _hex(row["raw"])}
+            judgement |= {"judgement": "reviewed", "note": ""}
+            yield _New(FactKind.JUDGEMENT, _time(check["at"]), judgement)
 
 
 def _guided_test(old: _Former, row: _Row) -> Iterator[_New]:

@@ -167,8 +167,8 @@ class Store:
         rates = [(fact, fact.content["detail"], ("old", "new")) for fact in acts]
         rates += [(fact, fact.content, ("old_rate", "new_rate")) for fact in former]
         return tuple(
-            PendingBaud(fact.number, fact.content["port"], said.get("adapter", ""), said[old], said[new], fact.at)
-            for fact, said, (old, new) in rates
+            PendingBaud(fact.number, fact.content["port"], detail.get("adapter", ""), detail[old], detail[new], fact.at)
+            for fact, detail, (old, new) in rates
         )
 
 

@@ -40,8 +40,8 @@ def find_newer(address: str, own: str) -> str | None:
 
     Raises `UserError`, `OSError` or `ValueError` where none is found there.
     """
-    found = _version_in(_fetch(address))
-    return found if _rank(found) > _rank(own) else None
+    newest = _version_in(_fetch(address))
+    return newest if _rank(newest) > _rank(own) else None
 
 
 def _fetch(address: str) -> bytes:
@@ -79,18 +79,18 @@ def _version_in(data: bytes) -> str:
     if text.startswith("{"):
         answer = json.loads(text)
         text = str(answer.get("version") or answer.get("tag_name") or "")
-    found = _VERSION.fullmatch(text.partition("\n")[0].strip())
-    if found is None:
+    match = _VERSION.fullmatch(text.partition("\n")[0].strip())
+    if match is None:
         raise ValueError("no version")
-    return found[0]
+    return match[0]
 
 
 def _rank(version: str) -> tuple[tuple[int, ...], bool]:
     """1.2 is 1.2.0, and newer than 1.2rc1."""
-    found = _VERSION.match(version)
-    if found is None:
+    match = _VERSION.match(version)
+    if match is None:
         return (), False
-    numbers = [int(number) for number in found[1].split(".")]
+    numbers = [int(number) for number in match[1].split(".")]
     while numbers and not numbers[-1]:
         numbers.pop()
-    return tuple(numbers), not found[2] or found[2].startswith(("+", ".post", "-post"))
+    return tuple(numbers), not match[2] or match[2].startswith(("+", ".post", "-post"))

@@ -30,7 +30,7 @@ def window_obstacle() -> str | None:
     if platform in ("", "xcb", "wayland") and not (x or wayland):
         return tr("There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.")
     # Some of the others serve unused parts of Qt; if a needed one is missing, importing Qt fails.
-    if missing(tuple(library for library in _wanted() if library not in ALWAYS or _is_bundle())):
+    if missing(tuple(library for library in _libraries() if library not in ALWAYS or _is_bundle())):
         return missing_libraries()
     if platform == "xcb" or (not platform and not wayland):
         return tr("The screen {screen} does not let this user open a window.", screen=x) if _refuses_x() else None
@@ -39,7 +39,7 @@ def window_obstacle() -> str | None:
 
 def missing_libraries() -> str | None:
     """The missing libraries and the command that installs them; None if nothing is missing."""
-    lacking = missing(_wanted()) if sys.platform.startswith("linux") else ()
+    lacking = missing(_libraries()) if sys.platform.startswith("linux") else ()
     if not lacking:
         return None
     manager = package_manager()
@@ -54,12 +54,12 @@ def _is_bundle() -> bool:
     return hasattr(sys, "_MEIPASS")
 
 
-def _wanted() -> tuple[Library, ...]:
-    wanted = wanted_libraries(is_screen_wanted=True)
+def _libraries() -> tuple[Library, ...]:
+    libraries = wanted_libraries(is_screen_wanted=True)
     if not _is_bundle():
-        return wanted
+        return libraries
     asked = (Path(sys._MEIPASS) / ASKED).read_text(encoding="utf-8").split()  # type: ignore[attr-defined]
-    return tuple(library for library in wanted if library.soname in asked)
+    return tuple(library for library in libraries if library.soname in asked)
 
 
 def _refuses_x() -> bool:

@@ -69,11 +69,11 @@ class Parser(argparse.ArgumentParser):
         usage, self.usage = self.usage, self.format_usage().removeprefix(tr("usage: ")).strip().replace("%", "%%")
         self._is_intermixing = True
         try:
-            found, unknown = self.parse_known_intermixed_args(words)
+            namespace, unknown = self.parse_known_intermixed_args(words)
         finally:
             self._is_intermixing, self.usage = False, usage
         self._refuse(unknown)
-        return found
+        return namespace
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
@@ -265,8 +265,8 @@ def _translated(text: str) -> str:
     return tr(text) if text in WORDS else text
 
 
-def _translated_count(one: str, many: str, count: int) -> str:
-    return _translated(one if count == 1 else many)
+def _translated_count(singular: str, plural: str, count: int) -> str:
+    return _translated(singular if count == 1 else plural)
 
 
 def translate_argparse() -> None:

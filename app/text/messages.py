@@ -71,8 +71,8 @@ def message_from_json(plain: object, *, depth: int = 0) -> UserMessage:
     values = plain.get("values")
     if not isinstance(values, Mapping) or depth > _DEEPEST:
         return UserMessage(plain["text"])
-    found = [(str(name), _value_from(value, depth)) for name, value in values.items()]
-    return UserMessage(plain["text"], tuple(found))
+    pairs = [(str(name), _value_from(value, depth)) for name, value in values.items()]
+    return UserMessage(plain["text"], tuple(pairs))
 
 
 def _value_from(value: object, depth: int) -> Union[str, "UserMessage"]:

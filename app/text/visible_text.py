@@ -21,7 +21,7 @@ def visible(text: str, *, keep: str = "") -> str:
 
 def visible_json(text: str) -> str:
     """JSON `text` with such characters escaped; `json` has already escaped those below U+0020."""
-    return _IN_JSON.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    return _IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def _visible(character: str) -> str:

@@ -81,7 +81,7 @@ def merge(
 
 def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None:
     """The fewest new records that explain `now` in order of time; None where it is in no such order."""
-    found = []
+    candidates = []
     for turned in (1, -1):
         before, after = list(last)[::turned], list(now)[::turned]
         least = max(0, len(after) - MAX_RECORDS)
@@ -90,9 +90,9 @@ def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None
             fresh = after[len(left) :]
             is_room_needed = len(before) + len(fresh) - MAX_RECORDS
             if left and after[: len(left)] == left and pushed_out == max(0, is_room_needed):
-                found.append(fresh)
+                candidates.append(fresh)
                 break
-    return min(found, key=len, default=None)
+    return min(candidates, key=len, default=None)
 
 
 def _counted(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes]:

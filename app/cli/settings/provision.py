@@ -88,7 +88,7 @@ class _Turns:
 
     def __init__(self, bench: Bench, store: Store, args: argparse.Namespace, interruption: Interruption) -> None:
         self._bench, self._store, self._args, self._interruption = bench, store, args, interruption
-        self._said = ""
+        self._last_sentence = ""
 
     def run(self) -> None:
         names, taken = self._bench.left()
@@ -107,7 +107,7 @@ class _Turns:
             connected(self._args.port, self._args.baud, interruption=self._interruption,
                       on_batch=lambda batch: log.feed(batch.events)) as conversation,
         ):  # fmt: skip
-            self._said = ""
+            self._last_sentence = ""
             console.write_lines([tr("A module answers: leave it plugged in.")])
             return self._provision(name, conversation, log)
         console.show_progress(link.sentence or "")
@@ -147,8 +147,8 @@ class _Turns:
 
     def _say(self, sentence: str) -> None:
         """Once, in large letters."""
-        if sentence != self._said:
-            self._said = sentence
+        if sentence != self._last_sentence:
+            self._last_sentence = sentence
             console.write_lines([LargeLine(sentence)])
 
 

@@ -59,12 +59,12 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     before = module.values
     rows = [(wish.command.key, before.get(wish.command.key), wish.value) for wish in wishes]
     unwritten = {
-        key: _result(wanted, old, error=None if old == wanted else "not written: dry run") for key, old, wanted in rows
+        key: _result(target, old, error=None if old == target else "not written: dry run") for key, old, target in rows
     }
     lines = [
-        (key, tr("{value}: unchanged", value=typed(wanted)) if old == wanted
-         else tr("{value}: not written (dry run)", value=f"{typed(old)} → {typed(wanted)}"))
-        for key, old, wanted in rows
+        (key, tr("{value}: unchanged", value=typed(target)) if old == target
+         else tr("{value}: not written (dry run)", value=f"{typed(old)} → {typed(target)}"))
+        for key, old, target in rows
     ]  # fmt: skip
     console.emit(args, unwritten, lambda results: {"results": results, "changed": {}, "unread": []},
                  lambda _: console.columns(lines))  # fmt: skip
@@ -106,7 +106,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
                 results[wish.command] = Written(
                     command=wish.command, wanted=wish.value, heard=SetReply.UNNEEDED, stands=wish.value, verified=True
                 )
-        leave = WriteContext(
+        context = WriteContext(
             journal=records.journal,
             permit=Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, time.monotonic()),
             is_unlocked=args.unlock,
@@ -117,7 +117,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
         )
         sent = sorted((wish for wish in wishes if wish.command not in results), key=_is_last)
         try:
-            report = conversation.run(write_all(sent, leave))
+            report = conversation.run(write_all(sent, context))
         except KeyboardInterrupt:
             _tell_interrupted(WriteReport(results=tuple(unconfirmed(heard))), sent, begun)
             raise
@@ -177,7 +177,7 @@ def json_of(report: WriteReport) -> dict[str, object]:
 
 
 def _result(
-    wanted: Value,
+    target: Value,
     before: Value | None,
     *,
     acknowledged: bool | None = None,
@@ -187,7 +187,7 @@ def _result(
     error: str | None = None,
 ) -> dict[str, object]:
     return {
-        "wanted": wanted, "before": before, "acknowledged": acknowledged, "read_back": read_back,
+        "wanted": target, "before": before, "acknowledged": acknowledged, "read_back": read_back,
         "verified": verified, "verified_age_s": verified_age_s, "error": error,
     }  # fmt: skip
 
@@ -218,14 +218,14 @@ def page_of(report: WriteReport) -> list[str]:
 
 
 def _sentence(written: Written, before: Value | None, why: UserMessage | None) -> str:
-    wanted = typed(written.wanted)
+    shown = typed(written.wanted)
     if why is not None:
-        stands = "" if written.stands is None else f" → {typed(written.stands)}"
-        return tr("{value}: NOT verified ({why})", value=wanted, why=why.translated() + stands)
+        read_back = "" if written.stands is None else f" → {typed(written.stands)}"
+        return tr("{value}: NOT verified ({why})", value=shown, why=why.translated() + read_back)
     if before is not None and before != written.wanted:
-        wanted = f"{typed(before)} → {wanted}"
+        shown = f"{typed(before)} → {shown}"
     if written.heard is SetReply.UNNEEDED:
-        return tr("{value}: unchanged", value=wanted)
+        return tr("{value}: unchanged", value=shown)
     if written.verified:
-        return tr("{value}: verified", value=wanted)
-    return tr("{value}: acknowledged (cannot be read back)", value=wanted)
+        return tr("{value}: verified", value=shown)
+    return tr("{value}: acknowledged (cannot be read back)", value=shown)

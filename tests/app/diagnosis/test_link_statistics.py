@@ -168,7 +168,7 @@ CONTENTS = Contents(
     ),
     device=DeviceView({"tilt_deg": Known(7, How.STREAMED, 10.0)}),
     now=12.0,
-    figures=LinkStatistics(),
+    statistics=LinkStatistics(),
     preferences={"language": "zh_CN", "last": "C:\\Users\\wolfgang\\x.toml"},
     capture=ENTRIES,
     capture_started_at=NOON,

@@ -98,7 +98,7 @@ class BundlePreview(QWidget):
             connection=connection,
             device=self._connector.current.device,
             now=self._connector.clock(),
-            figures=copy.copy(self._connector.current.kept.statistics),
+            statistics=copy.copy(self._connector.current.kept.statistics),
             preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
             capture=self._traffic.entries(CAPTURE_ENTRIES),
             capture_started_at=self._traffic.started_at(CAPTURE_ENTRIES) if len(self._traffic) else None,
