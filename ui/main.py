@@ -212,7 +212,7 @@ def _show_store_notices(assembly: Assembly) -> None:
         assembly.ports,
         storage,
         close=attention.dismiss_queued,
-        leave=attention.leave,
+        leave_port=attention.leave_port,
         say=assembly.window.show_message,
     )
     for pending in recovery.pending():
@@ -352,12 +352,12 @@ def _signals_close(window: MainWindow) -> Iterator[None]:
         _log.info("Closing because of signal %s", number)
         window.close_now()
 
-    before = {one: signal.signal(one, close) for one in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, close) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 @contextmanager

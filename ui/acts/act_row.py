@@ -48,7 +48,7 @@ class ActRow(QFrame):
         # Stacked, so that a notice never changes the height of the row.
         self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
         self.confirm = Confirm(name, texts, ask=f"{TITLES[act]}…", go=TITLES[act])
-        self.said = named(NoticeBar(texts), f"{name}_said")
+        self.notice_bar = named(NoticeBar(texts), f"{name}_said")
         texts.bind(self._title.setText, TITLES[act])
         texts.bind(self._effect.setText, EFFECTS[act])
         texts.bind(self.setWhatsThis, EFFECTS[act])
@@ -61,23 +61,23 @@ class ActRow(QFrame):
     def refresh(self) -> None:
         if self._watch.has_turned(self._performed):
             self._dismiss()
-        found = open_conditions(self._services, self.act)
+        refusals = open_conditions(self._services, self.act)
         # What is armed is visible on this page; another line in each row would move the button under the hand.
-        told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
+        shown = [refusal for refusal in refusals if refusal.condition is not Interlock.NOTHING_ELSE_ARMED]
         # One condition at a time: a second line would move the rows below. Without a module, or with perhaps another
         # one, all other conditions follow from that.
         is_first = (Interlock.ONLINE, Interlock.IS_IDENTITY_SETTLED)
-        told.sort(key=lambda one: one.condition not in is_first)
-        self.conditions.setText(told[0].sentence if told else "")
+        shown.sort(key=lambda refusal: refusal.condition not in is_first)
+        self.conditions.setText(shown[0].sentence if shown else "")
         # An old status does not disable the button: the engine asks for a new one before it decides.
-        in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
+        in_the_way = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
-            self.live.setText("" if told else motion_text(self._connector))  # the condition gives the figures
+            self.live.setText("" if shown else motion_text(self._connector))  # the condition gives the figures
         self.confirm.set_possible(not in_the_way and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
-        self.said.show_notice(notice)
-        self._place.setCurrentWidget(self._words if notice is None else self.said)
-        self._reasons.setCurrentWidget(self.conditions if told else self._effect)
+        self.notice_bar.show_notice(notice)
+        self._place.setCurrentWidget(self._words if notice is None else self.notice_bar)
+        self._reasons.setCurrentWidget(self.conditions if shown else self._effect)
 
     def _perform(self) -> None:
         connector, act = self._connector, self.act
@@ -110,6 +110,6 @@ class ActRow(QFrame):
             self._reasons.addWidget(label)
         head = in_row(self._title, (self.live, 1), spacing=Space.M)
         in_column(head, self._reasons, of=self._words, spacing=2, margins=0)
-        for one in (self._words, self.said):
-            self._place.addWidget(one)
+        for widget in (self._words, self.notice_bar):
+            self._place.addWidget(widget)
         in_row((self._place, 1), self.confirm, of=self, spacing=Space.L, margins=(Space.M, Space.XS))

@@ -109,7 +109,7 @@ class RitualWidget(QFrame):
         self.hold = control(HoldButton(), texts, "ritual_hold", tip="Mouse or space bar")
         self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
                               tip="Nothing is sent.", key="Esc")  # fmt: skip
-        self.said = named(NoticeBar(texts), "ritual_said")
+        self.notice_bar = named(NoticeBar(texts), "ritual_said")
         self.arm.chosen.connect(self._arm)
         self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
         self.hold.hold_started.connect(self._press)
@@ -131,20 +131,20 @@ class RitualWidget(QFrame):
 
     def refresh(self) -> None:
         self._title.setText(self._heading())
-        found = open_conditions(self._services, Act.DEPLOY)
-        self.conditions.setText(join_sentences(one.sentence for one in found))
+        refusals = open_conditions(self._services, Act.DEPLOY)
+        self.conditions.setText(join_sentences(refusal.sentence for refusal in refusals))
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
         self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
-        self._reasons.setCurrentWidget(self.conditions if found and not is_rehearsal else self._effect)
+        self._reasons.setCurrentWidget(self.conditions if refusals and not is_rehearsal else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
         # An old status does not disable the button: the engine asks for a new one before it decides.
-        in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
+        in_the_way = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
         self.choose.setEnabled(is_free and not in_the_way)
         self.rehearse.setEnabled(is_free)
-        self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
+        self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not refusals))
         notice = self._job.notice(ASKING, can_cancel=False)
-        self.said.show_notice(notice)
-        self._head.setCurrentWidget(self._words if notice is None else self.said)
+        self.notice_bar.show_notice(notice)
+        self._head.setCurrentWidget(self._words if notice is None else self.notice_bar)
 
     def disarm(self, why: Input) -> None:
         """Disarm; nothing is sent."""
@@ -224,7 +224,7 @@ class RitualWidget(QFrame):
 
     def _is_in_sight(self) -> bool:
         """Whether the controls of this step are entirely visible."""
-        return all(is_in_sight(one) for one in (self.cancel, self.arm, self.hold) if not one.isHidden())
+        return all(is_in_sight(button) for button in (self.cancel, self.arm, self.hold) if not button.isHidden())
 
     def _tick(self) -> None:
         try:
@@ -337,17 +337,17 @@ class RitualWidget(QFrame):
         direction, is_large = QBoxLayout.Direction, is_text_large()
         self._row.setDirection(direction.TopToBottom if is_large else direction.LeftToRight)
         self._row.setSpacing(0 if is_large else Space.M)
-        self.said.setMinimumHeight(scaled(_NOTICE_PX[is_large]))
+        self.notice_bar.setMinimumHeight(scaled(_NOTICE_PX[is_large]))
 
     def _lay_out(self) -> None:
         for stack, widgets in (
             (self._reasons, (self._effect, self.conditions)),
-            (self._head, (self._words, self.said)),
+            (self._head, (self._words, self.notice_bar)),
         ):
             for widget in widgets:
                 stack.addWidget(widget)
-        told = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
-        self._row = in_row(self._title, (told, 1), of=self._words, spacing=Space.M, margins=0)
+        reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
+        self._row = in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
         VisibilityTimer(self, self._fit, restyle=self._fit)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         row = FlowRow(spacing_px=Space.L)

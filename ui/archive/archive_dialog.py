@@ -187,12 +187,12 @@ class ArchiveDialog(QDialog):
         """`name_of`: the module whose name is used for both; None: they are different."""
         if not self._conflicts or self._exchange.is_running:
             return
-        one, other = self._conflicts[0].pair
-        name = "" if name_of is None else (one, other)[name_of].name
+        first, second = self._conflicts[0].pair
+        name = "" if name_of is None else (first, second)[name_of].name
         who = self.who.text()
 
         def settle(archive: Archive, _on_page: object) -> None:
-            archive.settle(one, other, is_same=name_of is not None, name=name, who=who)
+            archive.settle(first, second, is_same=name_of is not None, name=name, who=who)
 
         self._exchange.run(settle)
 
@@ -253,13 +253,14 @@ class ArchiveDialog(QDialog):
         self.question.setVisible(bool(self._conflicts))
         if not self._conflicts:
             return
-        first = self._conflicts[0]
-        one, other = first.pair
-        stations = tr("Stations: {one}, {other}.", one=short_station(one.station), other=short_station(other.station))
-        self.asked.setText(join_sentences((first.question().translated(), stations)))
-        has_two_names = one.name != other.name
+        conflict = self._conflicts[0]
+        first, second = conflict.pair
+        names = [short_station(module.station) for module in conflict.pair]
+        stations = tr("Stations: {one}, {other}.", one=names[0], other=names[1])
+        self.asked.setText(join_sentences((conflict.question().translated(), stations)))
+        has_two_names = first.name != second.name
         self.same_other.setVisible(has_two_names)
-        for button, module in ((self.same, one), (self.same_other, other)):
+        for button, module in ((self.same, first), (self.same_other, second)):
             name = clean(module.name, longest=30)
             text = tr("Same: “{name}”", name=name) if has_two_names else tr("Same module")
             button.setText(text)
@@ -297,7 +298,7 @@ def _state_text(not_shared: int, last_at: str | None, server: str | None, done: 
         parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
         if done.refused_count:
             text = tr("Unreadable or altered, left out: {count}.", count=done.refused_count)
-            parts += [text, *(one.sentence().translated() for one in done.refused[:3])]
+            parts += [text, *(fact.sentence().translated() for fact in done.refused[:3])]
         if done.damaged:
             parts.append(tr("Damaged and not sent: {count}.", count=len(done.damaged)))
     return join_sentences(parts) or tr("No server is set.")

@@ -51,7 +51,7 @@ def _local(at: str) -> str:
 
 _MODULE_COLUMNS: Final = (
     TableColumn[ModuleToday](marked("Module"), lambda row: clean(row.module.name)),
-    TableColumn[ModuleToday](marked("Stations"), lambda row: str(len({one.station for one in row.module.members}))),
+    TableColumn[ModuleToday](marked("Stations"), lambda row: str(len({station for station, _ in row.module.members}))),
     TableColumn[ModuleToday](marked("Last check"), lambda row: _local(row.last_check.at) if row.last_check else ""),
     TableColumn[ModuleToday](
         marked("Verdict"), _verdict, ink=lambda row: Meaning.DANGER if _is_no_go(row) else None,

@@ -83,7 +83,7 @@ class ConnectPanel(QScrollArea):
                                       slot=self.connect_chosen)  # fmt: skip
         self.disconnect_button = control(QPushButton(), texts, "disconnect_button", "Disconnect",
                                          key="Ctrl+D", slot=self.disconnect_wanted)  # fmt: skip
-        self.empty, self.said = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
+        self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
         self.options = control(QToolButton(), texts, "connect_options", "Other port or baud rate",
                                picture=Icon.CHEVRON_DOWN, role="quiet", is_checkable=True)  # fmt: skip
         self.flights = control(FlightDrop(), texts, "connect_flights", "Drop flight logs here: would it have fired?",
@@ -180,12 +180,12 @@ class ConnectPanel(QScrollArea):
         buttons = in_row(1, self.disconnect_button, self.connect_button, spacing=Space.S)
         options = in_row(self.options, 1)
         flights = in_row(self.flights, 1)
-        parts = head, self.list, self.empty, options, self._form, self.said, buttons, flights
+        parts = head, self.list, self.empty, options, self._form, self.state_label, buttons, flights
         card = named(QFrame(), "connect_card", "card")
         self._card = card
         in_column(*parts, of=card, spacing=Space.M, margins=(Space.XL, Space.L, Space.XL, Space.XL))
         card.setMaximumWidth(scaled(CARD_PX))
-        for label in (self.empty, self.said):
+        for label in (self.empty, self.state_label):
             label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         self.connect_button.setMinimumWidth(120)
         ground = named(QWidget(), "connect_ground")
@@ -206,7 +206,7 @@ class ConnectPanel(QScrollArea):
             form.addWidget(label, row, 0)
             form.addWidget(field, row, 1)
         form.setColumnStretch(1, 1)
-        for number, rate in enumerate((DEFAULT_BAUD_RATE, *(one for one in BAUD_RATES if one != DEFAULT_BAUD_RATE))):
+        for number, rate in enumerate(dict.fromkeys((DEFAULT_BAUD_RATE, *BAUD_RATES))):
             self.rate.addItem(str(rate), rate)
             if rate == DEFAULT_BAUD_RATE:
                 self._texts.bind(partial(self.rate.setItemText, number), "115200 (usual)")
@@ -246,12 +246,12 @@ class ConnectPanel(QScrollArea):
 
     def _show_state(self) -> None:
         state = self._connector.current.state
-        said = link_text(state, self._connector.clock())
+        words = link_text(state, self._connector.clock())
         is_closed = state.phase is Phase.CLOSED
         has_chosen = self.chosen_target() is not None
         next_step = tr("Connecting only reads the module.") if has_chosen else ""
-        self.said.setText(next_step if is_closed else f"{said.what} {said.next_step}".strip())
-        self.said.setVisible(bool(self.said.text()))
+        self.state_label.setText(next_step if is_closed else f"{words.what} {words.next_step}".strip())
+        self.state_label.setVisible(bool(self.state_label.text()))
         self.disconnect_button.setVisible(self._connector.current.is_requested)
         self.flights.setVisible(not self._connector.current.is_requested)
         self.connect_button.setEnabled(has_chosen)

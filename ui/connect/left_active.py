@@ -51,7 +51,7 @@ class LeftActiveWatch(QObject):
         """In the language in use; None while the module itself, or its LOCK or link, says it."""
         ports = [port for port in self._connector.connections if port.is_requested]
         every = self._storage.left_active
-        left = next((one for one in every if not any(self._is_at(port, one) for port in ports)), None)
+        left = next((entry for entry in every if not any(self._is_at(port, entry) for port in ports)), None)
         if left is None:
             return None
         act = partial(self._update, partial(note_locked, left=left, origin=ORIGIN))
@@ -67,8 +67,8 @@ class LeftActiveWatch(QObject):
             return ()  # or none has reported, it is in doubt which it is, or it has a name
         choose = partial(port.module.choose, name)
         goes_on = partial(self._update, partial(note_continued, left=left, here=here, origin=ORIGIN))
-        said = tr("It is {module}", module=name) if name else tr("Same module")
-        return (Choice("left_active_here", said, choose if name else goes_on, is_step=True),)
+        text = tr("It is {module}", module=name) if name else tr("Same module")
+        return (Choice("left_active_here", text, choose if name else goes_on, is_step=True),)
 
     def _is_at(self, port: Port, left: LeftActive) -> bool:
         if left.known_as.run == port.kept.run:
@@ -117,7 +117,7 @@ def _after(note: Callable[[Store], object], store: Store) -> tuple[LeftActive, .
 
 
 class BaudRecovery:
-    """`close` dismisses the notice, `leave` asks before it leaves the connected module, `say` shows the result."""
+    """`close` dismisses the notice, `leave_port` asks before it leaves the connected module, `say` shows the result."""
 
     def __init__(
         self,
@@ -126,11 +126,11 @@ class BaudRecovery:
         storage: Storage,
         *,
         close: Callable[[], None],
-        leave: Callable[[Callable[[], object]], None],
+        leave_port: Callable[[Callable[[], object]], None],
         say: Callable[[str], None],
     ) -> None:
         self._connector, self._ports, self._storage = connector, ports, storage
-        self._close, self._leave, self._say = close, leave, say
+        self._close, self._leave_port, self._say = close, leave_port, say
         self._writing: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
 
     def pending(self) -> tuple[PendingBaud, ...]:
@@ -146,10 +146,10 @@ class BaudRecovery:
             "Changing {port} from {old} to {new} baud was interrupted: it may be at either.",
             old=pending.old_rate, new=pending.new_rate, port=pending.port,
         )  # fmt: skip
-        begin = partial(self._leave, partial(self._search, pending))
-        look = Choice("look_for_baud", tr("Find the baud rate"), begin, is_main=True)
+        begin = partial(self._leave_port, partial(self._search, pending))
+        search = Choice("look_for_baud", tr("Find the baud rate"), begin, is_main=True)
         forget = Choice("forget_baud", tr("Dismiss"), lambda: self._discard(pending), is_step=True)
-        return Notice(Meaning.ATTENTION, text, (look, forget))
+        return Notice(Meaning.ATTENTION, text, (search, forget))
 
     def _search(self, pending: PendingBaud) -> None:
         same = [port.device for port in self._ports.ports if pending.adapter and port.identity == pending.adapter]
@@ -158,12 +158,12 @@ class BaudRecovery:
         self._connector.connect_to(Target(device, pending.new_rate, pending.adapter))
 
         def end(job: Job[int | None]) -> None:
-            found = None if job.run.error is not None else job.outcome()
-            if found is None:
+            rate = None if job.run.error is not None else job.outcome()
+            if rate is None:
                 self._say(tr("Not found. Switch the module off and on, then “Find the baud rate”."))
                 return
-            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, found))
-            self._say(tr("The module answers at {rate} baud.", rate=found))
+            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
+            self._say(tr("The module answers at {rate} baud.", rate=rate))
 
         self._connector.run(look_for(pending.new_rate, pending.old_rate), end)
 

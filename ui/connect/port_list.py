@@ -157,23 +157,23 @@ class _Delegate(QStyledItemDelegate):
         if not choice.badge:
             return right
         theme = current()
-        one = font(Size.SMALL, is_bold=choice.is_new)
-        width = QFontMetrics(one).horizontalAdvance(choice.badge) + 2 * Space.S
+        badge_font = font(Size.SMALL, is_bold=choice.is_new)
+        width = QFontMetrics(badge_font).horizontalAdvance(choice.badge) + 2 * Space.S
         box = QRect(right - width, rect.center().y() - 10, width, 20)
         tint = theme.tint(Meaning.INFORMATION if choice.is_new else Meaning.UNKNOWN)
         painter.setPen(QColor(tint.ink))
         painter.setBrush(QColor(tint.wash if choice.is_new else theme.surface))
         painter.drawRoundedRect(box, 10, 10)
-        painter.setFont(one)
+        painter.setFont(badge_font)
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, choice.badge)
         return box.left() - Space.S
 
 
-def _write(painter: QPainter, room: QRect, text: str, one: QFont, colour: QColor, vertical: Qt.AlignmentFlag) -> int:
+def _write(painter: QPainter, room: QRect, text: str, face: QFont, colour: QColor, vertical: Qt.AlignmentFlag) -> int:
     """Draws one elided line; returns its width."""
-    metrics = QFontMetrics(one)
+    metrics = QFontMetrics(face)
     fitting = metrics.elidedText(text, Qt.TextElideMode.ElideRight, max(0, room.width()))
-    painter.setFont(one)
+    painter.setFont(face)
     painter.setPen(colour)
     painter.drawText(room, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
     return metrics.horizontalAdvance(fitting)

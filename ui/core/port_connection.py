@@ -351,11 +351,11 @@ class PortConnection(QObject):
 
     def _reopen(self, ports: tuple[PortInfo, ...]) -> None:
         target = self.target
-        found = self._return.poll(ports, self.clock())
-        if found is not None and target is not None:
+        port = self._return.poll(ports, self.clock())
+        if port is not None and target is not None:
             expected, answered_at = self._return.expected(self._lost), self.device.values.get("baud_rate")
             rate = target.baud_rate if answered_at is None else int(answered_at.value)
-            self._open(replace(target, device=found.device, baud_rate=rate), expected)
+            self._open(replace(target, device=port.device, baud_rate=rate), expected)
         elif self._return.is_mistaken:
             self._close_mistaken()
         else:

@@ -29,9 +29,9 @@ class PortWatcher(QObject):
     listed = Signal()
     """After each look, whether or not something changed; in the window's thread."""
 
-    def __init__(self, look: Callable[[float], Iterable[PortInfo]] = list_ports) -> None:
+    def __init__(self, scan: Callable[[float], Iterable[PortInfo]] = list_ports) -> None:
         super().__init__()
-        self._look = look
+        self._scan = scan
         self._looking: BackgroundTask[tuple[PortInfo, ...]] = BackgroundTask("dps-s port list", self)
         self._ports: tuple[PortInfo, ...] | None = None
         self.is_current = False
@@ -78,7 +78,7 @@ class PortWatcher(QObject):
         """Look now; returns False, and does nothing, while a look is running."""
         if self._looking.is_running:
             return False
-        self._looking.run(lambda _running: tuple(self._look(LOOK_LIMIT_S)), self._on_listed, self._fail)
+        self._looking.run(lambda _running: tuple(self._scan(LOOK_LIMIT_S)), self._on_listed, self._fail)
         return True
 
     def stop(self, deadline_s: float) -> bool:
@@ -86,10 +86,10 @@ class PortWatcher(QObject):
         self._timer.stop()
         return self._looking.wait(deadline_s)
 
-    def _on_listed(self, found: tuple[PortInfo, ...]) -> None:
-        self.is_current, self._ports = True, found
+    def _on_listed(self, ports: tuple[PortInfo, ...]) -> None:
+        self.is_current, self._ports = True, ports
         if self._seen is None:
-            self._seen = frozenset(key_of(port) for port in found)
+            self._seen = frozenset(key_of(port) for port in ports)
         self.listed.emit()
 
     def _fail(self, error: Exception) -> None:

@@ -32,11 +32,11 @@ class _Entry(Generic[_Value]):
     def __init__(self, key: str, read: Callable[[Any], _Value], write: Callable[[_Value], object] = str) -> None:
         self._key, self._read, self._write = key, read, write
 
-    def __get__(self, one: "Preferences", _kind: type | None = None) -> _Value:
-        return self._read(one.settings.value(self._key))
+    def __get__(self, preferences: "Preferences", _kind: type | None = None) -> _Value:
+        return self._read(preferences.settings.value(self._key))
 
-    def __set__(self, one: "Preferences", value: _Value) -> None:
-        one.settings.setValue(self._key, self._write(value))
+    def __set__(self, preferences: "Preferences", value: _Value) -> None:
+        preferences.settings.setValue(self._key, self._write(value))
 
 
 def settings_file() -> Path:
@@ -130,4 +130,4 @@ class Preferences:
 
 def _at_head(path: Path, names: tuple[str, ...]) -> tuple[str, ...]:
     name = str(path.absolute())
-    return (name, *(one for one in names if one != name))[:MAX_RECENT]
+    return (name, *(recent for recent in names if recent != name))[:MAX_RECENT]

@@ -60,7 +60,7 @@ class Texts:
 
     def _remove_deleted(self) -> None:
         """Forget what is gone, seldom enough that binding stays cheap."""
-        self._bindings = {key: one for key, one in self._bindings.items() if one.find_setter() is not None}
+        self._bindings = {key: binding for key, binding in self._bindings.items() if binding.find_setter() is not None}
         self._sweep_at = max(64, 2 * len(self._bindings))
 
 

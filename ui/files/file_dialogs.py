@@ -109,7 +109,7 @@ def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], obje
 def default_name(port: str, suffix: str, when: datetime) -> str:
     """A file name such as "dps-s ttyUSB0 2026-11-21 09-30-05.csv", in characters that every system accepts."""
     short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
-    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short[:MAX_PORT_LENGTH])
+    safe = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in short[:MAX_PORT_LENGTH])
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix
 
 
@@ -188,11 +188,11 @@ class FileOpener(QObject):
             menu.addAction(tr("No recent files")).setEnabled(False)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if isinstance(event, QDragEnterEvent) and self._found(event.mimeData()) is not None:
+        if isinstance(event, QDragEnterEvent) and self._dropped_path(event.mimeData()) is not None:
             event.acceptProposedAction()
             return True
         if isinstance(event, QDropEvent) and event.type() == QEvent.Type.Drop:
-            path = self._found(event.mimeData())
+            path = self._dropped_path(event.mimeData())
             if path is not None:
                 event.acceptProposedAction()
                 return self.open(path)
@@ -201,7 +201,7 @@ class FileOpener(QObject):
     def _page_of(self, path: Path) -> FilePage | None:
         return next((page for page in self._pages() if path.suffix.lower() in page.suffixes), None)
 
-    def _found(self, data: QMimeData) -> Path | None:
+    def _dropped_path(self, data: QMimeData) -> Path | None:
         """The first file that some page opens."""
         paths = (Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile())
         return next((path for path in paths if self._page_of(path) is not None), None)

@@ -35,8 +35,8 @@ class FieldEditor(QWidget):
     """The user left the editor: further changes are another undo step."""
 
     @abstractmethod
-    def show_value(self, edited: Value | None, stands: Value | None) -> None:
-        """Shows the edited value; `stands` is the module's."""
+    def show_value(self, edited: Value | None, module_value: Value | None) -> None:
+        """Shows the edited value; without one `module_value`."""
 
 
 class NumberEditor(FieldEditor):
@@ -60,8 +60,8 @@ class NumberEditor(FieldEditor):
         self.line.textEdited.connect(self._choose_again)
         self.box.editingFinished.connect(self.left)
 
-    def show_value(self, edited: Value | None, stands: Value | None) -> None:
-        value = stands if edited is None else edited
+    def show_value(self, edited: Value | None, module_value: Value | None) -> None:
+        value = module_value if edited is None else edited
         raw = -1 if value is None else self._field.encode(value)
         if round(self.box.value() * self._field.per_unit) != raw:  # else what is being typed would be completed
             with QSignalBlocker(self.box):

@@ -35,8 +35,8 @@ STALE_WORDS: Final[Mapping[StaleReason, str]] = {
 
 def how_known(known: Known, now: float) -> str:
     """Source, age and doubt in the language in use: "read 12 s ago, too old"."""
-    said = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
-    return said if known.stale_reason is None else f"{said}, {tr(STALE_WORDS[known.stale_reason])}"
+    text = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
+    return text if known.stale_reason is None else f"{text}, {tr(STALE_WORDS[known.stale_reason])}"
 
 
 class ValueLabel(Readout):

@@ -79,12 +79,12 @@ def explain(widget: QWidget) -> None:
     """Where neither a widget nor what it is part of was made with a text, the nearest with a tooltip or an accessible
     name gets that."""
     around = list(_with_parents(widget))
-    if any(one.whatsThis() and not one.property(_SAYS_TOOLTIP) for one in around):
+    if any(candidate.whatsThis() and not candidate.property(_SAYS_TOOLTIP) for candidate in around):
         return
-    for one in around:
-        one.setWhatsThis(one.toolTip() or one.accessibleName())
-        one.setProperty(_SAYS_TOOLTIP, True)
-        if one.whatsThis():
+    for candidate in around:
+        candidate.setWhatsThis(candidate.toolTip() or candidate.accessibleName())
+        candidate.setProperty(_SAYS_TOOLTIP, True)
+        if candidate.whatsThis():
             return
 
 

@@ -38,8 +38,8 @@ class Key(NamedTuple):
 
 def keys_of(window: QMainWindow) -> tuple[Key, ...]:
     """All actions with a shortcut, those that work everywhere first."""
-    found = [key for action in window.findChildren(QAction) if (key := _key_of(action)) is not None]
-    return tuple(dict.fromkeys(sorted(found, key=lambda one: one.page)))
+    keys = [key for action in window.findChildren(QAction) if (key := _key_of(action)) is not None]
+    return tuple(dict.fromkeys(sorted(keys, key=lambda key: key.page)))
 
 
 def _key_of(action: QAction) -> Key | None:
@@ -74,11 +74,11 @@ class ShortcutsView(DocumentWindow):
         self.show_markdown("\n".join(self._lines()))
 
     def _lines(self) -> Iterator[str]:
-        found = keys_of(self._window)
+        shortcuts = keys_of(self._window)
         always = [Key("", keys, tr(does)) for keys, does in _ALWAYS]
-        yield from _table(tr("Everywhere"), [one for one in found if not one.page] + always)
+        yield from _table(tr("Everywhere"), [key for key in shortcuts if not key.page] + always)
         for entry in self._entries:
-            of_page = [one for one in found if one.page == entry.key]
+            of_page = [key for key in shortcuts if key.page == entry.key]
             if of_page:
                 yield from _table(tr(entry.title), of_page)
 

@@ -23,9 +23,9 @@ class JobNotice(QObject):
     def set_notice(self, make: Callable[[], Notice | None] | None) -> None:
         """Set the notice; `make` is called whenever it is shown, None removes it. Screen readers hear it once."""
         self._notice = make
-        said = self.result_notice()
-        if said is not None:
-            announcer().announce(said.text, is_urgent=said.meaning is Meaning.DANGER)
+        notice = self.result_notice()
+        if notice is not None:
+            announcer().announce(notice.text, is_urgent=notice.meaning is Meaning.DANGER)
         self.changed.emit()
 
     def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:

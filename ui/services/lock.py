@@ -131,7 +131,7 @@ class PortLock(QObject):
         if self.failed is None:
             return None
         if self.is_possible:
-            others = (replace(one, is_main=False) for one in more)
+            others = (replace(choice, is_main=False) for choice in more)
             more = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True), *others)
         return Notice(Meaning.DANGER, self.failed.sentence, more)
 

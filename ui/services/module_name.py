@@ -133,7 +133,7 @@ class ModuleName(QObject):
         """What was last read of the module that is known at this port; None where none is."""
         if target.key != self.adapter:
             self.adapter = target.key
-            self.expected_name = next((one.name for one in self.known if one.adapter == self.adapter), "")
+            self.expected_name = next((module.name for module in self.known if module.adapter == self.adapter), "")
         else:
             self.expected_name = self.name or self.expected_name
         self._use("")
@@ -142,7 +142,7 @@ class ModuleName(QObject):
     def _evidence_of(self, name: str) -> IdentityEvidence:
         if name in self._read:
             return self._read[name]
-        store, module = self._store, next((one for one in self.known if one.name == name), None)
+        store, module = self._store, next((known for known in self.known if known.name == name), None)
         try:
             return IdentityEvidence() if store is None or module is None else store.evidence(module.name)
         except StoreTrouble as trouble:

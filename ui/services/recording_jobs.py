@@ -107,7 +107,7 @@ class RecordingJobs(JobNotice):
                     _log.warning("%s is of an earlier version and cannot be converted: %s", folder, error)
 
     def open(self, entry: "RecordingEntry") -> None:
-        """Emits `opened`, or sets `said` to the reason why not."""
+        """Emits `opened`, or ends with the reason why not."""
 
         def work(_running: Running) -> object:
             from app.recordings.recording import open_recording
@@ -142,21 +142,21 @@ class RecordingJobs(JobNotice):
         chosen = tuple(entries)
 
         def work(_running: Running) -> None:
-            for one in chosen:
-                self.library.set_pinned(one, is_pinned=is_pinned)
+            for entry in chosen:
+                self.library.set_pinned(entry, is_pinned=is_pinned)
 
         self._begin(lambda: tr("Saving…"), work, lambda _none: self._end_silently())
 
     def delete(self, entries: Iterable["RecordingEntry"]) -> None:
         """Delete permanently."""
         chosen = tuple(entries)
-        self.closing.emit(frozenset(one.path for one in chosen))
+        self.closing.emit(frozenset(entry.path for entry in chosen))
 
         def work(running: Running) -> int:
-            for count, one in enumerate(chosen):
+            for count, entry in enumerate(chosen):
                 if running.is_cancelled():
                     return count
-                self.library.delete(one)
+                self.library.delete(entry)
                 running.set_progress((count + 1) / len(chosen))
             return len(chosen)
 

@@ -41,14 +41,14 @@ def link_notice(
     confirmed, which another sentence beside this one says."""
     if state.is_fine:
         return None
-    said = link_text(state, now)
+    words = link_text(state, now)
     is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
     if is_unlocked or (state.was_active and not is_calm):
-        said = replace(said, next_step=keep_away())  # alone, so that nothing of it is elided
-    parts = ["" if said.what == said.word else said.what, said.next_step]  # the top bar has the word
+        words = replace(words, next_step=keep_away())  # alone, so that nothing of it is elided
+    parts = ["" if words.what == words.word else words.what, words.next_step]  # the top bar has the word
     if state.was_active and not is_unlocked and not is_calm:
         parts.insert(0, tr(LAST_HEARD_ACTIVE))
-    steps: tuple[NextStep, ...] = () if said.step is None else (said.step,)
+    steps: tuple[NextStep, ...] = () if words.step is None else (words.step,)
     if NextStep.WHY in acts and state.phase in _ASKS_WHY:
         steps = (*steps, NextStep.WHY)
     choices = tuple(
@@ -65,7 +65,7 @@ def is_risky_to_leave(port: Port) -> bool:
 
 def leaving_notice(
     lock: Callable[[], None],
-    leave: Callable[[], None],
+    proceed: Callable[[], None],
     stay: Callable[[], None],
     *,
     is_active: bool,
@@ -78,16 +78,16 @@ def leaving_notice(
         else tr("Treat the module as ACTIVE: it does not report LOCKED."),
         (
             Choice("lock_and_leave", tr("LOCK first"), lock, is_main=True),
-            Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True),
+            Choice("leave_active", tr("Leave it ACTIVE"), proceed, is_step=True),
             Choice("stay", tr("Cancel"), stay),
         ),
     )
 
 
-def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None]) -> Notice:
+def unsent_notice(count: int, proceed: Callable[[], None], stay: Callable[[], None]) -> Notice:
     """Asked before edits of settings are lost."""
     stays = Choice("stay", tr("Cancel"), stay, is_main=True)
-    drops = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)
+    drops = Choice("drop_edits", tr("Discard edits"), proceed, is_step=True)
     return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), (stays, drops))
 
 
@@ -160,7 +160,7 @@ class Attention(QObject):
             return False
         if not self.is_risky_to_close and not self.has_unsent:
             return True
-        self.leave(close, is_closing=True)
+        self.leave_port(close, is_closing=True)
         return False
 
     def queue_notice(self, make: Callable[[], Notice], *, is_of_module: bool = False) -> None:
@@ -181,24 +181,24 @@ class Attention(QObject):
             del self._queued[make]
         self.refresh()
 
-    def leave(self, leave: Callable[[], object], *, port: Port | None = None, is_closing: bool = False) -> None:
-        """Calls `leave`; asks before where edits would be lost or an ACTIVE module left. `port`: else the shown one."""
-        go = partial(self._leave_active, leave, port or self._connector.current, is_closing=is_closing)
+    def leave_port(self, proceed: Callable[[], object], *, port: Port | None = None, is_closing: bool = False) -> None:
+        """Calls `proceed`; asks before edits would be lost or an ACTIVE module left. `port`: else the shown one."""
+        go = partial(self._leave_active, proceed, port or self._connector.current, is_closing=is_closing)
         if port in (None, self._connector.current):
             self.leave_edits(go, is_closing=is_closing)
         else:
             go()
 
-    def leave_edits(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
-        """Calls `leave`; asks before where edits would be lost."""
+    def leave_edits(self, proceed: Callable[[], object], *, is_closing: bool = False) -> None:
+        """Calls `proceed`; asks before edits would be lost."""
         if not self.has_unsent:
-            leave()
+            proceed()
             return
 
         def go() -> None:
             self._question = None
             self._unsent.discard()
-            leave()
+            proceed()
 
         self._ask(
             _Question(
@@ -210,7 +210,7 @@ class Attention(QObject):
             focused="stay",
         )
 
-    def _leave_active(self, leave: Callable[[], object], port: Port, *, is_closing: bool) -> None:
+    def _leave_active(self, proceed: Callable[[], object], port: Port, *, is_closing: bool) -> None:
         def is_risky() -> bool:
             return self.is_risky_to_close if is_closing else is_risky_to_leave(port)
 
@@ -218,11 +218,11 @@ class Attention(QObject):
             """Also later, when LOCK is confirmed: not if it was cancelled meanwhile."""
             if self._answered is question:
                 self._question = None
-                leave()
+                proceed()
 
         if not is_risky():
             self._question = None
-            leave()
+            proceed()
             return
         question = _Question(partial(self._leaving_notice, go, port, is_closing=is_closing), is_risky, is_closing)
         self._ask(question, focused="lock_and_leave")
@@ -260,18 +260,18 @@ class Attention(QObject):
         if state.phase is Phase.CLOSED and self._is_choosing() and not self._queued:
             return left
         is_unlocked = port.lock.failed is not None  # which says itself how to treat the module
-        said = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
-        locking = self._lock_notice(said.choices if said is not None else ())
+        link = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
+        locking = self._lock_notice(link.choices if link is not None else ())
         if locking is not None:
-            return locking if said is None else replace(locking, text=join_sentences([locking.text, said.text]))
-        if left is not None and said is not None:
-            choices = (*left.choices, *said.choices)
-            return replace(left, text=join_sentences([left.text, said.text]), choices=choices)
+            return locking if link is None else replace(locking, text=join_sentences([locking.text, link.text]))
+        if left is not None and link is not None:
+            choices = (*left.choices, *link.choices)
+            return replace(left, text=join_sentences([left.text, link.text]), choices=choices)
         if left is not None:
             return self._trigger_notice() or left
-        if self._queued and (said is None or state.phase is Phase.CLOSED):
+        if self._queued and (link is None or state.phase is Phase.CLOSED):
             return next(iter(self._queued))()
-        return said or self._trigger_notice() or self._module_notice()
+        return link or self._trigger_notice() or self._module_notice()
 
     def _lock_notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
         """LOCK of the shown module, else that of others which do not report it; Fleet says it itself."""
@@ -296,7 +296,7 @@ class Attention(QObject):
             self._restarts = None
             return None
         if changed := self._unsent.find_foreign():
-            names = ", ".join(tr(one.command.title) for one in changed)
+            names = ", ".join(tr(change.command.title) for change in changed)
             return Notice(Meaning.DANGER, tr("Changed without being written: {names}. See Settings.", names=names))
         if self._restarts is None or device.restarts < self._restarts:
             # A restart before anything was known changes nothing.
@@ -319,13 +319,13 @@ class Attention(QObject):
         if not is_triggered or self._has_read_trigger or port.kept.is_fired_by_test:
             return None
         text = tr("The module has triggered: LOCK, read the record, pack, check again.")
-        look = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
-        return Notice(Meaning.DANGER, text, look, dismiss=self._dismiss_trigger)
+        choices = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
+        return Notice(Meaning.DANGER, text, choices, dismiss=self._dismiss_trigger)
 
     def recording_notice(self, sentence: str) -> Notice:
         """To be queued when recording stopped."""
-        look = self._page_choices("recordings", tr("Recordings"), "recordings")
-        return Notice(Meaning.ATTENTION, sentence, look, self.dismiss_queued)
+        choices = self._page_choices("recordings", tr("Recordings"), "recordings")
+        return Notice(Meaning.ATTENTION, sentence, choices, self.dismiss_queued)
 
     def _page_choices(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
         """A button that leads to a page; none while that page is shown."""

@@ -27,16 +27,16 @@ class ResumeWatcher(QObject):
     """Withdraws confirmations and disarms. The session itself marks values as stale and reads them again
     (`app.engine.session`)."""
 
-    def __init__(self, connector: Ports, window: QWidget, armed: Armed, said: StatusBar) -> None:
+    def __init__(self, connector: Ports, window: QWidget, armed: Armed, status_bar: StatusBar) -> None:
         super().__init__(window)
-        self._window, self._armed, self._said = window, armed, said
+        self._window, self._armed, self._status_bar = window, armed, status_bar
         connector.slept.connect(self._wake)
 
     def _wake(self, slept_s: float) -> None:
         self._armed.act = None
         for question in self._window.findChildren(Confirm):
             question.withdraw()
-        self._said.show_message(
+        self._status_bar.show_message(
             tr("The computer slept for {time}; everything is read again.", time=duration(slept_s)), SHOWN_FOR_S
         )
 

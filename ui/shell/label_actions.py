@@ -89,6 +89,6 @@ def _now() -> datetime:
     return datetime.now(UTC).astimezone()
 
 
-def _code(found: Fingerprint) -> str:
+def _code(computed: Fingerprint) -> str:
     """Of a module of which a setting is not known there is none."""
-    return (found.code or "") if found.is_complete else ""
+    return (computed.code or "") if computed.is_complete else ""

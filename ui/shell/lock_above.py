@@ -31,11 +31,11 @@ class LockStrip(QWidget):
         super().__init__()
         named(self, "lock_strip")
         self._ports = ports
-        self.said = named(ElidedLabel(), "lock_strip_said")
+        self.sentence = named(ElidedLabel(), "lock_strip_said")
         self.button = control(QPushButton(), None, "lock_strip_button", "LOCK", key=LOCK_KEYS[0],
                               picture=Icon.LOCK)  # fmt: skip
         self.button.setAutoDefault(False)  # Enter belongs to the dialog
-        in_row((self.said, 1), self.button, of=self, spacing=Space.S, margins=(Space.M, Space.S, Space.M, 0))
+        in_row((self.sentence, 1), self.button, of=self, spacing=Space.S, margins=(Space.M, Space.S, Space.M, 0))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         ports.lock.buttons.add(self.button)
         self.button.clicked.connect(ports.lock.press)
@@ -54,7 +54,7 @@ class LockStrip(QWidget):
         self.button.setIcon(icon(Icon.LOCK))
         notice = lock.notice()
         reported = tr(SENTENCES[Outcome.CONFIRMED]) if lock.is_reported else ""
-        self.said.setText(reported if notice is None else notice.text)
+        self.sentence.setText(reported if notice is None else notice.text)
 
 
 class LockAbove(QObject):

@@ -104,7 +104,7 @@ class MainWindow(QMainWindow):
             is_choosing=self._is_choosing, find_left=left_active.notice, parent=self,
         )  # fmt: skip
         self._connector.before_new = self.attention.leave_edits
-        self._connector.before_leaving = lambda port, act: self.attention.leave(act, port=port)
+        self._connector.before_leaving = lambda port, act: self.attention.leave_port(act, port=port)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.show_message)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
@@ -246,10 +246,10 @@ class MainWindow(QMainWindow):
             self._waiting_target = target
             return
         self._maker.hold_batches()
-        self.attention.leave(partial(self._connector.connect_to, target))
+        self.attention.leave_port(partial(self._connector.connect_to, target))
 
     def disconnect_port(self) -> None:
-        self.attention.leave(self._connector.current.disconnect_port)
+        self.attention.leave_port(self._connector.current.disconnect_port)
 
     def go_to(self, key: str) -> None:
         """Shows a page; "archive" is a dialog."""

@@ -17,11 +17,11 @@ FRAME: Final = QSize(4, 36)
 """Size of a window's title bar and edges, before the system reports it."""
 
 
-def fitting(wanted: QRect, free: QRect) -> QRect:
-    """`wanted`, moved and shrunk until it lies within `free`."""
-    size = wanted.size().boundedTo(free.size())
-    left = min(max(wanted.left(), free.left()), free.left() + free.width() - size.width())
-    top = min(max(wanted.top(), free.top()), free.top() + free.height() - size.height())
+def fitting(target: QRect, free: QRect) -> QRect:
+    """`target`, moved and shrunk until it lies within `free`."""
+    size = target.size().boundedTo(free.size())
+    left = min(max(target.left(), free.left()), free.left() + free.width() - size.width())
+    top = min(max(target.top(), free.top()), free.top() + free.height() - size.height())
     return QRect(QPoint(left, top), size)
 
 

@@ -86,8 +86,8 @@ class Sidebar(QListWidget):
     @property
     def scale(self) -> float:
         """Scale of a row: that of the window, or less where not all rows would fit."""
-        wanted = WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX
-        return min(scale_in_use(), max(1.0, self._row_px() / wanted))
+        usual_px = WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX
+        return min(scale_in_use(), max(1.0, self._row_px() / usual_px))
 
     def _row_px(self) -> int:
         """The height at which all rows fit."""
@@ -146,21 +146,22 @@ class _RowPainter(QStyledItemDelegate):
         picture: Icon = index.data(_ICON)
         side = round(_ICON_PX * sidebar.scale)
         size = Size.BODY if sidebar.is_wide else Size.SMALL
-        name, one = str(index.data()), font(size)
-        one.setPixelSize(round(size * sidebar.scale))
+        name, name_font = str(index.data()), font(size)
+        name_font.setPixelSize(round(size * sidebar.scale))
+        metrics = QFontMetrics(name_font)
         if sidebar.is_wide:
             square = QRect(rect.left() + scaled(10), rect.center().y() - side // 2 + 1, side, side)
             room = rect.adjusted(scaled(40), 0, -scaled(4), 0)
             flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         else:
-            high = QFontMetrics(one).height()
+            high = metrics.height()
             side = min(side, rect.height() - high)
             top = rect.top() + (rect.height() - side - high) // 2
             square = QRect(rect.center().x() - side // 2, top, side, side)
             room = QRect(rect.left(), square.bottom() + 1, rect.width(), high)
             flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignVCenter
         draw(painter, picture, square, ink)
-        painter.setFont(one)
+        painter.setFont(name_font)
         painter.setPen(ink)
-        painter.drawText(room, flags, QFontMetrics(one).elidedText(name, Qt.TextElideMode.ElideRight, room.width()))
+        painter.drawText(room, flags, metrics.elidedText(name, Qt.TextElideMode.ElideRight, room.width()))
         painter.restore()

@@ -71,14 +71,14 @@ class PortButton(QPushButton):
     def word(self) -> str:
         return "" if self._words is None else self._words.word
 
-    def show_link(self, title: str, phase: Phase, said: LinkText) -> None:
-        if (title, phase, said) == (self.title, self._phase, self._words):
+    def show_link(self, title: str, phase: Phase, words: LinkText) -> None:
+        if (title, phase, words) == (self.title, self._phase, self._words):
             return
-        self.title, self._phase, self._words = title, phase, said
+        self.title, self._phase, self._words = title, phase, words
         # Without the duration, which would be announced every second.
-        word = tr("Offline") if phase is Phase.OFFLINE else said.word
+        word = tr("Offline") if phase is Phase.OFFLINE else words.word
         self.setAccessibleName(tr("Port {port}: {state}", port=title, state=word))
-        self.setAccessibleDescription(f"{said.what} {said.next_step}".strip())
+        self.setAccessibleDescription(f"{words.what} {words.next_step}".strip())
         self.update()
 
     def sizeHint(self) -> QSize:
@@ -114,10 +114,10 @@ class PortButton(QPushButton):
                 (self.title, title_size, True, QColor(theme.text), 0, self.height(), Qt.AlignmentFlag.AlignVCenter)
             ]
         for text, size, is_bold, colour, top, high, vertical in lines:
-            one = font(size, is_bold=is_bold)
-            painter.setFont(one)
+            line_font = font(size, is_bold=is_bold)
+            painter.setFont(line_font)
             painter.setPen(colour)
-            fitting = _fitting(text, QFontMetrics(one), room)
+            fitting = _fitting(text, QFontMetrics(line_font), room)
             painter.drawText(text_left, top, room, high, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
         painter.end()
 
@@ -139,7 +139,7 @@ class PortButton(QPushButton):
 def _fitting(text: str, metrics: QFontMetrics, room_px: int) -> str:
     """The text, a shorter one without the baud rate, or, as the last resort, elided."""
     port = tr("Simulator") if text == tr("Simulated module") else text.partition(" · ")[0]
-    fits = (one for one in (text, port) if metrics.horizontalAdvance(one) <= room_px)
+    fits = (candidate for candidate in (text, port) if metrics.horizontalAdvance(candidate) <= room_px)
     return next(fits, metrics.elidedText(port, Qt.TextElideMode.ElideRight, room_px))
 
 
@@ -204,8 +204,8 @@ class TopBar(QFrame):
 
     def _fit_name(self) -> None:
         """Shows a name of usual length in full, before the port's."""
-        wanted = QFontMetrics(font(is_bold=True)).horizontalAdvance(self.name.text()) + Space.S
-        self.name.setMinimumWidth(min(wanted, scaled(100)) if self.name.text() else 0)
+        full_px = QFontMetrics(font(is_bold=True)).horizontalAdvance(self.name.text()) + Space.S
+        self.name.setMinimumWidth(min(full_px, scaled(100)) if self.name.text() else 0)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -250,8 +250,8 @@ class TopBar(QFrame):
     def refresh(self) -> None:
         connector, now = self._connector, self._connector.clock()
         state, device = connector.current.state, connector.current.device
-        said = link_text(state, now)
-        self.port.show_link(port_title(state, connector.current.target), state.phase, said)
+        words = link_text(state, now)
+        self.port.show_link(port_title(state, connector.current.target), state.phase, words)
         if self.name.text() != self._module:
             self.name.setText(self._module)
             self._fit_name()

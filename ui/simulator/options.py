@@ -53,7 +53,7 @@ class OptionRows(QWidget):
         self.form.setVerticalSpacing(Space.S)
         self.form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self.form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)  # for narrow docks
-        for option in (one for one in OPTIONS if one.group is group):
+        for option in (option for option in OPTIONS if option.group is group):
             if option.is_flag:
                 self._add_flag(option)
             elif option.choices:

@@ -20,8 +20,8 @@ _CONTAINERS: Final = (QWidget, QFrame, QScrollArea)
 class _Accessible(QAccessibleWidget):
     def text(self, kind: QAccessible.Text) -> str:
         widget: QWidget | None = self.widget()
-        told = widget.accessibleName() if kind is QAccessible.Text.Name and widget is not None else ""
-        return told or super().text(kind)
+        name = widget.accessibleName() if kind is QAccessible.Text.Name and widget is not None else ""
+        return name or super().text(kind)
 
 
 class _Leaf(_Accessible):
@@ -71,18 +71,18 @@ _KINDS: Final[dict[QAccessible.Role, type[_Accessible]]] = {
 }
 
 
-def _make(class_name: str, one: QObject) -> QAccessibleInterface | None:
-    """Called by Qt for the class of `one` and all those above it, until it gets an answer."""
-    if not isinstance(one, QWidget) or type(one).__name__ != class_name:
+def _make(class_name: str, widget: QObject) -> QAccessibleInterface | None:
+    """Called by Qt for the class of `widget` and all those above it, until it gets an answer."""
+    if not isinstance(widget, QWidget) or type(widget).__name__ != class_name:
         return None
-    role: QAccessible.Role | None = getattr(one, "accessible_role", None)
+    role: QAccessible.Role | None = getattr(widget, "accessible_role", None)
     if role is not None:
-        return _KINDS.get(role, _Accessible)(one, role)
-    return _Container(one) if _qt_class(one) in _CONTAINERS else None
+        return _KINDS.get(role, _Accessible)(widget, role)
+    return _Container(widget) if _qt_class(widget) in _CONTAINERS else None
 
 
-def _qt_class(one: QWidget) -> type:
-    return next(kind for kind in type(one).__mro__ if kind.__module__.startswith("PySide6."))
+def _qt_class(widget: QWidget) -> type:
+    return next(kind for kind in type(widget).__mro__ if kind.__module__.startswith("PySide6."))
 
 
 _is_installed = False

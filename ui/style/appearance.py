@@ -70,8 +70,8 @@ def _template() -> Template:
     return Template(_SHEET.read_text(encoding="utf-8"))
 
 
-def _times(scale: float, found: re.Match[str]) -> str:
-    return _PX.sub(lambda px: f"{round(int(px[1]) * scale)}px", found[0])
+def _times(scale: float, match: re.Match[str]) -> str:
+    return _PX.sub(lambda px: f"{round(int(px[1]) * scale)}px", match[0])
 
 
 def apply(app: QApplication, theme: Theme) -> None:
@@ -110,12 +110,12 @@ def palette(theme: Theme) -> QPalette:
         role.Dark: theme.border,
         role.Shadow: theme.border,
     }
-    one = QPalette()
+    themed = QPalette()
     for colour_role, colour in colours.items():
-        one.setColor(colour_role, QColor(colour))
+        themed.setColor(colour_role, QColor(colour))
     for colour_role in (role.WindowText, role.Text, role.ButtonText):
-        one.setColor(QPalette.ColorGroup.Disabled, colour_role, QColor(theme.disabled))
-    return one
+        themed.setColor(QPalette.ColorGroup.Disabled, colour_role, QColor(theme.disabled))
+    return themed
 
 
 def _base_font() -> QFont:
@@ -124,10 +124,10 @@ def _base_font() -> QFont:
     present = set(QFontDatabase.families())
     # The family's real name: beside a name that exists, an alias such as "Sans Serif" would be passed over.
     families = [QFontInfo(system).family(), *(name for name in _CHINESE_FAMILIES if name in present)]
-    one = QFont(families)
-    one.setPixelSize(scaled(Size.BODY))
-    one.setFeature(QFont.Tag("tnum"), 1)
-    return one
+    base = QFont(families)
+    base.setPixelSize(scaled(Size.BODY))
+    base.setFeature(QFont.Tag("tnum"), 1)
+    return base
 
 
 def is_system_dark(app: QApplication) -> bool:
@@ -182,8 +182,8 @@ class Appearance(QObject):
 
     def _parts(self) -> list[QWidget]:
         only_direct = Qt.FindChildOption.FindDirectChildrenOnly
-        found = (holder.findChildren(QWidget, options=only_direct) for holder in self._holders if isValid(holder))
-        return [part for parts in found for part in parts if part not in self._holders]
+        children = (holder.findChildren(QWidget, options=only_direct) for holder in self._holders if isValid(holder))
+        return [part for parts in children for part in parts if part not in self._holders]
 
     def choose(self, choice: Choice) -> None:
         """Apply it, if that changes anything."""

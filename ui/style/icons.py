@@ -121,29 +121,29 @@ def themed_svg(path: Path, **values: object) -> QSvgRenderer:
     return svg
 
 
-def draw(painter: QPainter, one: Icon, rect: QRectF | QRect, colour: QColor | str) -> None:
+def draw(painter: QPainter, picture: Icon, rect: QRectF | QRect, colour: QColor | str) -> None:
     """Paint an icon into a square."""
     square = QRectF(rect)
     pixels = max(1, round(square.width() * painter.device().devicePixelRatio()))
-    picture = pixmap(one, pixels, colour)
-    painter.drawPixmap(square, picture, QRectF(picture.rect()))
+    drawing = pixmap(picture, pixels, colour)
+    painter.drawPixmap(square, drawing, QRectF(drawing.rect()))
 
 
-def pixmap(one: Icon, size: int, colour: QColor | str, *, ratio: float = 1.0) -> QPixmap:
+def pixmap(picture: Icon, size: int, colour: QColor | str, *, ratio: float = 1.0) -> QPixmap:
     """An icon of `size` logical pixels for a screen of `ratio` device pixels each.
 
     Kept in `QPixmapCache`. A label that got a new pixmap each time would leave one more scaled copy in that cache.
     """
     name = QColor(colour).name()
     pixels = max(1, round(size * ratio))
-    key = f"dps-s/{pixels}/{ratio}/{current().line_px}/{name}/{one.value}"
-    picture = QPixmap()
-    if not QPixmapCache.find(key, picture):
-        svg = _source(one.value).replace("currentColor", name)
-        picture = _rendered(svg if current().line_px == 1 else svg.replace(_STROKE, _SUNLIGHT_STROKE), pixels)
-        picture.setDevicePixelRatio(ratio)
-        QPixmapCache.insert(key, picture)
-    return picture
+    key = f"dps-s/{pixels}/{ratio}/{current().line_px}/{name}/{picture.value}"
+    drawing = QPixmap()
+    if not QPixmapCache.find(key, drawing):
+        svg = _source(picture.value).replace("currentColor", name)
+        drawing = _rendered(svg if current().line_px == 1 else svg.replace(_STROKE, _SUNLIGHT_STROKE), pixels)
+        drawing.setDevicePixelRatio(ratio)
+        QPixmapCache.insert(key, drawing)
+    return drawing
 
 
 @cache
@@ -174,9 +174,9 @@ def _widened(picture: QPixmap, width: int, ratio: float) -> QPixmap:
 class _Engine(QIconEngine):
     """Paints one icon in the colour that the theme has for it at that moment."""
 
-    def __init__(self, one: Icon, meaning: Meaning | None, *, is_on_primary: bool) -> None:
+    def __init__(self, picture: Icon, meaning: Meaning | None, *, is_on_primary: bool) -> None:
         super().__init__()
-        self._icon = one
+        self._icon = picture
         self._meaning = meaning
         self._is_on_primary = is_on_primary
 
@@ -205,9 +205,9 @@ class _Engine(QIconEngine):
         return _Engine(self._icon, self._meaning, is_on_primary=self._is_on_primary)
 
 
-def icon(one: Icon, meaning: Meaning | None = None, *, is_on_primary: bool = False) -> QIcon:
+def icon(picture: Icon, meaning: Meaning | None = None, *, is_on_primary: bool = False) -> QIcon:
     """An icon for a button or an entry, in the colour of plain text, of a meaning, or of text on a main button."""
-    return QIcon(_Engine(one, meaning, is_on_primary=is_on_primary))
+    return QIcon(_Engine(picture, meaning, is_on_primary=is_on_primary))
 
 
 def set_icon_size(widget: QAbstractButton | QAbstractItemView, px: int, *, gap_px: int = 0) -> None:
@@ -233,10 +233,10 @@ def _scale_icons(widget: QAbstractButton | QAbstractItemView) -> None:
 
 def app_icon() -> QIcon:
     """The program's own: a white parachute on a dark rounded square, the same in every theme."""
-    one = QIcon()
+    own = QIcon()
     for side in (16, 24, 32, 48, 64, 128, 256):
-        one.addPixmap(_rendered(_source("app"), side))
-    return one
+        own.addPixmap(_rendered(_source("app"), side))
+    return own
 
 
 def app_icon_svg() -> bytes:

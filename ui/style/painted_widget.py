@@ -89,16 +89,16 @@ _HATCH_PX = 7.0
 
 def pen(colour: QColor | str, width: float, *, is_dashed: bool = False) -> QPen:
     """A pen with flat ends, so that dashes keep their length."""
-    one = QPen(QColor(colour), width)
-    one.setCapStyle(Qt.PenCapStyle.FlatCap)
+    flat_pen = QPen(QColor(colour), width)
+    flat_pen.setCapStyle(Qt.PenCapStyle.FlatCap)
     if is_dashed:
-        one.setDashPattern([4, 3])
-    return one
+        flat_pen.setDashPattern([4, 3])
+    return flat_pen
 
 
-def mixed(one: QColor | str, other: QColor | str, share: float) -> QColor:
-    """`share` of `other`, the rest of `one`."""
-    ends = zip(QColor(one).getRgb()[:3], QColor(other).getRgb()[:3], strict=True)  # type: ignore[index]
+def mixed(colour: QColor | str, other: QColor | str, share: float) -> QColor:
+    """`share` of `other`, the rest of `colour`."""
+    ends = zip(QColor(colour).getRgb()[:3], QColor(other).getRgb()[:3], strict=True)  # type: ignore[index]
     return QColor(*(round(first + (last - first) * share) for first, last in ends))
 
 

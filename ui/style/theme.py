@@ -248,9 +248,9 @@ def scaled(px: float) -> int:
 
 def fixed_font(size: Size = Size.BODY) -> QFont:
     """The system's font with characters of one width, for bytes and commands."""
-    one = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
-    one.setPixelSize(scaled(size))
-    return one
+    fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+    fixed.setPixelSize(scaled(size))
+    return fixed
 
 
 def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:
@@ -265,8 +265,8 @@ def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:
 def kept_font(px: int, is_bold: bool, line_px: float) -> QFont:
     """To make one takes as long as to write a word in it. To be cleared when the application's font is another."""
     strong = QFont.Weight.Medium if line_px == 1 else QFont.Weight.Bold
-    one = QFont(QApplication.font())
-    one.setPixelSize(px)
-    one.setWeight(strong if is_bold else QFont.Weight.Normal)
-    one.setKerning(False)  # Arial and Liberation Sans move one 1 closer to the next
-    return one
+    kept = QFont(QApplication.font())
+    kept.setPixelSize(px)
+    kept.setWeight(strong if is_bold else QFont.Weight.Normal)
+    kept.setKerning(False)  # Arial and Liberation Sans move one 1 closer to the next
+    return kept

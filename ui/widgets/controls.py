@@ -15,12 +15,12 @@ from ui.widgets.step_button import StepButton
 Named = TypeVar("Named", bound=QObject)
 
 
-def named(one: Named, name: str, role: str = "") -> Named:
-    """Sets the object name of `one`, and its role in the style sheet; returns it."""
-    one.setObjectName(name)
+def named(widget: Named, name: str, role: str = "") -> Named:
+    """Sets the object name of `widget`, and its role in the style sheet; returns it."""
+    widget.setObjectName(name)
     if role:
-        one.setProperty("role", role)
-    return one
+        widget.setProperty("role", role)
+    return widget
 
 
 def set_role(widget: QWidget, role: str) -> None:
@@ -52,7 +52,7 @@ class _Translated:
 
 
 def control(
-    one: Control,
+    widget: Control,
     texts: Texts | None,
     name: str,
     text: str = "",
@@ -66,7 +66,7 @@ def control(
     is_checkable: bool = False,
     slot: object = None,
 ) -> Control:
-    """Sets up `one` and returns it.
+    """Sets up `widget` and returns it.
 
     `text`, `says`, `tip` and `about` are English; without `texts` they are in the language in use, for a control that
     lives no longer than its text. `says` is the accessible name. The accessible name of a button with a text is that
@@ -76,36 +76,36 @@ def control(
     a `StepButton` counted.
     """
     bind = _apply if texts is None else texts.bind
-    named(one, name, role)
-    if isinstance(one, QAbstractButton):
+    named(widget, name, role)
+    if isinstance(widget, QAbstractButton):
         if text:
             says, description = text, says
             if description not in ("", says):
-                bind(one.setAccessibleDescription, description)
+                bind(widget.setAccessibleDescription, description)
         if is_checkable:
-            one.setCheckable(True)
+            widget.setCheckable(True)
         if picture is not None:
-            one.setProperty("picture", picture)
-            one.setIcon(icon(picture, is_on_primary=role == "primary"))
-            set_icon_size(one, ICON_PX, gap_px=TEXT_GAP_PX if text or isinstance(one, QPushButton) else 0)
-            if text and isinstance(one, QToolButton):
-                one.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            widget.setProperty("picture", picture)
+            widget.setIcon(icon(picture, is_on_primary=role == "primary"))
+            set_icon_size(widget, ICON_PX, gap_px=TEXT_GAP_PX if text or isinstance(widget, QPushButton) else 0)
+            if text and isinstance(widget, QToolButton):
+                widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:
-            (one.chosen if isinstance(one, StepButton) else one.clicked).connect(slot)
-    if text and isinstance(one, QAbstractButton | QLabel):
-        bind(one.setText, text)
+            (widget.chosen if isinstance(widget, StepButton) else widget.clicked).connect(slot)
+    if text and isinstance(widget, QAbstractButton | QLabel):
+        bind(widget.setText, text)
     if says:
-        bind(one.setAccessibleName, says)
+        bind(widget.setAccessibleName, says)
     if about:
-        bind(one.setWhatsThis, about)
-    if not tip and (key or not text) and isinstance(one, QAbstractButton):
+        bind(widget.setWhatsThis, about)
+    if not tip and (key or not text) and isinstance(widget, QAbstractButton):
         tip = text or says
     if key:
-        one.setProperty(_KEY, key)
-        bind(one.setToolTip, "{tip} ({key})", tip=_Translated(tip), key=key)
+        widget.setProperty(_KEY, key)
+        bind(widget.setToolTip, "{tip} ({key})", tip=_Translated(tip), key=key)
     elif tip:
-        bind(one.setToolTip, tip)
-    return one
+        bind(widget.setToolTip, tip)
+    return widget
 
 
 def rename(button: QAbstractButton, texts: Texts, text: str) -> None:
@@ -129,9 +129,9 @@ class ChoiceButton(QToolButton):
         self.setCheckable(True)
 
 
-def name_of(one: QWidget) -> str:
+def name_of(widget: QWidget) -> str:
     """The accessible name of a control, else its text."""
-    return one.accessibleName() or (one.text() if isinstance(one, QAbstractButton) else "")
+    return widget.accessibleName() or (widget.text() if isinstance(widget, QAbstractButton) else "")
 
 
 class Shortcut(QAction):

@@ -116,8 +116,8 @@ class Gestures(QObject):
         for step in self._steps:
             if step.isVisible() and step.rect().contains(step.mapFromGlobal(position).toPoint()):
                 window = step.window()
-                found: object = window.childAt(window.mapFromGlobal(position).toPoint())
-                if found is step:
+                child: object = window.childAt(window.mapFromGlobal(position).toPoint())
+                if child is step:
                     return step
         return None
 

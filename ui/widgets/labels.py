@@ -99,18 +99,18 @@ class FittedLabel(QLabel):
         whole = join_sentences([text, note])
         below = f"{text}\n{note}".strip()
         sizes = [(below, Size.BODY), (whole, Size.BODY), (below, Size.SMALL), (whole, Size.SMALL)]
-        shown, size = next(((one, size) for one, size in sizes if self._has_room(one, size)), ("", Size.SMALL))
+        shown, size = next(((line, size) for line, size in sizes if self._has_room(line, size)), ("", Size.SMALL))
         if not shown:
             fits = partial(self._has_room, size=size)
-            shown = next((one for end in range(len(whole), -1, -1) if fits(one := f"{whole[:end].rstrip()}…")), "")
+            shown = next((cut for end in range(len(whole), -1, -1) if fits(cut := f"{whole[:end].rstrip()}…")), "")
         self.setFont(self._font(size))
         self.setText(shown)
         self.setToolTip("" if shown in (whole, below) else whole)
 
     def _font(self, size: Size) -> QFont:
-        one = font(size)
-        one.setBold(self._is_bold)
-        return one
+        fitted = font(size)
+        fitted.setBold(self._is_bold)
+        return fitted
 
     def _has_room(self, text: str, size: Size) -> bool:
         room, metrics = self.contentsRect(), QFontMetrics(self._font(size))

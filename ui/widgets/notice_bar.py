@@ -159,7 +159,7 @@ class NoticeBar(Banner):
 
     def _make_buttons(self, notice: Notice) -> None:
         """Called only where the choices differ: a new button under the pointer would swallow a click in progress."""
-        had_focus = next((one.objectName() for one in self._buttons if one.hasFocus()), None)
+        had_focus = next((button.objectName() for button in self._buttons if button.hasFocus()), None)
         leave_focus(self)
         for button in self._buttons:
             self.row.removeWidget(button)

@@ -99,8 +99,8 @@ class Readout(PaintedWidget):
     def _number_px(self) -> float:
         """Width of number, unit and limit."""
         metrics = QFontMetricsF(font(Size.BODY))
-        limits = [metrics.horizontalAdvance(f"/ {one}") + Space.S for one in (self._limit, self._widest_limit) if one]
-        return sum(self._widths()) + max(limits, default=0.0)
+        limits = [f"/ {limit}" for limit in (self._limit, self._widest_limit) if limit]
+        return sum(self._widths()) + max((metrics.horizontalAdvance(limit) + Space.S for limit in limits), default=0.0)
 
     def _note_px(self) -> float:
         """Width of the widest note."""
@@ -296,8 +296,8 @@ class StateChip(PaintedWidget):
 
     def sizeHint(self) -> QSize:
         metrics, small = QFontMetricsF(font(self._size, is_bold=True)), QFontMetricsF(font(Size.SMALL))
-        words = max(metrics.horizontalAdvance(one) for one in (self._lines[0], *self._reserved))
-        words = max(words, *(small.horizontalAdvance(one) for one in self._reserved_below), 0.0)
+        words = max(metrics.horizontalAdvance(line) for line in (self._lines[0], *self._reserved))
+        words = max(words, *(small.horizontalAdvance(line) for line in self._reserved_below), 0.0)
         width = Space.S + self._icon_px() + Space.XS + 2 + words + Space.M
         lines = metrics.height() + (small.height() + 2 * current().border_px if self._lines[1] else Space.S)
         return QSize(round(width) + 1, max(scaled(30), round(lines)))
@@ -338,24 +338,24 @@ class StateChip(PaintedWidget):
         text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
         left = square.right() + Space.XS + 2
         room = QRectF(left, 0, self.width() - left - Space.S, self.height())
-        one, small = font(self._size, is_bold=True), font(Size.SMALL)
+        bold, small = font(self._size, is_bold=True), font(Size.SMALL)
         above, below = self._lines
         below = QFontMetricsF(small).elidedText(below, Qt.TextElideMode.ElideRight, room.width())
         if self.meaning is Meaning.UNKNOWN or self._has_fixed_colour:
             # Without hatching behind the word.
-            words = max(QFontMetricsF(one).horizontalAdvance(above), QFontMetricsF(small).horizontalAdvance(below))
+            words = max(QFontMetricsF(bold).horizontalAdvance(above), QFontMetricsF(small).horizontalAdvance(below))
             ground = QRectF(square.left() - 3, 3, square.width() + words + Space.XS + 10, self.height() - 6.0)
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.surface))
             painter.drawRoundedRect(ground, 4, 4)
             text = QColor(theme.text)
         icons.draw(painter, self._icon, square, QColor(theme.muted) if is_dim else ink)
-        painter.setFont(one)
+        painter.setFont(bold)
         painter.setPen(text)
         if not below:
             painter.drawText(room, _LEFT, above)
             return
-        high, low = QFontMetricsF(one).height(), QFontMetricsF(small).height()
+        high, low = QFontMetricsF(bold).height(), QFontMetricsF(small).height()
         top = (self.height() - high - low) / 2
         painter.drawText(QRectF(left, top, room.width(), high), _LEFT, above)
         painter.setFont(small)

@@ -180,7 +180,7 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
         assert "Traceback" not in notice.text
         assert assembly.window.notice_bar.button("connect_again") is not None
         assert assembly.window.notice_bar.button("why") is None  # without the page that says it
-        assert missing in assembly.window.panel.said.text() or assembly.window.panel.isHidden()
+        assert missing in assembly.window.panel.state_label.text() or assembly.window.panel.isHidden()
 
 
 def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -218,7 +218,7 @@ def test_over_every_dialog(bench: Bench) -> None:
 
 
 def _reports(strip: LockStrip) -> bool:
-    return strip.said.text() == "The module reports LOCKED."
+    return strip.sentence.text() == "The module reports LOCKED."
 
 
 @pytest.mark.parametrize(("language", "theme", "percent"), [("zh_CN", Choice.SUNLIGHT, 200), ("en", Choice.LIGHT, 100)])

@@ -20,7 +20,7 @@ DEPLOY = REQUESTS[Act.DEPLOY].encode()
 
 
 def said(one: Desk, act: Act) -> str:
-    notice = one.commands.acts[act].said.notice
+    notice = one.commands.acts[act].notice_bar.notice
     return "" if notice is None else notice.text
 
 

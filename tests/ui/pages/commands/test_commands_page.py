@@ -38,7 +38,7 @@ def wait_disarmed(one: Desk, ritual: RitualWidget, ticks: int = DISARMS_WITHIN_T
 
 
 def outcome(one: Desk) -> str:
-    notice = one.commands.ritual.said.notice
+    notice = one.commands.ritual.notice_bar.notice
     return "" if notice is None else notice.text
 
 
@@ -321,8 +321,8 @@ def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp:
         for _ in range(2):
             one.until(row.confirm.ask.isEnabled)
             one.ask(row.confirm)
-            assert row.said.notice is None, "nor of the next act"
+            assert row.notice_bar.notice is None, "nor of the next act"
             one.click(row.confirm.go)
-            one.until(lambda: (notice := row.said.notice) is not None and "Acknowledged" in notice.text)
+            one.until(lambda: (notice := row.notice_bar.notice) is not None and "Acknowledged" in notice.text)
         one.assembly.connector.connect_to(Target("sim://next", 115200))
-        one.until(lambda: row.said.notice is None)
+        one.until(lambda: row.notice_bar.notice is None)

@@ -64,7 +64,7 @@ def test_the_deploy_panel_keeps_its_place_at_every_step(bench: GestureBench, the
     assert ritual.ritual.stage is Stage.ARMED
     armed = places()
     bench.go_and_click(ritual.cancel)
-    assert ritual.said.notice is not None
+    assert ritual.notice_bar.notice is not None
     assert places() == armed
     ritual._job.dismiss()
     assert places() == armed

@@ -86,7 +86,7 @@ def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
     assert ritual.ritual.stage is Stage.ARMED
     assert places() == before
     bench.go_and_click(ritual.cancel)
-    assert ritual.said.notice is not None
+    assert ritual.notice_bar.notice is not None
     assert places() == before
     bench.settle_module(is_active=False)  # other conditions are open now
     assert places() == before
@@ -94,7 +94,7 @@ def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
     bench.go_and_click(forbid.confirm.ask)
     bench.hand_s += 1.0
     bench.go_and_click(forbid.confirm.go)
-    bench.until(lambda: forbid.said.notice is not None)
+    bench.until(lambda: forbid.notice_bar.notice is not None)
     assert places() == before
 
 
@@ -188,8 +188,8 @@ def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: GestureBench, size: 
     bench.turn()
     bench.wait(0.1)
     assert ritual.ritual.stage is Stage.IDLE
-    assert ritual.said.notice is not None
-    assert "not in sight" in ritual.said.notice.text
+    assert ritual.notice_bar.notice is not None
+    assert "not in sight" in ritual.notice_bar.notice.text
 
 
 def test_after_an_act_the_focus_is_nowhere(bench: GestureBench) -> None:

@@ -22,7 +22,7 @@ def attention_of(desk: Desk, page: str = "fleet") -> tuple[Attention, NoticeBar]
         shown_page=lambda: page, is_choosing=lambda: False, find_left=lambda: None, parent=desk.page,
     )  # fmt: skip
     connector.before_new = attention.leave_edits
-    connector.before_leaving = lambda port, act: attention.leave(act, port=port)
+    connector.before_leaving = lambda port, act: attention.leave_port(act, port=port)
     return attention, bar
 
 
