@@ -242,6 +242,12 @@ class CheckStore:
                                   payload=f"json_object('name', {_of_record('aircraft')})")  # fmt: skip
         return tuple(dict.fromkeys(check.content["name"] for check in last if check.content["name"]))
 
+    def aircraft_of(self, module: str) -> str:
+        """In the last check of this module that names one; else empty."""
+        which = f"AND module = ? AND {_of_record('aircraft')} <> '' ORDER BY number DESC LIMIT 1"
+        last = self._facts.select(FactKind.CHECK, which, (module,), payload="json_remove(payload, '$.record.frames')")
+        return check_line(record_of(last[0].content), last[0].at).aircraft if last else ""
+
     def record(self, hash_: str) -> Record | None:
         """The record with this hash; None where there is none."""
         facts = self._facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),))

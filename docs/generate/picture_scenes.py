@@ -159,6 +159,7 @@ def preflight(studio: Studio) -> None:
     studio.module.world.noise = 0.0
     studio.module.set_tilt(0)
     studio.run(1.0)
+    page.form.aircraft.setEditText(AIRCRAFT)
     page.buttons.enable.click()
     looked = studio.find(QAbstractButton, "check_trigger_records_act")
     for _ in range(MAX_CHECKS):
@@ -290,7 +291,7 @@ def run_all(language: str, home: Path, *, guide: Path, readme: Path) -> None:
     app = QApplication(sys.argv[:1])
     preferences = Preferences(home / "window.ini")
     preferences.theme = Choice.LIGHT.value
-    preferences.who, preferences.aircraft = WHO, AIRCRAFT
+    preferences.who = WHO
     options = WindowOptions(language=language)
     module = bench.module(NAME, OPTIONS)
     assembly = assemble(

@@ -210,12 +210,15 @@ def test_a_replaced_entry_breaks_the_chain(tmp_path: Path) -> None:
 def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
         checked = check()
-        for aircraft in ("H6", "", "X8", "H6", "Q4", "X8"):
+        named = ("A", "H6"), ("B", ""), ("A", "X8"), ("B", "H6"), (None, "Q4"), ("A", "X8"), ("B", "")
+        for module, aircraft in named:
             file_check(
-                checked.assessment.case.evidence, NO_PROFILE, Person(aircraft=aircraft), checked.log,
+                checked.assessment.case.evidence, NO_PROFILE, Person(module=module, aircraft=aircraft), checked.log,
                 store=store, program_version=version(),
             )  # fmt: skip
-        assert CheckStore(store.database).aircraft() == ("X8", "Q4", "H6")
+        checks = CheckStore(store.database)
+        assert checks.aircraft() == ("X8", "Q4", "H6")
+        assert [checks.aircraft_of(module) for module in ("A", "B", "C")] == ["X8", "H6", ""]
 
 
 # A check that was reported as stored survives a kill at any moment.

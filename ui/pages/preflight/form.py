@@ -1,6 +1,7 @@
 """Form of the Pre-flight page: person, module, aircraft, profile."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -58,7 +59,6 @@ class PreflightForm(QWidget):
         edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
         self.aircraft.setLineEdit(edit)
         self.aircraft.setCompleter(None)  # type: ignore[arg-type]
-        self.aircraft.setEditText(preferences.aircraft)
         edit.setMaxLength(MAX_NAME_LENGTH)
         self.choose = control(QToolButton(), texts, "preflight_profile", picture=Icon.CHEVRON_DOWN)
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -73,6 +73,7 @@ class PreflightForm(QWidget):
         """Person and aircraft."""
         self._reading_aircraft: BackgroundTask[tuple[str, ...]] = BackgroundTask("dps-s aircraft", self)
         self._read_aircraft()
+        self.enter_aircraft()
         self.who.editingFinished.connect(self._commit)
         edit.editingFinished.connect(self._commit)
         self.aircraft.activated.connect(self._commit)
@@ -86,6 +87,18 @@ class PreflightForm(QWidget):
         """Commit what is typed in a field that still has the focus, as when a key starts the check."""
         self._services.connector.current.module.choose(self.module.currentText())
         self._commit()
+
+    def clear_aircraft(self) -> None:
+        self.aircraft.clearEditText()
+        self._commit()
+
+    def enter_aircraft(self) -> None:
+        """That of the module's last check."""
+        store, module = self._services.storage.store, self._services.connector.current.module.name
+        if isinstance(store, Store) and module and not self.aircraft.currentText():
+            with suppress(StoreTrouble):
+                self.aircraft.setEditText(CheckStore(store.database).aircraft_of(module))
+                self._commit()
 
     def use_profile(self, path: Path) -> None:
         try:
@@ -118,8 +131,7 @@ class PreflightForm(QWidget):
         entered = self._entered()
         if entered != self.committed:
             self.committed = entered
-            preferences = self._services.preferences
-            preferences.who, preferences.aircraft = entered
+            self._services.preferences.who = entered[0]
             self.changed.emit()
 
     def _entered(self) -> tuple[str, str]:

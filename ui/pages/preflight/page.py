@@ -269,15 +269,18 @@ class PreflightPage(Page):
         self.work.enter()
 
     def _reset_module(self) -> None:
-        """Ticks were made for another module, unless this one only got its name."""
+        """Ticks and aircraft are those of another module, unless this one only got its name."""
         if self._named:
             self.list.clear_ticks()
+            self.form.clear_aircraft()
         self._named = self._connector.current.module.name
+        self.form.enter_aircraft()
         self._timer.refresh_seen()
 
     def _reset_check(self) -> None:
         self.list.clear_ticks()
         self.work.reset()
+        self.form.clear_aircraft()
 
     def _entered(self) -> Entered:
         return Entered(*self.form.committed, self.list.answered())

@@ -126,6 +126,20 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert history.checks == ()
 
 
+def test_an_aircraft_is_entered_for_its_own_module_only(quick: None, rig: OnBench) -> None:
+    aircraft = rig.find(QLineEdit, "preflight_aircraft_edit")
+    aircraft.setText("H6-12")
+    name_module(rig, "M-07")
+    rig.check()
+    assert aircraft.text() == "H6-12"
+    name_module(rig, "M-08")
+    assert (aircraft.text(), rig.preflight.form.committed[1]) == ("", "")
+    name_module(rig, "M-07")
+    assert (aircraft.text(), rig.preflight.form.committed[1]) == ("H6-12", "H6-12")
+    rig.assembly.connector.current.module.treat_as_new()
+    assert (aircraft.text(), rig.preflight.form.committed[1]) == ("", "")
+
+
 # Looks
 
 
