@@ -3,7 +3,7 @@
 Events go to the window's `QWindow`, as a platform sends them: Qt finds the widget under the pointer itself.
 """
 
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property, partial
 from pathlib import Path
@@ -27,12 +27,12 @@ from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.threadless import ThreadlessWorker
 from tests.support.line.truth import Truth
-from tests.support.window.fakes_ui import ListedPorts, close_window
+from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries
 from tests.support.window.steps import find
 from ui.acts.confirm import Confirm
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.main import PAGES, Assembly, WindowOptions, assemble
+from ui.main import Assembly, WindowOptions, assemble
 from ui.pages.commands.page import CommandsPage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
@@ -340,7 +340,7 @@ def gesture_bench(
     *,
     language: str = "en",
     size: tuple[int, int] = (1024, 600),
-    pages: Container[str] = KINDS,
+    pages: Collection[str] = tuple(KINDS),
 ) -> Iterator[GestureBench]:
     """Open a window with these pages, Commands among them, that is connected and has read everything."""
     clock = FakeClock()
@@ -361,7 +361,7 @@ def gesture_bench(
             preferences=preferences,
             ports=PortWatcher(ListedPorts().poll),
             storage=storage,
-            entries=tuple(entry for entry in PAGES if entry.key in KINDS and entry.key in pages),
+            entries=page_entries(*pages),
         )
         made.assembly, made.window = assembly, assembly.window
         window = assembly.window

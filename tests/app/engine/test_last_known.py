@@ -151,7 +151,7 @@ def test_the_shut_down_of_one_module_is_not_that_of_another() -> None:
 
 
 def test_shut_down_by_its_button_it_is_told_calmly(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+    with desk(qtbot, qapp, tmp_path, "commands") as one:
         row = one.commands.acts[Act.SHUTDOWN]
         one.until(row.confirm.ask.isEnabled)
         one.click(row.confirm.ask)

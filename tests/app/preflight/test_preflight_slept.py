@@ -131,7 +131,7 @@ def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() ->
 
 def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hurry_check(monkeypatch, still_s=0.2)
-    with on_bench(qtbot, qapp, tmp_path, "slept") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "slept", "preflight") as bench:
         assert bench.check() is Standing.READY
         bench.clock.now_s += NIGHT_S
         bench.wait_standing(Standing.VOID)

@@ -72,7 +72,7 @@ def store_of(bench: OnBench) -> Store:
 def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "blocked") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "blocked", "triggers") as bench:
         fire(bench)
         page, store = bench.triggers, store_of(bench)
         name_kept(bench, "M-07")
@@ -102,7 +102,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
 def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "again") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "again", "triggers") as bench:
         fire(bench)
         page, store = bench.triggers, store_of(bench)
         name_kept(bench, "M-07")
@@ -129,7 +129,7 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
 def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "met") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "met", "triggers") as bench:
         page, store = bench.triggers, store_of(bench)
         name_kept(bench, "M-07")
         naming = page._connector.current.module

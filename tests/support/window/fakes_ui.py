@@ -19,7 +19,7 @@ from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.main import Assembly, WindowOptions, assemble, start
+from ui.main import PAGES, Assembly, WindowOptions, assemble, start
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.services.context import PageEntry, Services
 from ui.services.page import StreamPage
@@ -55,6 +55,11 @@ class TrafficAlone(StreamPage):
 
 TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.DIAGNOSIS, TrafficAlone),)
 """A quick page, for tests of the window around the pages."""
+
+
+def page_entries(*keys: str) -> tuple[PageEntry, ...]:
+    """The entries of these pages: making all of them takes seconds."""
+    return tuple(entry for entry in PAGES if entry.key in keys)
 
 
 class ListedPorts:

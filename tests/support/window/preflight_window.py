@@ -1,13 +1,14 @@
-"""A window with the Triggers and Pre-flight pages on a simulated module."""
+"""A window with the Triggers page, the Pre-flight page or both on a simulated module."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QLineEdit
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -16,20 +17,20 @@ from app.records.verification import FindStation
 from app.stations.known import Stations
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
+from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import Found, await_child, press
-from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 
-ENTRIES = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
+KINDS: Final[Mapping[str, type[QWidget]]] = {"triggers": TriggersPage, "preflight": PreflightPage}
 VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
 
 
 @dataclass
 class OnBench(Rig):
-    """With the pages Triggers and Pre-flight."""
+    """With the pages Triggers, Pre-flight or both."""
 
     @property
     def name(self) -> str:
@@ -97,13 +98,15 @@ class OnBench(Rig):
 
 
 @contextmanager
-def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_connected: bool = True,
+def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *pages: str, is_connected: bool = True,
              reads_triggers: bool = False, **options: object) -> Iterator[OnBench]:  # fmt: skip
-    with on_fake_time(OnBench, qtbot, qapp, folder, name, ENTRIES, **options) as one:
+    """Open a window with these pages."""
+    with on_fake_time(OnBench, qtbot, qapp, folder, name, page_entries(*pages), **options) as one:
         one.assembly.window.resize(1024, 600)
-        triggers = await_child(qtbot, one.root, TriggersPage)
-        await_child(qtbot, one.root, PreflightPage)
-        triggers.work.reads_by_itself = reads_triggers
+        for page in pages:
+            await_child(qtbot, one.root, KINDS[page])
+        if "triggers" in pages:
+            one.find(TriggersPage).work.reads_by_itself = reads_triggers
         if is_connected:
             one.connect()
         yield one

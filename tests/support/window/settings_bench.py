@@ -1,9 +1,10 @@
-"""A window with the Settings and Commands pages on a simulated module that records every frame."""
+"""A window with the Settings page, the Commands page or both on a simulated module that records every frame."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
@@ -12,20 +13,20 @@ from pytestqt.qtbot import QtBot
 from app.settings.form import RowState
 from protocol.catalogue import BY_NAME, Hazard
 from protocol.fields import Value
+from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import await_child, find, let_lay_out
 from ui.acts.confirm import Confirm
-from ui.main import PAGES
 from ui.pages.commands.page import CommandsPage
 from ui.pages.settings.page import SettingsPage
 from ui.widgets.notice_bar import NoticeBar
 
-ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "commands"))
+KINDS: Final[Mapping[str, type[QWidget]]] = {"settings": SettingsPage, "commands": CommandsPage}
 
 
 @dataclass
 class Desk(Rig):
-    """With the pages Settings and Commands."""
+    """With the pages Settings, Commands or both."""
 
     @property
     def settings(self) -> SettingsPage:
@@ -71,8 +72,7 @@ class Desk(Rig):
 
     def go_to(self, key: str) -> None:
         self.assembly.window.go_to(key)
-        kind: type[QWidget] = SettingsPage if key == "settings" else CommandsPage
-        self.until(self.find(kind).isVisible)
+        self.until(self.find(KINDS[key]).isVisible)
 
     def connect(self) -> None:
         super().connect()
@@ -83,16 +83,16 @@ class Desk(Rig):
 
 @contextmanager
 def desk(
-    qtbot: QtBot, qapp: QApplication, folder: Path, *, page: str = "settings", query: str = "", **options: object
+    qtbot: QtBot, qapp: QApplication, folder: Path, *pages: str, query: str = "", **options: object
 ) -> Iterator[Desk]:
-    """Open a window, connect, and show `page`."""
-    name = f"desk{folder.name}"
-    with on_fake_time(Desk, qtbot, qapp, folder, name, ENTRIES, query, **options) as made:
-        await_child(qtbot, made.root, CommandsPage)
+    """Open a window with these pages, connect, and show the first of them."""
+    with on_fake_time(Desk, qtbot, qapp, folder, f"desk{folder.name}", page_entries(*pages), query, **options) as made:
+        for page in pages:
+            await_child(qtbot, made.root, KINDS[page])
         made.root.activateWindow()
         qtbot.waitUntil(made.root.isActiveWindow)
         made.connect()
-        made.go_to(page)
+        made.go_to(pages[0])
         try:
             yield made
         finally:

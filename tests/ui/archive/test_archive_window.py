@@ -174,7 +174,7 @@ def test_no_start_loads_what_only_a_server_needs() -> None:
 def test_acts_and_settings_are_in_the_history_of_the_module_of_that_name(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
+    with desk(qtbot, qapp, tmp_path, "settings", "commands") as one:
         naming = one.assembly.connector.current.module
         _lock(one)  # without a name: in nobody's history
         naming.choose("M-07")

@@ -18,10 +18,9 @@ from app.store.left_active import left_active, note_locked
 from app.store.store import Store, open_store
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
-from tests.support.window.fakes_ui import window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import press, show_page
 from ui.connect.left_active import LeftActiveWatch
-from ui.main import PAGES
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.storage import Storage
 
@@ -193,8 +192,7 @@ def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
     store = open_store()
     activate(store, "M-07")
     store.close()
-    entries = tuple(entry for entry in PAGES if entry.key == "diagnosis")
-    with ExitStack() as files, window(qapp, tmp_path, entries=entries) as assembly:
+    with ExitStack() as files, window(qapp, tmp_path, entries=page_entries("diagnosis")) as assembly:
         silent, port = os.openpty()
         for file in (silent, port):
             files.callback(os.close, file)

@@ -25,8 +25,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.settings_bench import ENTRIES
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out
 from ui.archive.service_form import ServiceForm
 from ui.core.texts import Texts
@@ -84,7 +83,7 @@ def on_bench(
     qapp: QApplication,
     folder: Path,
     language: str = "en",
-    entries: tuple[PageEntry, ...] = ENTRIES,
+    entries: tuple[PageEntry, ...] = page_entries("settings", "commands"),
 ) -> Iterator[Bench]:
     with (
         simulated(f"above_{folder.name}") as module,

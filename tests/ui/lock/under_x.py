@@ -15,8 +15,7 @@ from typing import Any, cast
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 
-from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.settings_bench import ENTRIES
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.ui.lock.test_lock_above import DIALOGS, Bench
 from ui.main import WindowOptions
 from ui.shell.lock_above import LockStrip
@@ -63,7 +62,12 @@ def main() -> int:
     with (
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         simulated("under_x") as module,
-        window(cast("QApplication", app), Path(folder), entries=ENTRIES, options=WindowOptions(language="en")) as made,
+        window(
+            cast("QApplication", app),
+            Path(folder),
+            entries=page_entries("settings", "commands"),
+            options=WindowOptions(language="en"),
+        ) as made,
     ):
         bench, main = Bench(waiter, made, module), made.window
         waiter.waitUntil(lambda: main._maker.is_done)

@@ -29,19 +29,33 @@ def full_bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
 @pytest.fixture
 def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     """Settings or Commands, as the folder of the test says."""
-    with desk(qtbot, qapp, tmp_path, page=request.path.parent.name) as made:
+    with desk(qtbot, qapp, tmp_path, request.path.parent.name) as made:
         yield made
 
 
 @pytest.fixture
 def active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     """Commands, of an ACTIVE module."""
-    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as made:
+    with desk(qtbot, qapp, tmp_path, "commands", active=True) as made:
         yield made
 
 
 @pytest.fixture
-def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OnBench]:
+def full_desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    """Commands and Settings, of an ACTIVE module."""
+    with desk(qtbot, qapp, tmp_path, "commands", "settings", active=True) as made:
+        yield made
+
+
+@pytest.fixture
+def full_rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OnBench]:
     """Triggers and Pre-flight."""
-    with on_bench(qtbot, qapp, tmp_path, "rig") as made:
+    with on_bench(qtbot, qapp, tmp_path, "rig", "triggers", "preflight") as made:
+        yield made
+
+
+@pytest.fixture
+def rig(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OnBench]:
+    """Triggers or Pre-flight, as the folder of the test says."""
+    with on_bench(qtbot, qapp, tmp_path, "rig", request.path.parent.name) as made:
         yield made

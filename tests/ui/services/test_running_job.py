@@ -10,8 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.procedure import Cancelled, Procedure, Report
 from app.engine.worker import Job
-from tests.support.window.fakes_ui import window
-from ui.main import PAGES
+from tests.support.window.fakes_ui import page_entries, window
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import EDITOR_PX
 from ui.services.page import HEIGHT_PX
@@ -112,8 +111,7 @@ def test_it_can_be_cancelled(qtbot: QtBot) -> None:
 
 
 def test_the_page_in_sight_follows_the_size_of_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    entries = tuple(entry for entry in PAGES if entry.key == "settings")
-    with window(qapp, tmp_path, entries=entries) as assembly:
+    with window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
         main = assembly.window
         qtbot.waitUntil(lambda: main.findChild(SettingsPage) is not None)
         page = main.findChild(SettingsPage)

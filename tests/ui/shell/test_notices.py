@@ -20,7 +20,7 @@ from app.text.sentences import join_sentences
 from tests.support.thorough import some
 from tests.support.window.controls import covered, moved, places
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, notice_text
 from ui.core.texts import Texts
 from ui.main import PAGES, WindowOptions
@@ -87,8 +87,10 @@ def test_an_equal_notice_that_can_be_closed_gets_its_close_button(qtbot: QtBot) 
 
 
 def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    pages = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
-    with simulated("next", active=True) as bench, window(qapp, tmp_path, entries=pages) as assembly:
+    with (
+        simulated("next", active=True) as bench,
+        window(qapp, tmp_path, entries=page_entries("triggers", "preflight")) as assembly,
+    ):
         main = assembly.window
         connect(qtbot, assembly, "sim://next")
         main.go_to("preflight")

@@ -34,6 +34,7 @@ from tests.support.window.fakes_ui import (
     TRAFFIC_ALONE,
     ListedPorts,
     connect,
+    page_entries,
     simulated,
     wait_online,
     window,
@@ -46,7 +47,7 @@ from ui.shell.main_window import MainWindow
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
 KEYS = {command.key for command in READABLE[1:]}
-DIAGNOSIS = tuple(entry for entry in PAGES if entry.key == "diagnosis")
+DIAGNOSIS = page_entries("diagnosis")
 
 
 class Desk:

@@ -12,14 +12,13 @@ from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QVBoxL
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.contrast import DISABLED, contrast, surfaces_of, wanted
-from tests.support.window.fakes_ui import window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.painted_text import colours_in
 from tests.support.window.steps import find
-from ui.main import PAGES
 from ui.style.appearance import style_sheet
 from ui.style.theme import DARK, LIGHT, THEMES, Choice, Theme
 
-_PLAIN = tuple(entry for entry in PAGES if entry.key in ("settings", "triggers", "commands"))
+_PLAIN = page_entries("settings", "triggers", "commands")
 _INK = QPalette.ColorRole.ButtonText
 
 

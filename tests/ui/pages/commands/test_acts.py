@@ -56,7 +56,7 @@ def test_a_double_click_on_the_first_button_is_no_confirmation(qtbot: QtBot, qap
 
 
 def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands", tilt=70) as one:
+    with desk(qtbot, qapp, tmp_path, "commands", tilt=70) as one:
         row = one.commands.acts[Act.ACTIVATE]
         one.until(lambda: "threshold 60°" in row.conditions.text())
         assert not row.confirm.ask.isEnabled()
@@ -126,7 +126,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
         raise StoreTrouble(StoreFault.READ_ONLY, tmp_path)
 
     monkeypatch.setattr("ui.services.storage.open_store", fail)
-    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+    with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
         said_above = one.assembly.window.notice_bar.notice
         assert said_above is not None
         assert said_above.text == f"The program may not write into {tmp_path}."

@@ -16,8 +16,8 @@ from app.safety.journal import Outcome
 from app.safety.ritual import Stage
 from app.store.store import Store
 from protocol.messages import Source
-from tests.support.window.fakes_ui import simulated, window
-from tests.support.window.settings_bench import ENTRIES, Desk, desk
+from tests.support.window.fakes_ui import page_entries, simulated, window
+from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import await_child, settle
 from ui.acts.ritual_widget import RitualWidget
 from ui.pages.commands.page import CommandsPage
@@ -109,7 +109,7 @@ def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tm
         assert widget is not None
         return widget
 
-    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+    with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
         ritual = one.commands.ritual
         one.until(ritual.choose.isEnabled)
         settle(ritual.choose)
@@ -228,20 +228,20 @@ OF_THE_MODULE: dict[str, tuple[Callable[[Desk], None], str]] = {
 
 
 @pytest.mark.parametrize("is_held", [False, True])
-def test_whatever_a_person_does_instead_disarms(is_held: bool, active: Desk) -> None:
+def test_whatever_a_person_does_instead_disarms(is_held: bool, full_desk: Desk) -> None:
     for why, (act, text) in OF_THE_PERSON.items():
-        active.go_to("commands")
-        ritual = arm(active)
-        assert text not in outcome(active), why
+        full_desk.go_to("commands")
+        ritual = arm(full_desk)
+        assert text not in outcome(full_desk), why
         if is_held:
-            press(active)
-            active.wait(0.3)
-        act(active)
-        wait_disarmed(active, ritual)
+            press(full_desk)
+            full_desk.wait(0.3)
+        act(full_desk)
+        wait_disarmed(full_desk, ritual)
         assert ritual._services.armed.act is None, why
-        assert text in outcome(active), why
-        stays_quiet(active, 300)
-        release(active)
+        assert text in outcome(full_desk), why
+        stays_quiet(full_desk, 300)
+        release(full_desk)
 
 
 @pytest.mark.parametrize("is_held", [False, True])
@@ -292,7 +292,7 @@ def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, active: Desk) -> 
 
 
 def test_without_a_port_nothing_is_said_of_the_log(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=ENTRIES) as assembly:
+    with window(qapp, tmp_path, entries=page_entries("commands")) as assembly:
         page = await_child(qtbot, assembly.window, CommandsPage)
         page.refresh()
         for row in page.acts.values():
@@ -316,7 +316,7 @@ def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: D
 
 
 def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one, simulated("next"):
+    with desk(qtbot, qapp, tmp_path, "commands") as one, simulated("next"):
         row = one.commands.acts[Act.ZERO]
         for _ in range(2):
             one.until(row.confirm.ask.isEnabled)

@@ -388,7 +388,7 @@ def test_sent_frames_are_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, tm
 
 
 def test_an_error_in_another_thread_ends_the_deploy_ritual(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+    with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
         with _errors_shown(one.assembly.window, one.assembly.armed):
             ritual = arm(one)
             assert one.assembly.armed.act is Act.DEPLOY

@@ -17,13 +17,12 @@ from app.records.check_store import CheckStore
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from tests.support.window.fake_ports import VALUES, FakeWorker
+from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
-from ui.main import PAGES
 from ui.pages.fleet.batch_panel import BatchPanel
 from ui.pages.fleet.batch_turns import Stage
 from ui.pages.fleet.page import FleetPage
 
-ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "fleet"))
 SETTINGS = "attitude_threshold_deg = 65\nfreefall_time_s = 1.4\n"
 WRITES = ["attitude_threshold", "freefall_time", "attitude_trigger", "freefall_trigger"]
 
@@ -101,7 +100,7 @@ class Bench(Rig):
 
 @pytest.fixture
 def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Bench]:
-    with on_fake_time(Bench, qtbot, qapp, tmp_path / "data", "fleet-batch", ENTRIES) as one:
+    with on_fake_time(Bench, qtbot, qapp, tmp_path / "data", "fleet-batch", page_entries("live", "fleet")) as one:
         one.assembly.window.resize(1024, 600)
         one.until(lambda: one.root.findChildren(FleetPage))
         one.connect()

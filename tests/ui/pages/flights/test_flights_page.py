@@ -26,10 +26,10 @@ from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import made_flight
 from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
-from tests.support.window.fakes_ui import window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import await_child, choosing, let_lay_out
 from ui.files.file_dialogs import ThenPath
-from ui.main import PAGES, Assembly
+from ui.main import Assembly
 from ui.pages.flights import controller
 from ui.pages.flights.controller import Flight
 from ui.pages.flights.fire_map import cells_of
@@ -37,7 +37,6 @@ from ui.pages.flights.lists import FlightColumn
 from ui.pages.flights.page import FlightsPage
 
 ROOM = Path(controller.__file__).parent
-ENTRIES = tuple(entry for entry in PAGES if entry.key == "flights")
 MUST_NOT, MUST = FlightGroup.MUST_NOT, FlightGroup.MUST
 
 
@@ -73,7 +72,7 @@ class Desk:
 
 @contextmanager
 def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Desk]:
-    with window(qapp, folder, entries=ENTRIES) as assembly:
+    with window(qapp, folder, entries=page_entries("flights")) as assembly:
         page = await_child(qtbot, assembly.window, FlightsPage)
         assembly.window.panel.hide()
         yield Desk(qtbot, assembly, page)

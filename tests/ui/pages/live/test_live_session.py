@@ -22,7 +22,7 @@ from app.procedures.stream import StreamSwitch
 from app.recordings.recording import traffic_of
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, recorder_in, report
-from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
@@ -254,8 +254,7 @@ def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication,
 
 
 def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    entries = tuple(one for one in PAGES if one.key in ("live", "triggers"))
-    with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=entries) as assembly:
+    with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=page_entries("live", "triggers")) as assembly:
         assembly.window.go_to("triggers")
         connect(qtbot, assembly, "sim://paged?uptime=60")
         qtbot.waitUntil(lambda: assembly.connector.current.device.is_streaming)

@@ -92,7 +92,7 @@ def test_where_the_aircraft_activates_ready_is_the_end(
 ) -> None:
     profile = tmp_path / "h6.toml"
     profile.write_text('[expectations]\nactivated_by = "aircraft"\n', encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "aircraft") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "aircraft", "preflight") as bench:
         page = bench.preflight
         page.form.ask_open = choosing(profile)
         page.form.choose_file()
@@ -106,7 +106,7 @@ def test_where_the_aircraft_activates_ready_is_the_end(
 def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "active", active=True) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "active", "preflight", active=True) as bench:
         page = bench.preflight
         page.tick()
         assert page.buttons.enable.text() == "Lock, enable and check again"
@@ -125,7 +125,7 @@ def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
 def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_its_own_gesture_to_go(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "met", active=True) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "met", "preflight", active=True) as bench:
         page = bench.preflight
         bench.until(lambda: page.buttons.enable.text() == "Lock, enable and check again")
         settle(page.buttons.enable)
@@ -163,7 +163,7 @@ def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
 def test_where_lock_is_not_reported_nothing_is_enabled(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "stays", active=True) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "stays", "preflight", active=True) as bench:
         page = bench.preflight
         bench.until(lambda: page.buttons.enable.text() == "Lock, enable and check again")
         write = bench.bench.wire.write
@@ -193,7 +193,7 @@ def test_other_settings_end_a_verdict_that_stands(
     is_active: bool, change: Callable[[OnBench], None], what: str,
 ) -> None:  # fmt: skip
     monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.5)
-    with on_bench(qtbot, qapp, tmp_path, "moved") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "moved", "preflight") as bench:
         page = bench.preflight
         assert bench.check() is Standing.READY
         if is_active:
@@ -208,7 +208,7 @@ def test_it_stands_while_nothing_changes(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.2)
-    with on_bench(qtbot, qapp, tmp_path, "stands") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "stands", "preflight") as bench:
         assert bench.check() is Standing.READY
         before = len(bench.requests)
         bench.until(lambda: [one.command.name for one in bench.requests[before:]].count("attitude_threshold") >= 6)
@@ -219,7 +219,7 @@ def test_what_cannot_be_read_again_ends_it(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.5)
-    with on_bench(qtbot, qapp, tmp_path, "unread") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "unread", "preflight") as bench:
         assert bench.check() is Standing.READY
         bench.bench.change(mute_codes=frozenset((0x20,)))
         bench.wait_standing(Standing.VOID)

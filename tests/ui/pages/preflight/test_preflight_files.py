@@ -61,7 +61,7 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         asked.append(label)
         then("Hangar 2")
 
-    with on_bench(qtbot, qapp, tmp_path, "trust", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "trust", "preflight", is_connected=False) as bench:
         page = bench.preflight
         page.files.ask_name = answer
         bench.drop(record)
@@ -85,7 +85,7 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
 
 
 def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "past", cell=3.6) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "past", "preflight", cell=3.6) as bench:
         page = bench.preflight
         name_module(bench, "M-07")
         bench.find(QLineEdit, "preflight_aircraft_edit").setText("H6-12")
@@ -144,7 +144,7 @@ def test_an_aircraft_is_entered_for_its_own_module_only(quick: None, rig: OnBenc
 
 
 def test_without_a_module_nothing_can_be_checked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "none", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "none", "preflight", is_connected=False) as bench:
         page = bench.preflight
         assert not page.buttons.run.isEnabled()
         assert "Connect a module" in page.banner.accessibleName()
@@ -184,7 +184,7 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
     path = tmp_path / "hexa.toml"
     path.write_text(PROFILE, encoding="utf-8")
     before = read_profile(path)
-    with on_bench(qtbot, qapp, tmp_path, "editor", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "editor", "preflight", is_connected=False) as bench:
         page = bench.preflight
         page.form.use_profile(path)
         page.edit_profile()
@@ -218,7 +218,7 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
 
 
 def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "editor_new", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "editor_new", "preflight", is_connected=False) as bench:
         page = bench.preflight
         page.edit_profile()
         editor = page.editor

@@ -26,7 +26,7 @@ from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import window
+from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.preflight_window import (
     VERDICTS,
     OnBench,
@@ -39,7 +39,6 @@ from tests.support.window.preflight_window import (
 )
 from tests.support.window.steps import await_child, choosing, find, let_lay_out
 from ui.files.file_dialogs import ThenPath
-from ui.main import PAGES
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.row import Mend, remedy
@@ -59,7 +58,7 @@ text = "<b>Pack date</b>"
 
 
 def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "repair", cell=3.6) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "repair", "preflight", cell=3.6) as bench:
         page = bench.preflight
         assert page.banner.announcement.standing is Standing.NOT_CHECKED
         assert not page.buttons.print.isEnabled()
@@ -107,7 +106,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
 def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
     profile = tmp_path / "hexa.toml"
     profile.write_text(PROFILE, encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "manual") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "manual", "preflight") as bench:
         page = bench.preflight
         page.form.ask_open = choosing(profile)
         page.form.choose_file()
@@ -130,15 +129,15 @@ def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, t
         assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
 
 
-def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, quick: None, rig: OnBench) -> None:
-    page = rig.preflight
-    rig.click(page.buttons.enable)
-    rig.triggers.module.setFocus()
-    qtbot.keyClicks(rig.find(QLineEdit, "triggers_module_edit"), "M-09")
-    qtbot.keyClick(rig.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
-    rig.wait_standing(*VERDICTS)
+def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, quick: None, full_rig: OnBench) -> None:
+    page = full_rig.preflight
+    full_rig.click(page.buttons.enable)
+    full_rig.triggers.module.setFocus()
+    qtbot.keyClicks(full_rig.find(QLineEdit, "triggers_module_edit"), "M-09")
+    qtbot.keyClick(full_rig.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
+    full_rig.wait_standing(*VERDICTS)
     assert page.work.standing is Standing.VOID
-    assert kept(rig, "M-09") == kept(rig) == []
+    assert kept(full_rig, "M-09") == kept(full_rig) == []
 
 
 def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
@@ -146,7 +145,7 @@ def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
 ) -> None:
     profile = tmp_path / "hexa.toml"
     profile.write_text(PROFILE, encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "ticks", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "ticks", "preflight", is_connected=False) as bench:
         page = bench.preflight
         page.form.ask_open = choosing(profile)
         page.form.choose_file()
@@ -160,7 +159,7 @@ def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
 def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text("format = 1\nattitude_threshold_deg = 'x'\nsurprise = 1\n", encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "refused", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "refused", "preflight", is_connected=False) as bench:
         bench.preflight.form.ask_open = choosing(bad)
         bench.preflight.form.choose_file()
         assert said(bench).startswith("bad.toml is not a profile: Line")
@@ -170,7 +169,7 @@ def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp
 def test_records_and_boot_count_need_a_word_of_a_person(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "words", history=2, boots=37) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "words", "preflight", history=2, boots=37) as bench:
         page = bench.preflight
         name_module(bench, "M-07")
         assert bench.check() is Standing.NO_GO
@@ -224,7 +223,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(
 ) -> None:
     profile = tmp_path / "hexa.toml"
     profile.write_text(f'{PROFILE.split("[[")[0]}approved_fingerprint = "JFKY-2WSC"  # in May\n', encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "approval") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "approval", "preflight") as bench:
         bench.bench.module.memory.attitude_threshold = 70
         page = bench.preflight
         page.form.ask_open = choosing(profile)
@@ -246,7 +245,7 @@ def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication,
         bench.wait(0.6)  # a step is dead for half a second
         find(bench.assembly.window, QAction, "preflight_run_key").trigger()
 
-    with on_bench(qtbot, qapp, tmp_path, "main") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "main", "preflight") as bench:
         page = bench.preflight
         press()  # enable the triggers and check
         bench.wait_standing(Standing.READY)
@@ -293,10 +292,10 @@ def test_each_row_that_is_not_met_carries_what_mends_it(
 
 
 def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "once") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "once", "triggers", "preflight") as bench:
         name_module(bench, "M-07")
         bench.check()
-    with on_bench(qtbot, qapp, tmp_path, "once") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "once", "triggers", "preflight") as bench:
         confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
         bench.until(lambda: edit.text() == "M-07")
@@ -306,7 +305,7 @@ def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path
 def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "short") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
         connector = bench.assembly.connector
         bench.until(lambda: evidence_of(connector.current.device.values, is_fresh=True).is_complete)
         store = bench.assembly.storage.store
@@ -319,7 +318,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         bench.until(lambda: len(seen) > 2)
         bench.preflight._services.connector.current.module.remember_adapter()  # as when a check was filed
         disk.set()
-    with on_bench(qtbot, qapp, tmp_path, "short") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "short", "preflight") as bench:
         confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
         bench.until(lambda: edit.text() == "M-07")
@@ -327,7 +326,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
 
 def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
     name = "<b>x</b>=1+../\u202e☠"
-    with on_bench(qtbot, qapp, tmp_path, "hostile") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "hostile", "preflight") as bench:
         page = bench.preflight
         bench.assembly.connector.current.module.choose(name)
         bench.find(QLineEdit, "preflight_who").setText("=cmd|'/c calc'!A1")
@@ -351,7 +350,7 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
 ) -> None:
     data_folder().parent.mkdir(parents=True, exist_ok=True)
     data_folder().write_text("a file where the folder should be", encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "homeless") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "homeless", "preflight") as bench:
         assert bench.check() is Standing.READY
         assert "Not kept." in said(bench)
 
@@ -375,8 +374,7 @@ def test_the_buttons_are_whole_on_the_smallest_screen_in_sunlight(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     """With the act of activation, or with a notice."""
-    entries = tuple(entry for entry in PAGES if entry.key == "preflight")
-    with window(qapp, tmp_path, entries=entries) as assembly:
+    with window(qapp, tmp_path, entries=page_entries("preflight")) as assembly:
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
         page = await_child(qtbot, assembly.window, PreflightPage)

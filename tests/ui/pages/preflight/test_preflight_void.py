@@ -68,19 +68,19 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
 
 
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
-    quick: None, rig: OnBench
+    quick: None, full_rig: OnBench
 ) -> None:
-    assert rig.check() is Standing.READY
-    page, spoken = rig.preflight, list[str]()
-    assert rig.triggers.isVisible()
+    assert full_rig.check() is Standing.READY
+    page, spoken = full_rig.preflight, list[str]()
+    assert full_rig.triggers.isVisible()
     announcer().announced.connect(lambda text, _is_urgent: spoken.append(text))
-    rig.bench.set_bay(is_open=True)
-    rig.until(lambda: page.work.standing is Standing.VOID)
+    full_rig.bench.set_bay(is_open=True)
+    full_rig.until(lambda: page.work.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light"]
-    rig.bench.set_bay(is_open=False)
-    rig.until(lambda: rig.assembly.connector.current.device.values["light_v"].value < 1.0)
+    full_rig.bench.set_bay(is_open=False)
+    full_rig.until(lambda: full_rig.assembly.connector.current.device.values["light_v"].value < 1.0)
     assert page.banner.announcement.standing is Standing.READY
-    assert rig.preflight.banner.announcement.standing is Standing.VOID
+    assert full_rig.preflight.banner.announcement.standing is Standing.VOID
 
 
 def test_a_check_that_is_cancelled_is_void_and_not_kept(quick: None, rig: OnBench) -> None:
@@ -168,7 +168,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
     release = threading.Event()
-    with on_bench(qtbot, qapp, tmp_path, "filing") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "filing", "preflight") as bench:
         page, store = bench.preflight, bench.assembly.storage.store
         assert isinstance(store, Store)
         name_module(bench, "M-07")
@@ -193,7 +193,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
 
 
 def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "word", history=2) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "word", "triggers", "preflight", history=2) as bench:
         name_module(bench, "M-07")
         bench.read_triggers()
         bench.triggers.table.selectRow(0)

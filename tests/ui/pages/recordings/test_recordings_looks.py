@@ -19,10 +19,10 @@ from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import simulated, speak_chinese, wait_online, window
+from tests.support.window.fakes_ui import page_entries, simulated, speak_chinese, wait_online, window
 from tests.support.window.steps import await_child, find, let_lay_out
 from tests.support.window.walk import SMALL_SCREEN
-from ui.main import PAGES, WindowOptions
+from ui.main import WindowOptions
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.page import RecordingsPage
 from ui.services.recording_jobs import ExportKind
@@ -31,7 +31,6 @@ from ui.style.theme import Choice, Meaning
 pytest_plugins = ["tests.support.cli_fixtures"]
 
 FULL_HD_AT_200 = QSize(960, 540)
-ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "recordings"))
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +64,10 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
     template: Path,
 ) -> None:
     options = WindowOptions(language=language)
-    with simulated("small"), window(qapp, tmp_path, entries=ENTRIES, options=options) as assembly:
+    with (
+        simulated("small"),
+        window(qapp, tmp_path, entries=page_entries("live", "recordings"), options=options) as assembly,
+    ):
         main = assembly.window
         assembly.appearance.choose(theme)
         main.resize(size)
@@ -122,7 +124,7 @@ def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> No
 def test_a_question_is_whole_in_sunlight_and_moves_no_control(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
 ) -> None:
-    with window(qapp, tmp_path, entries=ENTRIES) as assembly:
+    with window(qapp, tmp_path, entries=page_entries("live", "recordings")) as assembly:
         main = assembly.window
         assembly.appearance.choose(Choice.SUNLIGHT)
         main.resize(FULL_HD_AT_200)

@@ -17,18 +17,15 @@ from app.recordings.recording import tilt_outline
 from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
-from tests.support.window.fakes_ui import WAIT_MS, connect, simulated, speak_chinese, window
+from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, speak_chinese, window
 from tests.support.window.steps import choosing, find
 from ui.core.texts import LanguageSwitch, Texts
 from ui.files.file_dialogs import ThenPath
-from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
 from ui.plots.lanes import Span
 from ui.style.painted_widget import Freshness
-
-ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "recordings"))
 
 
 @pytest.fixture(scope="module")
@@ -315,7 +312,7 @@ def test_deleting_the_opened_recording_returns_to_live_first(
 def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
 ) -> None:
-    with simulated("beside", tilt=33), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+    with simulated("beside", tilt=33), window(qapp, tmp_path, entries=page_entries("live", "recordings")) as assembly:
         main, connector = assembly.window, assembly.connector
         pages = (RecordingsPage, LivePage)
         qtbot.waitUntil(lambda: all(main.findChild(kind) for kind in pages))

@@ -14,8 +14,8 @@ from app.settings.form import RowState
 from app.simulator import bench as benches
 from tests.support.journals import begin_baud
 from tests.support.window import walk
-from tests.support.window.fakes_ui import simulated, wait_online, window
-from tests.support.window.settings_bench import ENTRIES, Desk, desk
+from tests.support.window.fakes_ui import page_entries, simulated, wait_online, window
+from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import choosing, find, notice_text, press
 from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
@@ -102,7 +102,7 @@ def test_a_profile_against_the_advice_is_warned_about(tmp_path: Path, one: Desk)
 
 def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
-    with desk(qtbot, qapp, tmp_path) as one:
+    with desk(qtbot, qapp, tmp_path, "settings") as one:
         open_by_dialog(one, profile_file(tmp_path, bad))
         assert one.find(QLabel, "profile_faults").isVisible()
         told = one.find(QLabel, "profile_faults").text().splitlines()
@@ -117,7 +117,7 @@ def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, qapp: QApplication
 
 
 def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+    with desk(qtbot, qapp, tmp_path, "commands", "settings") as one:
         assert not drop(one, profile_file(tmp_path, name="notes.txt"))
         assert drop(one, profile_file(tmp_path))
         one.until(one.settings.compare.isVisible)
@@ -172,7 +172,7 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
     storage = Storage()
     begin_baud(storage.store)
     storage.close()
-    with simulated("crashed", baud=module_rate), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+    with simulated("crashed", baud=module_rate), window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
         bar = find(assembly.window, NoticeBar, "notice_bar")
 
         def shown() -> QPushButton | None:
@@ -192,7 +192,7 @@ def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QAppli
     storage = Storage()
     begin_baud(storage.store)
     storage.close()
-    with simulated("flying", active=True), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+    with simulated("flying", active=True), window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
         connector = assembly.connector
         bar = find(assembly.window, NoticeBar, "notice_bar")
         qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None)

@@ -19,8 +19,8 @@ from tests.support.pseudo_language import PSEUDO
 from tests.support.records.kept_facts import kept_settings
 from tests.support.window import walk
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import window
-from tests.support.window.settings_bench import ENTRIES, Desk, choose, desk, notice, reason, state, type_into, write
+from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.settings_bench import Desk, choose, desk, notice, reason, state, type_into, write
 from tests.support.window.steps import find, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from ui.forms.field_editors import NumberEditor
@@ -70,7 +70,7 @@ def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> No
 def test_the_advice_begins_with_a_capital_and_the_chinese_help_has_the_vendors_term(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with desk(qtbot, qapp, tmp_path) as one:
+    with desk(qtbot, qapp, tmp_path, "settings") as one:
         said = {}
         for key in one.settings.rows:
             one.settings.choose(key)
@@ -113,7 +113,7 @@ def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> Non
 def test_an_active_module_is_written_only_when_unlocked_for_this_once(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with desk(qtbot, qapp, tmp_path, active=True) as one:
+    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
         type_into(one, "freefall_time", "1.2")
         write(one)
         one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
@@ -194,7 +194,7 @@ def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, t
                         Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False),
         )  # fmt: skip
 
-    with desk(qtbot, qapp, tmp_path) as one:
+    with desk(qtbot, qapp, tmp_path, "settings") as one:
         box = one.find(QLineEdit, "attitude_threshold_wanted")
         number = one.find(QDoubleSpinBox, "attitude_threshold_number")
         one.until(lambda: box.text() == "60")
@@ -230,7 +230,7 @@ def test_the_shown_value_pasted_over_itself_is_an_edit(one: Desk, qapp: QApplica
 def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, behaviour: str, says: str
 ) -> None:
-    with desk(qtbot, qapp, tmp_path, query=f"?baud_ack={behaviour}") as one:
+    with desk(qtbot, qapp, tmp_path, "settings", query=f"?baud_ack={behaviour}") as one:
         panel = one.settings.baud
         one.settings.scroll_area.ensureWidgetVisible(panel)
         assert not panel.confirm.ask.isEnabled()
@@ -268,21 +268,21 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> Non
     assert one.held("light_threshold") == row.edited
 
 
-def test_a_restart_of_the_module_is_shown_on_every_page(one: Desk) -> None:
-    one.go_to("commands")
-    bar = one.assembly.window.notice_bar
-    one.bench.restart()
-    one.until(lambda: "The module restarted" in notice_text(bar))
+def test_a_restart_of_the_module_is_shown_on_every_page(full_desk: Desk) -> None:
+    full_desk.go_to("commands")
+    bar = full_desk.assembly.window.notice_bar
+    full_desk.bench.restart()
+    full_desk.until(lambda: "The module restarted" in notice_text(bar))
     notice_ = bar.notice
     assert notice_ is not None
     assert notice_.dismiss is not None
     notice_.dismiss()
-    one.until(lambda: bar.notice is None)
+    full_desk.until(lambda: bar.notice is None)
 
 
 def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """Another page may switch the stream at any moment: the walk through the window meets this state by chance."""
-    with window(qapp, tmp_path, options=WindowOptions(language=PSEUDO), entries=ENTRIES) as assembly:
+    with window(qapp, tmp_path, options=WindowOptions(language=PSEUDO), entries=page_entries("settings")) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(SMALL_SCREEN)
         assembly.window.panel.hide()
@@ -299,7 +299,7 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
 def test_in_sunlight_values_and_chosen_flags_are_whole(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, size: tuple[int, int]
 ) -> None:
-    with window(qapp, tmp_path, options=WindowOptions(language=ENGLISH), entries=ENTRIES) as assembly:
+    with window(qapp, tmp_path, options=WindowOptions(language=ENGLISH), entries=page_entries("settings")) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(*size)
         assembly.appearance.choose(Choice.SUNLIGHT)

@@ -44,7 +44,7 @@ def test_losing_edits_is_confirmed(one: Desk) -> None:
 
 
 def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, active=True) as one:
+    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
         window, bar = one.assembly.window, one.assembly.window.notice_bar
         type_into(one, "freefall_time", "1.2")
         window.close()

@@ -62,7 +62,7 @@ def fire(bench: OnBench, number: int = 1) -> None:
 
 
 def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "none", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "none", "triggers", is_connected=False) as bench:
         page = bench.triggers
         assert "Connect or choose" in page.empty.text.text()
         assert not page.read.isEnabled()
@@ -71,7 +71,7 @@ def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, t
 
 
 def test_it_refreshes_only_while_it_is_seen(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "hidden", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "hidden", "triggers", "preflight", is_connected=False) as bench:
         page = bench.triggers
         assert bench.preflight.isVisible()
         bench.connect()
@@ -91,7 +91,7 @@ def test_a_module_that_never_fired(rig: OnBench) -> None:
 
 
 def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "silent", empty_slots=EmptySlots.NONE) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "silent", "triggers", "preflight", empty_slots=EmptySlots.NONE) as bench:
         bench.read_triggers()
         assert said(bench) == "No answer: the records are unknown."
         assert bench.triggers.strip.button("say_new") is None  # nothing is kept for a module without a name
@@ -112,7 +112,7 @@ def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QAppli
 
 def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """Once, with queries only, without a click, and not again after a cancel."""
-    with on_bench(qtbot, qapp, tmp_path, "unasked", reads_triggers=True) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "unasked", "triggers", reads_triggers=True) as bench:
         page = bench.triggers
         bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
         assert page.empty.title.text() == "Trigger records: 0"
@@ -126,7 +126,7 @@ def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp
 def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, away: str
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "away", boots=37) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "away", "triggers", boots=37) as bench:
         page, connector = bench.triggers, bench.assembly.connector
         fire(bench, 2)
         bench.read_triggers()
@@ -147,7 +147,7 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
 
 
 def test_a_trigger_in_sight_is_read_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "in sight", reads_triggers=True, active=True) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "in sight", "triggers", reads_triggers=True, active=True) as bench:
         page = bench.triggers
         bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
         bench.bench.set_tilt(80)
@@ -156,7 +156,7 @@ def test_a_trigger_in_sight_is_read_at_once(qtbot: QtBot, qapp: QApplication, tm
 
 
 def test_a_reading_that_the_lost_link_ended_is_begun_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "again", history=4, reads_triggers=True) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "again", "triggers", history=4, reads_triggers=True) as bench:
         page = bench.triggers
         bench.until(lambda: page.work.is_busy)
         bench.bench.unplug()
@@ -204,7 +204,7 @@ def test_the_cause_is_whole_in_a_narrow_list(qtbot: QtBot, width: int, is_hidden
 
 @pytest.mark.parametrize("delivery", list(Delivery))
 def test_nine_records_in_any_order(qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "nine", history=9, records=delivery) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "nine", "triggers", history=9, records=delivery) as bench:
         bench.read_triggers()
         assert bench.triggers.table.filter.rowCount() == 9
         assert all(told(bench, row) for row in range(9))
@@ -213,7 +213,7 @@ def test_nine_records_in_any_order(qtbot: QtBot, qapp: QApplication, tmp_path: P
 
 
 def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "tenth", history=9) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "tenth", "triggers", history=9) as bench:
         page = bench.triggers
         name_kept(bench, "M-07")
         bench.read_triggers()
@@ -248,7 +248,7 @@ def test_of_a_module_that_does_not_answer_no_number_is_said(rig: OnBench) -> Non
 
 
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "judge") as bench:
+    with on_bench(qtbot, qapp, tmp_path, "judge", "triggers") as bench:
         fire(bench)
         name_kept(bench, "M-07")
         bench.read_triggers()
@@ -260,7 +260,7 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
         qtbot.keyClicks(page.detail.note, "tipped on the table")
         qtbot.keyClick(page.detail.note, Qt.Key.Key_Return)
         assert "tipped on the table" in told(bench, 0)
-    with on_bench(qtbot, qapp, tmp_path, "judge", is_connected=False) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "judge", "triggers", is_connected=False) as bench:
         page = bench.triggers
         name_kept(bench, "M-07")  # known without the module
         assert texts(bench, 0)[Column.JUDGED] == "bench test"
@@ -274,7 +274,7 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
 def test_several_records_are_judged_at_once_and_keep_their_notes(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "several", history=3) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "several", "triggers", history=3) as bench:
         name_kept(bench, "M-07")
         bench.read_triggers()
         page = bench.triggers
@@ -294,11 +294,11 @@ def test_several_records_are_judged_at_once_and_keep_their_notes(
 
 
 def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "first", history=3, boots=37) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "first", "triggers", history=3, boots=37) as bench:
         name_kept(bench, "M-07")
         bench.read_triggers()
         assert bench.triggers.count.text() == "Trigger records: 3"
-    with on_bench(qtbot, qapp, tmp_path, "second", history=2, boots=12, seed=9) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "second", "triggers", history=2, boots=12, seed=9) as bench:
         page = bench.triggers
         name_kept(bench, "M-07")
         bench.read_triggers()
@@ -319,7 +319,7 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
 
 
 def test_an_unconfirmed_reading_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "noisy", history=4) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "noisy", "triggers", history=4) as bench:
         bench.bench.change(garbage=1.0)
         bench.read_triggers()
         notice = bench.triggers.strip.notice
@@ -329,7 +329,7 @@ def test_an_unconfirmed_reading_is_reported(qtbot: QtBot, qapp: QApplication, tm
 
 
 def test_reading_can_be_cancelled(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "cancel", history=4) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "cancel", "triggers", history=4) as bench:
         page = bench.triggers
         bench.bench.change(delay_ms=300.0)
         bench.click(page.read)
@@ -340,7 +340,7 @@ def test_reading_can_be_cancelled(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
 
 
 def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "search", history=9) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "search", "triggers", history=9) as bench:
         fire(bench)
         bench.read_triggers()
         page = bench.triggers
@@ -360,7 +360,7 @@ def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) 
 
 
 def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "csv", history=5) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "csv", "triggers", history=5) as bench:
         fire(bench)
         page = bench.triggers
         name_kept(bench, "=M-07")
