@@ -22,5 +22,5 @@ def counted_names(text: str) -> tuple[str, ...] | None:
         is_valid = len(names) <= MAX_BATCH and names[-1:] == (last,)
     else:
         is_valid = not dots
-    is_valid &= all(visible(one) == one and 0 < len(one.strip()) == len(one) <= MAX_NAME_LENGTH for one in names)
+    is_valid &= all(visible(name) == name and 0 < len(name.strip()) == len(name) <= MAX_NAME_LENGTH for name in names)
     return names if is_valid else None

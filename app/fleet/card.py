@@ -114,8 +114,8 @@ class Card:
             case Need.IDENTITY:
                 return identity_question(self.identity, self.expected)
             case Need.LINK:
-                said = link_text(self.link, now)
-                return said.next_step or said.what
+                words = link_text(self.link, now)
+                return words.next_step or words.what
             case Need.NO_GO if self.verdict is not None:
                 return tr(Need.NO_GO.value, names=join_names(title.translated() for title in self.verdict.against))
             case Need.VOID if self.verdict is not None and self.verdict.void is not None:

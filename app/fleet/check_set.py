@@ -75,11 +75,12 @@ def first_page(members: Sequence[SetMember], reports: Sequence[str]) -> str:
         for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why not"), marked("Report"))
     )
     rows = []
-    for one, report in zip(members, reports, strict=True):
-        _, colour = VERDICT_STYLES[one.verdict or Verdict.NO_GO]
-        cells = (one.title, clean(one.port), clean(one.why), report)
+    for member, report in zip(members, reports, strict=True):
+        _, colour = VERDICT_STYLES[member.verdict or Verdict.NO_GO]
+        cells = (member.title, clean(member.port), clean(member.why), report)
         rows.append(
-            f'<tr><td bgcolor="{colour}"><font color="#ffffff"><b>{html.escape(word_of(one.verdict))}</b></font></td>'
+            f'<tr><td bgcolor="{colour}"><font color="#ffffff"><b>'
+            f"{html.escape(word_of(member.verdict))}</b></font></td>"
             + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
             + "</tr>"
         )
@@ -108,11 +109,11 @@ def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer
 
     Returns what was written. Raises `OSError` or `RuntimeError`; what was written before that stays.
     """
-    reports = [_report_path(path, number, one) for number, one in enumerate(members, 1)]
+    reports = [_report_path(path, number, member) for number, member in enumerate(members, 1)]
     written: list[Path] = []
-    for report, one in zip(reports, members, strict=True):
-        if one.filed is not None and report is not None:
-            written += write_report(report, one.filed.record, printer)
+    for report, member in zip(reports, members, strict=True):
+        if member.filed is not None and report is not None:
+            written += write_report(report, member.filed.record, printer)
     if printer is not None:
         names = ["" if report is None else report.name for report in reports]
         write_whole(path, printer(first_page(members, names), json.dumps({"format": FIRST_PAGE}).encode()))
@@ -120,7 +121,7 @@ def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer
     return tuple(written)
 
 
-def _report_path(path: Path, number: int, one: SetMember) -> Path | None:
-    if one.filed is None:
+def _report_path(path: Path, number: int, member: SetMember) -> Path | None:
+    if member.filed is None:
         return None
-    return path.with_name(f"{path.stem} {number:02} {suggested_name(one.filed.record)}.pdf")
+    return path.with_name(f"{path.stem} {number:02} {suggested_name(member.filed.record)}.pdf")

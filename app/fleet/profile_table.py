@@ -33,9 +33,9 @@ class Column:
     def changes(self) -> tuple[SettingChange, ...]:
         """What differs from the profile or is unknown."""
         return tuple(
-            SettingChange(row.command, row.wanted)
+            SettingChange(row.command, row.target)
             for row in self.rows
-            if row.is_worth_applying and row.wanted is not None
+            if row.is_worth_applying and row.target is not None
         )
 
 
@@ -48,8 +48,8 @@ def settings_in(profile: Profile) -> tuple[Command, ...]:
 def column(
     profile: Profile, device: DeviceView, now: float, *, port: str, title: str, is_reachable: bool = True
 ) -> Column:
-    wanted = settings_in(profile)
-    rows = tuple(row for row in compare(profile, device, now) if row.command in wanted)
+    settings = settings_in(profile)
+    rows = tuple(row for row in compare(profile, device, now) if row.command in settings)
     return Column(port, title, rows, is_reachable)
 
 
@@ -80,8 +80,8 @@ class AppliedProfile:
     @property
     def why(self) -> str:
         """In the language in use now."""
-        said = (tr(text, names=join_names(tr(command.title) for command in commands)) for text, commands in self.parts)
-        return join_sentences((*(refusal.sentence for refusal in self.refusals), *said))
+        lines = (tr(text, names=join_names(tr(command.title) for command in commands)) for text, commands in self.parts)
+        return join_sentences((*(refusal.sentence for refusal in self.refusals), *lines))
 
 
 def outcome_of(report: WriteReport) -> AppliedProfile:

@@ -69,7 +69,7 @@ def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: in
         view = yield Inspect()
         counts.rejected = view.link.counters.rejected - rejected
         # The device counts a restart twice if the boot count is read between its two heartbeats.
-        counts.restarts = sum(one != other for one, other in pairwise(boots)) or view.device.restarts - restarts
+        counts.restarts = sum(before != after for before, after in pairwise(boots)) or view.device.restarts - restarts
         yield Pause(ASK_EVERY_S)
 
 

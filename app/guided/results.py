@@ -72,10 +72,10 @@ class GuidedResult:
 
     @property
     def verdict(self) -> GuidedVerdict:
-        found = {value.verdict for value in self.measured}
-        if GuidedVerdict.FAILED in found:
+        verdicts = {value.verdict for value in self.measured}
+        if GuidedVerdict.FAILED in verdicts:
             return GuidedVerdict.FAILED
-        return GuidedVerdict.PASSED if found == {GuidedVerdict.PASSED} else GuidedVerdict.UNCLEAR
+        return GuidedVerdict.PASSED if verdicts == {GuidedVerdict.PASSED} else GuidedVerdict.UNCLEAR
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

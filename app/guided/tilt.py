@@ -218,17 +218,17 @@ def _rearmed(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValu
     return _judged(name, turn.rearmed, reset, turn.rearmed.low_deg)
 
 
-def _judged(name: UserMessage, span: Span, wanted: float, first_deg: float) -> MeasuredValue:
+def _judged(name: UserMessage, span: Span, target_deg: float, first_deg: float) -> MeasuredValue:
     """`first_deg`: angle of the first report after the change."""
-    verdict = passed_if(span.is_near(wanted))
+    verdict = passed_if(span.is_near(target_deg))
     if verdict is GuidedVerdict.PASSED and not span.is_sharp:
         verdict = GuidedVerdict.UNCLEAR
-    return MeasuredValue(name, span.message(), _tolerance(wanted), verdict, first_deg)
+    return MeasuredValue(name, span.message(), _tolerance(target_deg), verdict, first_deg)
 
 
-def _not_tested(name: UserMessage, wanted: float) -> MeasuredValue:
-    return MeasuredValue(name, message(marked("not tested")), _tolerance(wanted), GuidedVerdict.UNCLEAR)
+def _not_tested(name: UserMessage, target_deg: float) -> MeasuredValue:
+    return MeasuredValue(name, message(marked("not tested")), _tolerance(target_deg), GuidedVerdict.UNCLEAR)
 
 
-def _tolerance(wanted: float) -> UserMessage:
-    return message(f"{wanted:.0f}° ± {TOLERANCE_DEG:.0f}°")
+def _tolerance(target_deg: float) -> UserMessage:
+    return message(f"{target_deg:.0f}° ± {TOLERANCE_DEG:.0f}°")

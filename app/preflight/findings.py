@@ -62,8 +62,8 @@ class Case:
     @property
     def settings_code(self) -> str | None:
         """None where not all settings that it covers are known."""
-        found = fingerprint(self.evidence.values)
-        return found.code if found.is_complete else None
+        computed = fingerprint(self.evidence.values)
+        return computed.code if computed.is_complete else None
 
     def fault(self, key: str) -> UserMessage:
         """Why a value is not known."""

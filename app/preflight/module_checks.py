@@ -38,14 +38,14 @@ def light_threshold(case: Case) -> Finding:
 def setting(case: Case, name: str, advice: UserMessage) -> Finding:
     """Equal to the profile's value if it has one, else within the advice; never beyond the bounds."""
     command = BY_NAME[name]
-    wanted, bound = case.profile.settings.get(command.key), SETTING_BOUNDS[command.key]
-    limit = advice if wanted is None else message(f"= {value_text(command, wanted)}")
+    target, bound = case.profile.settings.get(command.key), SETTING_BOUNDS[command.key]
+    limit = advice if target is None else message(f"= {value_text(command, target)}")
     value = case.evidence.values.get(command.key)
     if value is None:
         return unknown(case.fault(command.key), limit)
     if not bound.low <= value <= bound.high:
         return judged(value, value_text(command, value), limit, is_fine=False)
-    is_fine = bound.advised_low <= value <= bound.advised_high if wanted is None else value == wanted
+    is_fine = bound.advised_low <= value <= bound.advised_high if target is None else value == target
     return judged(value, value_text(command, value), limit, is_fine=is_fine)
 
 
@@ -122,9 +122,9 @@ def records_word(case: Case) -> RecordsWord | None:
     """The word that would settle the check of the trigger records; None where a word settles nothing."""
     settled = (CheckResult.PASS, CheckResult.WARN)
     people = (replace(case.person, are_records_reviewed=is_said) for is_said in (False, True))
-    unsaid, said = (trigger_records(replace(case, person=person)) for person in people)
+    before, after = (trigger_records(replace(case, person=person)) for person in people)
     history = case.evidence.history
-    if history is None or unsaid.result in settled or said.result not in settled:
+    if history is None or before.result in settled or after.result not in settled:
         return None
     return RecordsWord.REVIEWED if history.is_answered else RecordsWord.NEW_MODULE
 
@@ -186,19 +186,19 @@ def settings_fingerprint(case: Case) -> Finding:
 
 def guided_tests(case: Case) -> Finding:
     """The tests that the profile demands; without a demand a test that failed last is a warning."""
-    wanted, past = case.profile.tests_within_days, case.past
+    demanded, past = case.profile.tests_within_days, case.past
     demands = [
         message(marked("{test} within {days} days"), test=UserMessage(TITLES[kind]), days=days)
-        for kind, days in wanted.items()
+        for kind, days in demanded.items()
     ]
     none = message(marked("none"))
     limit = _under_name(case, joined(demands) if demands else none)
-    if wanted and past.module is None:
+    if demanded and past.module is None:
         return unknown(NOT_NAMED, limit)
-    against = [kind for kind, days in wanted.items() if not _holds(past.tests.get(kind), days)]
+    against = [kind for kind, days in demanded.items() if not _holds(past.tests.get(kind), days)]
     failed = [kind for kind, last in past.tests.items() if last.stored.verdict is GuidedVerdict.FAILED]
-    told = against or failed or [kind for kind in GuidedKind if kind in past.tests]
-    shown = joined([_last_tested(kind, past.tests.get(kind)) for kind in told]) if told else none
+    listed = against or failed or [kind for kind in GuidedKind if kind in past.tests]
+    shown = joined([_last_tested(kind, past.tests.get(kind)) for kind in listed]) if listed else none
     result = CheckResult.FAIL if against else CheckResult.WARN if failed else CheckResult.PASS
     return Finding(result, len(against), shown, limit)
 

@@ -95,30 +95,30 @@ def change_baud(
     if reply.heard is SetReply.NOT_SENT:
         changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
     else:
-        found = yield from look_for(new_rate, old_rate)
-        end = _end(old_rate, new_rate, found, reply.heard)
-        changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=found)
+        rate = yield from look_for(new_rate, old_rate)
+        end = _end(old_rate, new_rate, rate, reply.heard)
+        changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=rate)
     if changed.end is not BaudEnd.LOST:
         journal.settle(entry, *_logged(changed.end, changed.found_rate))
     return changed
 
 
-def _logged(end: BaudEnd, found: int | None) -> tuple[Outcome, dict[str, object]]:
-    return _OUTCOMES[end], {"end": end.value, "found": found}
+def _logged(end: BaudEnd, rate: int | None) -> tuple[Outcome, dict[str, object]]:
+    return _OUTCOMES[end], {"end": end.value, "found": rate}
 
 
-def logged_later(old_rate: int, new_rate: int, found: int) -> tuple[Outcome, dict[str, object]]:
+def logged_later(old_rate: int, new_rate: int, rate: int) -> tuple[Outcome, dict[str, object]]:
     """What came of a change that was logged without an outcome, by the rate at which the module answers."""
-    return _logged(_found_later(old_rate, new_rate, found), found)
+    return _logged(_found_later(old_rate, new_rate, rate), rate)
 
 
-def _end(old_rate: int, new_rate: int, found: int | None, heard: SetReply) -> BaudEnd:
-    end = BaudEnd.LOST if found is None else _found_later(old_rate, new_rate, found)
+def _end(old_rate: int, new_rate: int, rate: int | None, heard: SetReply) -> BaudEnd:
+    end = BaudEnd.LOST if rate is None else _found_later(old_rate, new_rate, rate)
     is_acknowledged = heard in (SetReply.ECHO, SetReply.ONE)
     return BaudEnd.AT_RESTART if end is BaudEnd.UNCHANGED and is_acknowledged else end
 
 
-def _found_later(old_rate: int, new_rate: int, found: int) -> BaudEnd:
-    if found == new_rate:
+def _found_later(old_rate: int, new_rate: int, rate: int) -> BaudEnd:
+    if rate == new_rate:
         return BaudEnd.CHANGED
-    return BaudEnd.UNCHANGED if found == old_rate else BaudEnd.ELSEWHERE
+    return BaudEnd.UNCHANGED if rate == old_rate else BaudEnd.ELSEWHERE

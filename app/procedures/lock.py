@@ -200,8 +200,8 @@ def _lock_until_reported(
         is_in_doubt = view.is_rate_searched or view.proven_rate is None
         if may_search and is_in_doubt and view.now - silent_since > SILENT_S:
             may_search = False
-            found = yield from find_rate()
-            if found.baud_rate is None and view.proven_rate is not None:
+            result = yield from find_rate()
+            if result.baud_rate is None and view.proven_rate is not None:
                 yield UseRate(view.proven_rate)
             view = yield Inspect()
             silent_since = view.now

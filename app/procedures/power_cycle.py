@@ -45,11 +45,11 @@ class Ending(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SettingRetention:
-    """`stands`: the reading after the restart."""
+    """`read_back`: the reading after the restart."""
 
-    wanted: Value
+    target: Value
     result: Retention
-    stands: Value | None = None
+    read_back: Value | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,9 +71,9 @@ class PowerCycleResult:
 
 
 def survives_power_cycle(
-    wanted: Mapping[str, Value], *, longest_wait_s: float = MAX_WAIT_S
+    written: Mapping[str, Value], *, longest_wait_s: float = MAX_WAIT_S
 ) -> Procedure[PowerCycleResult]:
-    """`wanted`: the written values by key."""
+    """`written`: the values by key."""
     before: EngineView = yield Inspect()
     boots_before = yield from _boots()
     boots: int | None = None
@@ -91,33 +91,33 @@ def survives_power_cycle(
     yield Pause(RESTART_SHOWS_S)  # until the restart's second heartbeat has passed
     stamps: dict[str, SettingRetention] = {}
     for command in SETTINGS:
-        if command.key in wanted and command.key != "baud_rate":
+        if command.key in written and command.key != "baud_rate":
             if not command.reads_back:
-                stamps[command.key] = SettingRetention(wanted[command.key], Retention.UNREADABLE)
+                stamps[command.key] = SettingRetention(written[command.key], Retention.UNREADABLE)
                 continue
             back = yield from read_back(command)
-            stamps[command.key] = _stamp(command, wanted[command.key], back.raw)
+            stamps[command.key] = _stamp(command, written[command.key], back.raw)
     return PowerCycleResult(
         ending=_ending(boots_before, boots), stamps=stamps, boots_before=boots_before, boots_after=boots
     )
 
 
-def _stamp(command: Command, wanted: Value, raw: int | None) -> SettingRetention:
+def _stamp(command: Command, target: Value, raw: int | None) -> SettingRetention:
     if raw is None or command.write is None:
-        return SettingRetention(wanted, Retention.NOT_READ)
-    stands = command.write.decode(raw)
-    return SettingRetention(wanted, Retention.RETAINED if stands == wanted else Retention.LOST, stands)
+        return SettingRetention(target, Retention.NOT_READ)
+    value = command.write.decode(raw)
+    return SettingRetention(target, Retention.RETAINED if value == target else Retention.LOST, value)
 
 
 def _boots() -> Procedure[int | None]:
     """The boot count, if two answers agree: one damaged frame must not count as a restart."""
-    said: list[int] = []
+    counts: list[int] = []
     for _ in range(2):
         reading = yield from ask_value(_BOOT_COUNT, ASK_WAITS_S)
         if reading is None:
             return None
-        said.append(reading.raw)
-    return said[0] if said[0] == said[1] else None
+        counts.append(reading.raw)
+    return counts[0] if counts[0] == counts[1] else None
 
 
 def _ending(before: int | None, after: int | None) -> Ending:

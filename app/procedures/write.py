@@ -69,12 +69,12 @@ class Written:
     """The result of a write. Values are in the field's unit."""
 
     command: Command
-    wanted: Value
+    target: Value
     heard: SetReply
-    stands: Value | None = None
+    read_back: Value | None = None
     """The value read back, if it was."""
     verified: bool | None = None
-    """True only if two answers in a row had the wanted value; None if it cannot be read. Final only in a `WriteReport`,
+    """True only if two answers in a row had the target value; None if it cannot be read. Final only in a `WriteReport`,
     for which it was read once more."""
     fault: WriteFault | None = None
     waited_s: float | None = None
@@ -128,7 +128,7 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     reply = acknowledged((yield Ask(request)))
     if reply.heard is SetReply.NOT_SENT:
         verdict = False if command.reads_back else None
-        return Written(command=command, wanted=value, heard=reply.heard, verified=verdict, fault=WriteFault.NOT_SENT)
+        return Written(command=command, target=value, heard=reply.heard, verified=verdict, fault=WriteFault.NOT_SENT)
     back = ReadBack()
     if command.reads_back:
         back = yield from read_back(command)
@@ -136,9 +136,9 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     fault = WriteFault.RESTARTED if has_restarted else _fault(command, command.set(value).data, reply, back, old=old)
     return Written(
         command=command,
-        wanted=value,
+        target=value,
         heard=reply.heard,
-        stands=None if back.raw is None or has_restarted else _value(command, back.raw),
+        read_back=None if back.raw is None or has_restarted else _value(command, back.raw),
         verified=fault is None if command.reads_back else None,
         fault=fault,
         waited_s=reply.waited_s,
@@ -179,12 +179,12 @@ def restarted_since(before: EngineView) -> Procedure[bool]:
     return after.device.restarts != before.device.restarts
 
 
-def _fault(command: Command, wanted: int, reply: Acknowledged, back: ReadBack, *, old: int | None) -> WriteFault | None:
+def _fault(command: Command, target: int, reply: Acknowledged, back: ReadBack, *, old: int | None) -> WriteFault | None:
     if not command.reads_back:
         return {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}.get(reply.heard)
     if back.raw is None:
         return WriteFault.UNSTEADY if back.is_unsteady else WriteFault.NO_READ_BACK
-    if back.raw == wanted:
+    if back.raw == target:
         return None
     if old is not None and back.raw != old:
         return WriteFault.CLAMPED

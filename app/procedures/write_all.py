@@ -41,7 +41,7 @@ DISK_LIMIT_S = 1.5
 
 @dataclass(frozen=True, slots=True)
 class SettingChange:
-    """A setting and the value wanted, in its field's unit."""
+    """A setting and its target value, in the field's unit."""
 
     command: Command
     value: Value
@@ -54,7 +54,7 @@ class SettingChange:
 
 def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
     """What these changes take away, by setting; None if nothing."""
-    told = [
+    parts = [
         message(
             marked("{value}: {why}"), value=message(change.command.title),
             why=joined([risk.message for risk in change.risks], between=" "),
@@ -62,7 +62,7 @@ def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
         for change in changes
         if change.risks
     ]  # fmt: skip
-    return joined(told, between=" ") if told else None
+    return joined(parts, between=" ") if parts else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,9 +204,9 @@ def write_logged(
 
 def settle_writes(journal: Journal, entries: Mapping[Command, Entry], results: Iterable[Written]) -> None:
     """Log the outcomes; a write without a result is unknown."""
-    found = {written.command: written for written in results}
+    by_command = {written.command: written for written in results}
     for command, entry in entries.items():
-        written = found.get(command)
+        written = by_command.get(command)
         journal.settle(entry, _outcome(written), {} if written is None else _result(written))
 
 
@@ -241,13 +241,13 @@ def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
     """The result of one write after the last reading."""
     if not written.command.reads_back or written.heard is SetReply.NOT_SENT:
         return written
-    stands = values.get(written.command.key)
+    value = values.get(written.command.key)
     if written.fault is not None:
-        return replace(written, stands=stands) if stands is not None else written
-    if stands is None:
+        return replace(written, read_back=value) if value is not None else written
+    if value is None:
         return _unconfirmed(written)
-    if stands != written.wanted:
-        return replace(written, stands=stands, verified=False, fault=WriteFault.REVERTED)
+    if value != written.target:
+        return replace(written, read_back=value, verified=False, fault=WriteFault.REVERTED)
     return written
 
 
@@ -257,7 +257,7 @@ def unconfirmed(results: Iterable[Written]) -> list[Written]:
 
 
 def _unconfirmed(written: Written) -> Written:
-    return replace(written, stands=None, verified=False, fault=WriteFault.NO_LAST_READING)
+    return replace(written, read_back=None, verified=False, fault=WriteFault.NO_LAST_READING)
 
 
 def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
@@ -290,11 +290,11 @@ def _refusals(context: WriteContext) -> Procedure[tuple[Refusal, ...]]:
             interlock_inputs(view.device, view.now, must_be_proven=True), is_identity_settled=view.is_settled,
             armed=armed, is_unlocked=context.is_unlocked,
         )  # fmt: skip
-        found = refusals(Act.WRITE, inputs)
-        if not found or has_been_asked:
+        unmet = refusals(Act.WRITE, inputs)
+        if not unmet or has_been_asked:
             break
         yield from ask_status()
-    return found
+    return unmet
 
 
 def _outcome(written: Written | None) -> Outcome:
@@ -304,14 +304,14 @@ def _outcome(written: Written | None) -> Outcome:
         return Outcome.NOT_SENT
     if written.is_fine:
         return Outcome.CONFIRMED
-    is_refused = written.stands is not None or written.fault is WriteFault.REFUSED
+    is_refused = written.read_back is not None or written.fault is WriteFault.REFUSED
     return Outcome.REFUSED if is_refused else Outcome.UNKNOWN
 
 
 def _result(written: Written) -> dict[str, object]:
     return {
         "acknowledged": written.is_acknowledged,
-        "read_back": written.stands,
+        "read_back": written.read_back,
         "verified": written.verified,
         "fault": written.fault.name if written.fault is not None else None,
     }
@@ -323,7 +323,7 @@ def _all_refused(changes: Iterable[SettingChange]) -> tuple[Written, ...]:
 
 def _not_sent(change: SettingChange, fault: WriteFault) -> Written:
     verified = False if change.command.reads_back or change.command is BAUD_RATE else None
-    return Written(command=change.command, wanted=change.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault)
+    return Written(command=change.command, target=change.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault)
 
 
 _BAUD_FAULTS = {
@@ -340,9 +340,9 @@ def _written(change: SettingChange, baud: BaudChanged) -> Written:
         fault = WriteFault.NOT_ALLOWED if baud.refusals else WriteFault.NOT_SENT
     return Written(
         command=change.command,
-        wanted=change.value,
+        target=change.value,
         heard=baud.heard,
-        stands=baud.found_rate,
+        read_back=baud.found_rate,
         verified=baud.end is BaudEnd.CHANGED,
         fault=fault,
     )

@@ -8,7 +8,7 @@
     writing
     verified      written and read back equal, and nothing has cast doubt on it since
     changed       reads differently than before, and was not written here
-    failed        the write failed; with the reason, until the value is as wanted
+    failed        the write failed; with the reason, until the module has the value
 
 The baud rate is not a row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
 """
@@ -326,12 +326,12 @@ class SettingsForm:
                 continue
             if written.fault is None:
                 settled.append(key)
-                self._written[key] = written.wanted
+                self._written[key] = written.target
                 if written.verified:
-                    self._verified[key] = written.wanted
-                    self.watch.expect(key, written.wanted)
+                    self._verified[key] = written.target
+                    self.watch.expect(key, written.target)
             else:
-                self._failures[key] = _Failure(written.wanted, written.fault.value, written.stands)
+                self._failures[key] = _Failure(written.target, written.fault.value, written.read_back)
         if device is not None and not self._is_in_doubt():
             settled += [
                 key for key, value in self._drafts.now.items()

@@ -156,11 +156,11 @@ class Match(Enum):
 
 
 class ProfileRow(NamedTuple):
-    """One setting in the profile (`wanted`) and on the module (`stands`)."""
+    """One setting in the profile (`target`) and on the module (`module_value`)."""
 
     command: Command
-    wanted: Value | None
-    stands: Known | None
+    target: Value | None
+    module_value: Known | None
     match: Match
 
     @property

@@ -98,10 +98,10 @@ def rate_lies(found_rate: int | None, cell: Cell) -> list[str]:
 def written_lies(written: Written, cell: Cell) -> list[str]:
     key, holds = written.command.key, truth(cell.bench, cell.clock.now_s)[written.command.key]
     faults = []
-    if written.verified and holds != written.wanted:
+    if written.verified and holds != written.target:
         faults.append(f"{key} verified, and the module holds {holds}")
-    if written.stands is not None and holds != written.stands:
-        faults.append(f"{key} stands {written.stands}, and the module holds {holds}")
+    if written.read_back is not None and holds != written.read_back:
+        faults.append(f"{key} stands {written.read_back}, and the module holds {holds}")
     return faults
 
 
@@ -121,7 +121,7 @@ def _no_survival_lie(survival: PowerCycleResult, cell: Cell) -> list[str]:
         return ["a restart, and there was none"]
     holds = truth(cell.bench, cell.clock.now_s)
     kept = [key for key, stamp in survival.stamps.items() if stamp.result is Retention.RETAINED]
-    return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].wanted]
+    return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].target]
 
 
 def _restarted() -> Procedure[bool]:

@@ -104,8 +104,9 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
                 # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
                 results[wish.command] = Written(
-                    command=wish.command, wanted=wish.value, heard=SetReply.UNNEEDED, stands=wish.value, verified=True
-                )
+                    command=wish.command, target=wish.value, heard=SetReply.UNNEEDED, read_back=wish.value,
+                    verified=True,
+                )  # fmt: skip
         context = WriteContext(
             journal=records.journal,
             permit=Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, time.monotonic()),
@@ -128,7 +129,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
             verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
             fault = WriteFault.PORT_LOST if wish.command in begun else WriteFault.PORT_LOST_BEFORE
             results[wish.command] = Written(
-                command=wish.command, wanted=wish.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault
+                command=wish.command, target=wish.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault
             )
     before = {**report.before, "baud_rate": old_rate}
     return replace(report, before=before, results=tuple(results[wish.command] for wish in wishes)), link.sentence
@@ -161,10 +162,10 @@ def json_of(report: WriteReport) -> dict[str, object]:
         is_needed, why = result.heard is not SetReply.UNNEEDED, why_not_verified(result, report.refusals)
         has_age = report.read_at is not None and bool(result.verified) and is_needed
         results[result.command.key] = _result(
-            result.wanted,
+            result.target,
             report.before.get(result.command.key),
             acknowledged=result.is_acknowledged if is_needed else None,
-            read_back=result.stands,
+            read_back=result.read_back,
             verified=result.verified,
             verified_age_s=round(max(0.0, time.monotonic() - (report.read_at or 0.0)), 3) if has_age else None,
             error=None if why is None else why.in_english(),
@@ -218,11 +219,11 @@ def page_of(report: WriteReport) -> list[str]:
 
 
 def _sentence(written: Written, before: Value | None, why: UserMessage | None) -> str:
-    shown = typed(written.wanted)
+    shown = typed(written.target)
     if why is not None:
-        read_back = "" if written.stands is None else f" → {typed(written.stands)}"
+        read_back = "" if written.read_back is None else f" → {typed(written.read_back)}"
         return tr("{value}: NOT verified ({why})", value=shown, why=why.translated() + read_back)
-    if before is not None and before != written.wanted:
+    if before is not None and before != written.target:
         shown = f"{typed(before)} → {shown}"
     if written.heard is SetReply.UNNEEDED:
         return tr("{value}: unchanged", value=shown)

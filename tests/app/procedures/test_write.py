@@ -48,7 +48,7 @@ def test_a_value_that_stands_is_verified(name: str, ack: str, heard: SetReply) -
     written = write(rig, name, READABLE[name])
     assert written.verified is True
     assert written.is_fine
-    assert written.stands == READABLE[name] == held(rig, BY_NAME[name])
+    assert written.read_back == READABLE[name] == held(rig, BY_NAME[name])
     assert written.heard is (heard if BY_NAME[name].acknowledged_by_one else SetReply.ECHO)
 
 
@@ -57,7 +57,7 @@ def test_what_cannot_be_read_back_is_acknowledged_and_never_verified(name: str, 
     rig = Rig({"freefall_ack": code})
     for value in (False, True, False):
         written = write(rig, name, value)
-        assert (written.verified, written.stands, written.fault) == (None, None, None)
+        assert (written.verified, written.read_back, written.fault) == (None, None, None)
         assert written.is_acknowledged
         assert held(rig, BY_NAME[name]) is value
 
@@ -88,7 +88,7 @@ def test_a_module_that_goes_its_own_way_is_shown_as_what_it_is(
     ack: str, ways: dict[str, Any], name: str, wanted: Value, stands: Value, fault: WriteFault
 ) -> None:
     written = write(Rig({"ack": ack, **ways}), name, wanted)
-    assert (written.stands, written.fault, written.verified) == (stands, fault, False)
+    assert (written.read_back, written.fault, written.verified) == (stands, fault, False)
 
 
 def test_a_flag_that_is_refused_says_so() -> None:
@@ -108,7 +108,7 @@ def test_a_set_that_was_lost_on_the_way_is_found_by_reading_back() -> None:
     rig.run(write_verified(BY_NAME["freefall_time"], 1.5))
     _change_at(rig, "freefall_time", drop=1.0)
     written = write(rig, "freefall_time", 1.2)
-    assert (written.heard, written.stands, written.fault) == (SetReply.NOTHING, 1.5, WriteFault.LOST)
+    assert (written.heard, written.read_back, written.fault) == (SetReply.NOTHING, 1.5, WriteFault.LOST)
 
 
 def _change_at(rig: Rig, name: str, **faults: Any) -> None:
@@ -153,7 +153,7 @@ def test_a_restart_in_the_middle_claims_nothing(name: str, after_frames: int) ->
 
     rig.line.write = watched  # type: ignore[method-assign]
     written = write(rig, name, 1.7 if name == "freefall_time" else False)
-    assert (written.fault, written.stands) == (WriteFault.RESTARTED, None)
+    assert (written.fault, written.read_back) == (WriteFault.RESTARTED, None)
     assert not written.verified
 
 
@@ -191,7 +191,7 @@ def test_what_is_called_verified_is_what_the_module_holds(faults: dict[str, Any]
                 command = BY_NAME[name]
                 if written.verified:
                     verified += 1
-                    assert held(rig, command) == value == written.stands
+                    assert held(rig, command) == value == written.read_back
                 else:
                     assert written.fault is not None
             flag = write(rig, "freefall_trigger", False)
@@ -230,7 +230,7 @@ def test_cross_talk_between_settings_is_named(name: str) -> None:
 def test_what_happens_after_the_acknowledgement_is_found(lie: dict[str, Any], fault: WriteFault) -> None:
     report = write_to(lie, {"attitude_threshold": 130}).report
     assert [(one.fault, one.verified) for one in report.results] == [(fault, False)]
-    assert fault is not WriteFault.REVERTED or report.results[0].stands not in (None, 130)
+    assert fault is not WriteFault.REVERTED or report.results[0].read_back not in (None, 130)
 
 
 def test_a_flag_is_claimed_no_longer_after_a_silent_restart() -> None:

@@ -297,5 +297,5 @@ def test_what_ends_a_writing_early_is_raised_and_the_intent_is_settled() -> None
 def test_the_log_says_that_the_module_refused_a_value() -> None:
     rig, journal = Rig({"refuses": True}), FakeJournal()
     (written,) = write(rig, WriteContext(journal=journal), light_threshold=2.0).results
-    assert (written.stands, written.fault) == (1.8, WriteFault.REFUSED)
+    assert (written.read_back, written.fault) == (1.8, WriteFault.REFUSED)
     assert list(journal.outcomes.values()) == [Outcome.REFUSED]

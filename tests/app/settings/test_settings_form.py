@@ -36,7 +36,7 @@ def row(form: SettingsForm, key: str, view: DeviceView | None = None) -> FormRow
 def written(key: str, wanted: Value, **more: Any) -> Written:
     command = BY_KEY[key]
     more.setdefault("verified", more.get("fault") is None if command.reads_back else None)
-    return Written(command=command, wanted=wanted, heard=SetReply.ECHO, **more)
+    return Written(command=command, target=wanted, heard=SetReply.ECHO, **more)
 
 
 def write(form: SettingsForm, *results: Written, view: DeviceView | None = None) -> None:
@@ -134,7 +134,7 @@ def test_verified_needs_a_read_back_that_still_holds(doubtful: Any, state: RowSt
     form = SettingsForm()
     form.choose(TILT, 70)
     after = device(changes={TILT: 70})
-    write(form, written(TILT, 70, stands=70))
+    write(form, written(TILT, 70, read_back=70))
     assert row(form, TILT, after).state is RowState.VERIFIED
     assert not form.has_drafts
     assert form.written == {TILT: 70}
@@ -147,7 +147,7 @@ def test_verified_needs_a_read_back_that_still_holds(doubtful: Any, state: RowSt
 def test_a_restart_or_an_absence_that_nobody_looked_at_ends_verified(meanwhile: dict[str, Any]) -> None:
     form, after = SettingsForm(), device(changes={TILT: 70})
     form.choose(TILT, 70)
-    write(form, written(TILT, 70, stands=70))
+    write(form, written(TILT, 70, read_back=70))
     assert row(form, TILT, after).state is RowState.VERIFIED
     assert row(form, TILT, replace(after, **meanwhile)).state is RowState.READ
 
@@ -163,7 +163,7 @@ def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
 def test_a_row_stays_failed_until_the_module_has_the_value(fault: WriteFault) -> None:
     form = SettingsForm()
     form.choose(TILT, 130)
-    write(form, written(TILT, 130, stands=90, fault=fault, verified=False))
+    write(form, written(TILT, 130, read_back=90, fault=fault, verified=False))
     held = device(changes={TILT: 90})
     for _ in range(3):
         red = row(form, TILT, held)
@@ -189,7 +189,7 @@ def test_an_acknowledgement_proves_nothing_where_the_setting_can_be_read() -> No
 def test_what_was_not_written_stays_edited_until_it_is_reverted(fault: WriteFault, state: RowState) -> None:
     form = SettingsForm()
     form.choose(TILT, 130)
-    write(form, written(TILT, 130, stands=60, fault=fault, verified=False))
+    write(form, written(TILT, 130, read_back=60, fault=fault, verified=False))
     assert row(form, TILT).state is state
     form.revert(TILT)
     assert row(form, TILT).state is RowState.READ
@@ -199,7 +199,7 @@ def test_undo_skips_values_that_were_written() -> None:
     form = SettingsForm()
     form.choose(TIME, 1.2)
     form.choose(TILT, 70)
-    write(form, written(TILT, 70, stands=70), written(TIME, 1.2, stands=1.6, fault=WriteFault.NOT_RETAINED))
+    write(form, written(TILT, 70, read_back=70), written(TIME, 1.2, read_back=1.6, fault=WriteFault.NOT_RETAINED))
     while form.can_undo:
         form.undo()
         assert row(form, TILT, device(changes={TILT: 70})).edited is None

@@ -98,7 +98,7 @@ def test_rows_of_the_comparison(known: Known | None, match: Match, is_ticked: bo
     assert len(rows) == 8
     for row in rows:
         if row.command.key == "freefall_time_s":
-            assert (row.wanted, row.stands, row.match, row.is_worth_applying) == (1.6, known, match, is_ticked)
+            assert (row.target, row.module_value, row.match, row.is_worth_applying) == (1.6, known, match, is_ticked)
         else:
             assert (row.match, row.is_worth_applying) == (Match.NOT_IN_PROFILE, False)
 

@@ -42,8 +42,8 @@ class Write:
         report, found = self.report, []
         for written in report.results:
             key = written.command.key
-            if written.verified and self.holds[key] != written.wanted:
-                found.append(f"{key} verified as {written.wanted}, and it holds {self.holds[key]}")
+            if written.verified and self.holds[key] != written.target:
+                found.append(f"{key} verified as {written.target}, and it holds {self.holds[key]}")
             if written.verified and self.has_restarted:
                 found.append(f"{key} verified over a restart")
         written_keys = {written.command.key for written in report.results}

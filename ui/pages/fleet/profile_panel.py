@@ -114,12 +114,12 @@ def _column(title: str, cell: Callable[[_Row], tuple[str, Meaning | None]]) -> T
 
 
 def _cell(row: ProfileRow) -> tuple[str, Meaning | None]:
-    wanted = "" if row.wanted is None else value_text(row.command, row.wanted)
+    wanted = "" if row.target is None else value_text(row.command, row.target)
     if row.match is Match.SAME:
         return wanted, None
     stands = tr("unknown")
-    if row.match is Match.DIFFERENT and row.stands is not None:
-        stands = value_text(row.command, row.stands.value)
+    if row.match is Match.DIFFERENT and row.module_value is not None:
+        stands = value_text(row.command, row.module_value.value)
     return f"{stands} → {wanted}", Meaning.ATTENTION if row.match is Match.DIFFERENT else Meaning.UNKNOWN
 
 

@@ -162,12 +162,12 @@ class _CompareRow:
         self.tick.setText(title.replace(" ", "\n") if is_text_large() else title)
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:
-        can_apply = row.wanted is not None and row.command is not BAUD_RATE
+        can_apply = row.target is not None and row.command is not BAUD_RATE
         self.tick.setEnabled(can_apply)
         if not can_apply or not is_touched:
             self.tick.setChecked(can_apply and row.is_worth_applying)
-        self.wanted.setText("—" if row.wanted is None else value_text(row.command, row.wanted))
-        self.stands.show_known(row.stands, now)
+        self.wanted.setText("—" if row.target is None else value_text(row.command, row.target))
+        self.stands.show_known(row.module_value, now)
         picture, meaning = _CHIPS[row.match]
         self.chip.set_caption(tr(row.command.title))
         self.chip.show_state(tr(row.match.value), picture, meaning)

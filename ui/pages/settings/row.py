@@ -137,8 +137,8 @@ def reason_text(row: FormRow) -> str:
     if retention is not None and not row.is_pending:
         if retention.result is Retention.RETAINED:
             return tr("Kept over the power cycle.")
-        if retention.result is Retention.LOST and retention.stands is not None:
-            stands = value_text(row.command, retention.stands)
+        if retention.result is Retention.LOST and retention.read_back is not None:
+            stands = value_text(row.command, retention.read_back)
             return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
         return tr("Power cycle: {fate}.", fate=tr(retention.result.value))
     if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:

@@ -33,8 +33,8 @@ FOUND: dict[str, Value] = {TILT.key: 60, TIME.key: 1.6, LIGHT.key: 1.8}
 AS_FOUND = Snapshot(settings=FOUND)
 WANTED: dict[str, Value] = {TILT.key: 70, TIME.key: 1.2}
 CUT, UNREAD = "{} was sent: interrupted while writing; the value is unknown", "70° was sent: not read again"
-TILT_HEARD = Written(command=TILT, wanted=70, heard=SetReply.ECHO, stands=70, verified=True)
-TIME_HEARD = Written(command=TIME, wanted=1.2, heard=SetReply.ECHO, stands=1.2, verified=True)
+TILT_HEARD = Written(command=TILT, target=70, heard=SetReply.ECHO, read_back=70, verified=True)
+TIME_HEARD = Written(command=TIME, target=1.2, heard=SetReply.ECHO, read_back=1.2, verified=True)
 
 
 @dataclass
@@ -180,7 +180,7 @@ def test_only_what_is_verified_now_is_called_verified(
 )
 def test_nothing_of_one_module_is_kept_for_another(desk: Desk, change: Callable[[FakePorts], None]) -> None:
     leave, work = desk.write(), desk.work
-    failed = Written(command=TIME, wanted=1.2, heard=SetReply.ECHO, stands=1.6, fault=WriteFault.NOT_RETAINED)
+    failed = Written(command=TIME, target=1.2, heard=SetReply.ECHO, read_back=1.6, fault=WriteFault.NOT_RETAINED)
     desk.end(WriteReport(results=(TILT_HEARD, failed)), **FOUND)
     assert (work.initial, work.count_unsent(), dict(work.form.written)) == (AS_FOUND, 1, {TILT.key: 70})
     assert desk.write().store_snapshot is None, "the values found are those before the first write"
