@@ -176,6 +176,11 @@ class WhatIfPanel(QFrame):
         self.drafts.fill(values)
         self.fields.show_drafts()
 
+    def _on_another_module(self) -> None:
+        """Drafts were made for the module before, or for a recording."""
+        if not isinstance(self._measured, Recording):
+            self.open_with({})
+
     # Actions
 
     def _show(self, is_open: bool) -> None:
@@ -295,6 +300,7 @@ class WhatIfPanel(QFrame):
         self.list.itemClicked.connect(self._on_row_chosen)
         self.list.itemActivated.connect(self._on_row_chosen)
         self.as_module.clicked.connect(partial(self.open_with, {}))
+        self._connector.invalidated.connect(self._on_another_module)
         self.about.toggled.connect(self.rules.setVisible)
         self.button.toggled.connect(self._show)
         self._exchange.tried.connect(self._try)
