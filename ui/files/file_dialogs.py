@@ -108,8 +108,8 @@ def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], obje
 
 def default_name(port: str, suffix: str, when: datetime) -> str:
     """A file name such as "dps-s ttyUSB0 2026-11-21 09-30-05.csv", in characters that every system accepts."""
-    short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
-    safe = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in short[:MAX_PORT_LENGTH])
+    short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")[:MAX_PORT_LENGTH]
+    safe = "".join(character if character.isalnum() or character in "-_." else "-" for character in short)
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix
 
 

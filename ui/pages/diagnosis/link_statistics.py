@@ -94,27 +94,27 @@ class LinkStatisticsView(QScrollArea):
 
     def refresh(self) -> None:
         recorded = self._recorded
-        figures = recorded or self._connector.current.kept.statistics
-        totals = figures.totals
+        statistics = recorded or self._connector.current.kept.statistics
+        totals = statistics.totals
         shown = self.totals
         shown["sent"].show_figure(f"{totals.sent:,}")
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
         lost = f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "–"
         shown["lost"].show_figure(lost, needs_look=share > LOSS_ATTENTION)
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
-            trip_s = figures.quantile_s(quantile)
+            trip_s = statistics.quantile_s(quantile)
             shown[key].show_figure("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
         link = self._connector.current.last.link
         lag_s = None if link is None else link.lag_s
         shown["lag"].show_figure("–" if lag_s is None else f"{lag_s:.2f} s")
         shown["rejected"].show_figure(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
         shown["restarts"].show_figure(f"{totals.restarts:,}")
-        shown["losses"].show_figure(f"{figures.losses:,}", needs_look=figures.losses > 0)
+        shown["losses"].show_figure(f"{statistics.losses:,}", needs_look=statistics.losses > 0)
         for key in ("lost", "lag", "restarts", "losses") if recorded else ():
             shown[key].show_figure("–")
-        self.trips.show_classes(figures.round_trips())
+        self.trips.show_classes(statistics.round_trips())
         self.reasons.show_counts(totals.rejected_bytes.most_common())
-        now, slices = self._connector.clock(), figures.seconds
+        now, slices = self._connector.clock(), statistics.seconds
         if recorded and slices:
             now = slices[-1].begins_s + 1
         # No longer than there is data.

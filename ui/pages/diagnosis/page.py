@@ -52,7 +52,7 @@ class DiagnosisPage(StreamPage):
         self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
-        self.figures = LinkStatisticsView(services)
+        self.statistics = LinkStatisticsView(services)
         self.result = JobNotice(self)
         self.bundle = BundlePreview(services, self.traffic_buffer, self.result)
         self.files = CaptureFiles(services, self.traffic_buffer, self.result)
@@ -104,14 +104,14 @@ class DiagnosisPage(StreamPage):
     def _show_capture(self, opened: Opened) -> None:
         self.opened = opened
         self.traffic.show_recorded(opened.rows)
-        self.figures.show_recorded(opened.statistics)
+        self.statistics.show_recorded(opened.statistics)
         self.go_to("traffic")
         self._refresh_strip()
 
     def _close_capture(self) -> None:
         self.opened = None
         self.traffic.show_recorded(None)
-        self.figures.show_recorded(None)
+        self.statistics.show_recorded(None)
         self._refresh_strip()
 
     def _capture_notice(self, opened: Opened) -> Notice:
@@ -119,20 +119,20 @@ class DiagnosisPage(StreamPage):
             tr("{name}; rows: {rows}.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
             *(self._reporting_faults(opened)),
         ]
-        leave = Choice("capture_leave", tr("Back to live"), self._close_capture)
-        return Notice(Meaning.INFORMATION, join_sentences(parts), (leave,))
+        back = Choice("capture_leave", tr("Back to live"), self._close_capture)
+        return Notice(Meaning.INFORMATION, join_sentences(parts), (back,))
 
     @staticmethod
     def _reporting_faults(opened: Opened) -> list[str]:
-        said = []
+        sentences = []
         if not opened.is_timed:
-            said.append(tr("Times are estimated."))
+            sentences.append(tr("Times are estimated."))
         faults = opened.faults
         if faults:
             many = f"{len(faults)}+" if len(faults) == MAX_FAULTS else str(len(faults))
-            said.append(tr("Unreadable lines: {count}.", count=many))
-            said.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
-        return said
+            sentences.append(tr("Unreadable lines: {count}.", count=many))
+            sentences.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
+        return sentences
 
     def _refresh_strip(self) -> None:
         notice = self.files.progress() or self.result.result_notice()
@@ -156,7 +156,7 @@ class DiagnosisPage(StreamPage):
             button = bar.findChild(QToolButton, name)
             if button is not None:
                 control(button, self._texts, name, says=says, about=says)
-        views = (self.why, self.traffic, self.figures, self.bundle)
+        views = (self.why, self.traffic, self.statistics, self.bundle)
         for number, (view, (key, title)) in enumerate(zip(views, _VIEWS, strict=True)):
             shortcut = f"Alt+{number + 1}"
             tabs.addTab(view, "")

@@ -144,8 +144,8 @@ class TrafficPage(QWidget):
 
     def _make_filter(self) -> QComboBox:
         box = control(QComboBox(), self._texts, "traffic_filter", says="Filter", tip="Filter")
-        for number, (wanted, title) in enumerate(_FILTERS):
-            box.addItem("", wanted)
+        for number, (row_filter, title) in enumerate(_FILTERS):
+            box.addItem("", row_filter)
             self._texts.bind(partial(box.setItemText, number), title)
         WheelGuard(self).guard(box)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
@@ -160,13 +160,12 @@ class TrafficPage(QWidget):
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all, as tab-separated text; at most `MAX_COPIED`."""
-        wanted = self._selected() or [range(self.model.rowCount())]
-        rows = list(islice(chain.from_iterable(wanted), MAX_COPIED))
+        ranges = self._selected() or [range(self.model.rowCount())]
+        rows = list(islice(chain.from_iterable(ranges), MAX_COPIED))
         QGuiApplication.clipboard().setText(self.model.as_text(rows))
-        count = sum(map(len, wanted))
+        count = sum(map(len, ranges))
         if count > len(rows):
-            said = tr("{n} of {all} rows copied.", n=f"{len(rows):,}", all=f"{count:,}")
-            self.detail.setText(said)
+            self.detail.setText(tr("{n} of {all} rows copied.", n=f"{len(rows):,}", all=f"{count:,}"))
 
     def mark_rows(self) -> None:
         """Marks or unmarks the selected rows, at most `MAX_MARKS`."""
@@ -177,8 +176,8 @@ class TrafficPage(QWidget):
 
     def _selected(self) -> list[range]:
         """The selected rows as ranges."""
-        ranges = [range(one.top(), one.bottom() + 1) for one in self.table.selectionModel().selection().toList()]
-        return sorted(ranges, key=lambda one: one.start)
+        ranges = [range(part.top(), part.bottom() + 1) for part in self.table.selectionModel().selection().toList()]
+        return sorted(ranges, key=lambda rows: rows.start)
 
     def show_recorded(self, rows: CaptureRows | None) -> None:
         """Shows the rows of a capture; None returns to the live traffic."""

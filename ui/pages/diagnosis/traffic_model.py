@@ -66,11 +66,11 @@ _TOOLTIP = int(Qt.ItemDataRole.ToolTipRole)
 _ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOOLTIP))
 
 
-def is_shown(row: Row, wanted: Filter) -> bool:
+def is_shown(row: Row, row_filter: Filter) -> bool:
     """Whether the row passes the filter; ignores marks."""
-    if wanted is Filter.REJECTED:
+    if row_filter is Filter.REJECTED:
         return is_rejected(row)
-    return wanted is not Filter.WITHOUT_STREAM or not is_streamed(row)
+    return row_filter is not Filter.WITHOUT_STREAM or not is_streamed(row)
 
 
 class TrafficModel(RowsModel[Row]):
@@ -143,8 +143,8 @@ class TrafficModel(RowsModel[Row]):
         self.endInsertRows()
         return dropped
 
-    def use_filter(self, wanted: Filter) -> None:
-        self._filter = wanted
+    def use_filter(self, row_filter: Filter) -> None:
+        self._filter = row_filter
         self.rebuild()
 
     def rebuild(self) -> None:
@@ -152,8 +152,8 @@ class TrafficModel(RowsModel[Row]):
         self.beginResetModel()
         self._live.clear()
         if self._filter is Filter.MARKED:
-            marked_ones = sorted(self._marks.items(), key=lambda one: at_of(one[1]))
-            self._keys, self.rows = [key for key, _ in marked_ones], [row for _, row in marked_ones]
+            marks = sorted(self._marks.items(), key=lambda mark: at_of(mark[1]))
+            self._keys, self.rows = [key for key, _ in marks], [row for _, row in marks]
         elif self._recorded is not None:
             self._keys, self.rows = self._passing(self._recorded)
         else:
@@ -226,13 +226,13 @@ class TrafficModel(RowsModel[Row]):
         if not isinstance(recorded, CaptureRows):
             chosen = (self.rows[number] for number in rows)
             return "\n".join(f"{self.time_of(row)}\t{words_of(row)}" for row in chosen)
-        told: dict[Hashable, str] = {}
+        known_words: dict[Hashable, str] = {}
         lines = []
         for number in rows:
-            said = recorded.same_text_key(number)
-            words = told.get(said)
+            key = recorded.same_text_key(number)
+            words = known_words.get(key)
             if words is None:
-                words = told[said] = words_of(recorded[number])
+                words = known_words[key] = words_of(recorded[number])
             lines.append(f"{since_start(recorded.at_s(number))}\t{words}")
         return "\n".join(lines)
 

@@ -21,12 +21,12 @@ _ROWS_AT_ONCE = 100
 _MAX_KNOWN = 50_000
 
 
-def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
-    """`wanted`: lower case. `wanted_hex`: its hex digits, "" where it is not hex."""
+def matches(row: Row, query: str, query_hex: str) -> bool:
+    """`query`: lower case. `query_hex`: its hex digits, "" where it is not hex."""
     seen = shown(row)
-    if wanted_hex and wanted_hex in seen.raw.hex():
+    if query_hex and query_hex in seen.raw.hex():
         return True
-    return wanted in meaning_of(row).lower() or wanted in seen.kind.lower()
+    return query in meaning_of(row).lower() or query in seen.kind.lower()
 
 
 def hex_part(text: str) -> str:
@@ -109,15 +109,15 @@ class TrafficSearch(QWidget):
 
     def _search_slice(self) -> None:
         """Searches some rows, wrapping around at the end."""
-        wanted = self.field.text().strip().lower()
-        wanted_hex = hex_part(wanted)
+        query = self.field.text().strip().lower()
+        query_hex = hex_part(query)
         count = self._model.rowCount()
         ends_s = time.perf_counter() + _SLICE_S
         while count and self._left > 0 and time.perf_counter() < ends_s:
             for _ in range(min(_ROWS_AT_ONCE, self._left)):
                 self._left -= 1
                 self._place = (self._place + self._step) % count
-                if self._fits(self._place, wanted, wanted_hex):
+                if self._fits(self._place, query, query_hex):
                     self._timer.stop()
                     self._say(True)
                     self._show_row(self._place)
@@ -126,15 +126,15 @@ class TrafficSearch(QWidget):
             self._timer.stop()
             self._say(False)
 
-    def _fits(self, place: int, wanted: str, wanted_hex: str) -> bool:
-        said = self._model.same_text_key(place)
-        if said is None:
-            return matches(self._model.event_at(place), wanted, wanted_hex)
-        fits = self._known.get(said)
+    def _fits(self, place: int, query: str, query_hex: str) -> bool:
+        key = self._model.same_text_key(place)
+        if key is None:
+            return matches(self._model.event_at(place), query, query_hex)
+        fits = self._known.get(key)
         if fits is None:
             if len(self._known) >= _MAX_KNOWN:
                 self._known.clear()
-            fits = self._known[said] = matches(self._model.event_at(place), wanted, wanted_hex)
+            fits = self._known[key] = matches(self._model.event_at(place), query, query_hex)
         return fits
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

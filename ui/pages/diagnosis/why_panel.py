@@ -141,9 +141,9 @@ class WhyPanel(QScrollArea):
         )  # fmt: skip
 
     def _show_without_cause(self, phase: Phase) -> None:
-        said = link_text(self._connector.current.state, self._connector.clock())
+        words = link_text(self._connector.current.state, self._connector.clock())
         meaning, step = _WITHOUT_CAUSE.get(phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
-        self._show(meaning, said.what, said.next_step, None)
+        self._show(meaning, words.what, words.next_step, None)
         self._offer(step)
 
     # Evidence
@@ -227,8 +227,8 @@ class WhyPanel(QScrollArea):
     def _lay_out(self) -> None:
         card = self.card = named(QFrame(), "why_card", "card")
         button = in_row(self.act, 1)
-        said = in_column(self.what, self.next_step, self.silence, self.command, button, spacing=Space.S)
-        in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)
+        lines = in_column(self.what, self.next_step, self.silence, self.command, button, spacing=Space.S)
+        in_row((self._picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=card, spacing=Space.L, margins=Space.L)
         tiles = self.seen
         rows = [
             in_row(*((tiles[key], 1) for key in ("trip", "unanswered", "rejected", "echo")), spacing=Space.L),

@@ -161,8 +161,8 @@ class BatchPanel(QWidget):
         row.add(self.label, self.confirm)
         row.add_right(self.close_button, self.labels, self.export)
         self.form_view = scroll_area(self.form, texts, "fleet_batch_scroll", "What each module gets", is_vertical=True)
-        said = in_row(self.sign, (self.words, 1), spacing=Space.M)
-        in_column((self.form_view, 1), said, self.hint, row, (self.table, 1), of=self, spacing=Space.S,
+        headline = in_row(self.sign, (self.words, 1), spacing=Space.M)
+        in_column((self.form_view, 1), headline, self.hint, row, (self.table, 1), of=self, spacing=Space.S,
                   margins=(Space.M, Space.XS))  # fmt: skip
         VisibilityTimer(self, self.refresh, restyle=self._fit)
         self.table.setMinimumHeight(_TABLE_PX)
@@ -171,8 +171,8 @@ class BatchPanel(QWidget):
     def refresh(self) -> None:
         turns, has_begun = self._turns, self._turns.bench is not None
         self.form_view.setVisible(not has_begun)
-        for one in (self.sign, self.words, self.hint, self.label, self.confirm, self.table):
-            one.setVisible(has_begun)
+        for widget in (self.sign, self.words, self.hint, self.label, self.confirm, self.table):
+            widget.setVisible(has_begun)
         for button in (self.labels, self.export):
             button.setVisible(has_begun and not turns.is_working)
         self.close_button.setVisible(not turns.is_working)
@@ -207,10 +207,10 @@ class BatchPanel(QWidget):
 
     def _hint(self, stage: Stage) -> str:
         outcome, trouble = self._turns.outcome, self._turns.trouble
-        said = [] if trouble is None else [trouble.sentence]
+        sentences = [] if trouble is None else [trouble.sentence]
         if outcome is not None and outcome.why is not None:
-            said.append(tr("Take the label {module} off again: the name is free.", module=outcome.name))
-        return join_sentences((*said, tr(_HINTS[stage]) if stage in _HINTS else ""))
+            sentences.append(tr("Take the label {module} off again: the name is free.", module=outcome.name))
+        return join_sentences((*sentences, tr(_HINTS[stage]) if stage in _HINTS else ""))
 
     def _outcome(self) -> str:
         outcome = self._turns.outcome
@@ -294,8 +294,8 @@ class BatchPanel(QWidget):
         def fail(error: Exception) -> None:
             if not isinstance(error, UserError | OSError | RuntimeError):
                 raise error
-            said = (lambda: error.sentence) if isinstance(error, UserError) else partial(not_written, path, error)
-            self._result.notify(Meaning.DANGER, said)
+            reason = (lambda: error.sentence) if isinstance(error, UserError) else partial(not_written, path, error)
+            self._result.notify(Meaning.DANGER, reason)
 
         done = partial(self._result.notify, Meaning.INFORMATION, lambda: tr("Saved to {path}.", path=path))
         self._writing.run(work, lambda _none: done(), fail)

@@ -85,9 +85,9 @@ class GroupChecks(QObject):
         self.changed.emit()
 
     def cancel(self) -> None:
-        for one in self._running.values():
-            if one.job is not None:
-                one.job.cancel()
+        for running in self._running.values():
+            if running.job is not None:
+                running.job.cancel()
 
     def _begin(self, connection: Port, *, is_enabling: bool) -> None:
         name = connection.module.name
@@ -220,7 +220,7 @@ class GroupProfile(QObject):
             kept.as_found = kept.as_found or snapshot
             return storage.store_snapshot(snapshot, port, name)
 
-        leave = WriteContext(
+        context = WriteContext(
             journal=connection.journal(),
             armed=self._services.armed,
             accepted_risks=accepted,
@@ -228,7 +228,7 @@ class GroupProfile(QObject):
             on_written=heard.append,
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)
-        self._jobs[connection] = connection.run(write_all(changes, leave), partial(self._end, connection, heard))
+        self._jobs[connection] = connection.run(write_all(changes, context), partial(self._end, connection, heard))
 
     def _end(self, connection: Port, heard: list[Written], job: Job[WriteReport]) -> None:
         if self._jobs.get(connection) is not job:

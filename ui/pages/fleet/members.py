@@ -66,9 +66,9 @@ class FleetMembers(QObject):
 
     def connect_port(self, target: Target) -> Port:
         """Connect one more port; the first one becomes the current one."""
-        for one in self.connections:
-            if one.target is not None and one.target.key == target.key:
-                return one
+        for existing in self.connections:
+            if existing.target is not None and existing.target.key == target.key:
+                return existing
         current = self._connector.current
         if not current.is_requested and not current.is_open:
             current.connect_to(target)
@@ -93,7 +93,7 @@ class FleetMembers(QObject):
         if connection is not self._connector.current:
             self._connector.remove(connection)
             return
-        other = next((one for one in self.connections if one is not connection), None)
+        other = next((other for other in self.connections if other is not connection), None)
         if other is None:
             connection.disconnect_port()
         else:
@@ -103,10 +103,10 @@ class FleetMembers(QObject):
     def read_due(self) -> None:
         """Reads what is due in the store's thread: for other names at once, else every ten seconds."""
         names = {connection.module.name for connection in self.connections} - {""}
-        wanted = (names, self._connector.clock() // DUE_EVERY_S)
-        if not names or wanted == self._due_of:
+        due_of = (names, self._connector.clock() // DUE_EVERY_S)
+        if not names or due_of == self._due_of:
             return
-        self._due_of, store = wanted, self._services.storage.store
+        self._due_of, store = due_of, self._services.storage.store
         if isinstance(store, Store):
             self._reading.run_in(
                 store.queue, partial(_due_by_name, store, names), self._show_due,
@@ -152,7 +152,7 @@ class FleetMembers(QObject):
             connection.kept.check = check.polled(connection.device, now, is_open=is_open)
 
     def _on_chosen(self) -> None:
-        for connection in [one for one in self._leaving if one is not self._connector.current]:
+        for connection in [port for port in self._leaving if port is not self._connector.current]:
             self._leaving.discard(connection)
             self._connector.remove(connection)
         self.changed.emit()

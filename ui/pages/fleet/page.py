@@ -101,7 +101,7 @@ class FleetPage(Page):
                                     picture=Icon.SETTINGS, slot=self._choose_profile)  # fmt: skip
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
                                 slot=self._lock_all)  # fmt: skip
-        self.said = named(NoticeBar(texts), "fleet_said")
+        self.notice_bar = named(NoticeBar(texts), "fleet_said")
         words = marked("No module connected"), marked("Add the port of each module.")
         self.empty = EmptyState("fleet_empty", Icon.FLEET, texts, *words)
         self.first = control(QPushButton(), texts, "fleet_connect_all", "Connect all ports", role="primary",
@@ -125,11 +125,11 @@ class FleetPage(Page):
         self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
         self.start_batch = head.add_rare("fleet_batch", marked("Batch of new modules…"), self.open_batch)
         self.stack = named(QStackedWidget(), "fleet_stack")
-        for one in (self.empty, self.view, self.panel, self.batch):
-            self.stack.addWidget(one)
+        for view in (self.empty, self.view, self.panel, self.batch):
+            self.stack.addWidget(view)
         top = in_column(head, self.summary, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         # Below the cards, so that a notice moves none of them.
-        foot = in_row(self.said, margins=(Space.M, 0, Space.M, Space.S))
+        foot = in_row(self.notice_bar, margins=(Space.M, 0, Space.M, Space.S))
         in_column(top, (self.stack, 1), foot, of=self, spacing=0, margins=0)
 
     # What is shown
@@ -139,7 +139,7 @@ class FleetPage(Page):
         self.members.read_due()
         for gone in [widget for widget in self._widgets if widget not in connections]:
             self._widgets.pop(gone).deleteLater()
-        cards = {one: self.members.card(one) for one in connections}
+        cards = {connection: self.members.card(connection) for connection in connections}
         now = self._connector.clock()
         for connection, card in cards.items():
             self._widget(connection).show_card(card, now)
@@ -154,7 +154,7 @@ class FleetPage(Page):
             self.stack.setCurrentWidget(self.panel)
         else:
             self.stack.setCurrentWidget(self.view if cards else self.empty)
-        self.said.show_notice(self._notice(list(cards.values())))
+        self.notice_bar.show_notice(self._notice(list(cards.values())))
 
     def _tick(self) -> None:
         """Update the visible cards; every fourth time everything."""
@@ -331,7 +331,7 @@ class FleetPage(Page):
         self.profile.apply(self.members.connections, accepted)
 
     def _show_profile(self) -> None:
-        states = [one.state for one in self.profile.applied.values()]
+        states = [applied.state for applied in self.profile.applied.values()]
         if states and not self.profile.is_running and self.members.connections:
             has_failed, is_fine = Applied.FAILED in states, all(state.is_fine for state in states)
             meaning = Meaning.DANGER if has_failed else Meaning.GOOD if is_fine else Meaning.ATTENTION
@@ -356,7 +356,7 @@ class FleetPage(Page):
         )
 
     def _show_written(self, written: tuple[Path, ...]) -> None:
-        names = [one.name for one in written]
+        names = [path.name for path in written]
         self.result.notify(Meaning.INFORMATION, lambda: tr("Written: {names}.", names=join_names(names)))
 
     def _show_unwritten(self, error: Exception) -> None:

@@ -96,7 +96,7 @@ def _module(row: _Row) -> str:
 
 
 def _row_text(row: _Row) -> str:
-    return join_names((_module(row), *(_cell(one)[0] for one in row.column.rows), _result(row)[0]))
+    return join_names((_module(row), *(_cell(setting)[0] for setting in row.column.rows), _result(row)[0]))
 
 
 def _setting_column(number: int, command: Command) -> TableColumn[_Row]:
@@ -114,13 +114,13 @@ def _column(title: str, cell: Callable[[_Row], tuple[str, Meaning | None]]) -> T
 
 
 def _cell(row: ProfileRow) -> tuple[str, Meaning | None]:
-    wanted = "" if row.target is None else value_text(row.command, row.target)
+    target = "" if row.target is None else value_text(row.command, row.target)
     if row.match is Match.SAME:
-        return wanted, None
-    stands = tr("unknown")
+        return target, None
+    module_value = tr("unknown")
     if row.match is Match.DIFFERENT and row.module_value is not None:
-        stands = value_text(row.command, row.module_value.value)
-    return f"{stands} → {wanted}", Meaning.ATTENTION if row.match is Match.DIFFERENT else Meaning.UNKNOWN
+        module_value = value_text(row.command, row.module_value.value)
+    return f"{module_value} → {target}", Meaning.ATTENTION if row.match is Match.DIFFERENT else Meaning.UNKNOWN
 
 
 def _result(row: _Row) -> tuple[str, Meaning | None]:

@@ -200,8 +200,8 @@ class FlightList(QWidget):
     def _refresh_actions(self) -> None:
         count = len(self.table.chosen())
         self.opening.setEnabled(count == 1)
-        for one in (self.moving, self.removing, self.move_button):
-            one.setEnabled(count > 0)
+        for action in (self.moving, self.removing, self.move_button):
+            action.setEnabled(count > 0)
 
 
 class FlightLists(QWidget):

@@ -52,13 +52,13 @@ class ProposalBar(QFrame):
                             slot=self._use_proposal)  # fmt: skip
         self.use = control(QPushButton(), texts, "flights_use", "Use in Settings", tip="Nothing is sent.",
                            picture=Icon.SETTINGS, slot=self._use)  # fmt: skip
-        self._said = named(QWidget(), "flights_proposal_said")
+        self._summary = named(QWidget(), "flights_proposal_said")
         lines = in_column(self.head, *self.lines, spacing=0)
-        in_row((self.picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=self._said, spacing=Space.S, margins=0)
+        in_row((self.picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=self._summary, spacing=Space.S, margins=0)
         self.strip = named(NoticeBar(texts, is_fitted=True), "flights_notice")
         self.strip.changed.connect(self._share)
         self._stack = named(QStackedWidget(), "flights_proposal_stack")
-        for widget in (self._said, self.strip):
+        for widget in (self._summary, self.strip):
             self._stack.addWidget(widget)
         self._buttons = named(QWidget(), "flights_proposal_buttons")
         in_row(self.take, self.use, of=self._buttons, spacing=Space.S, margins=0)
@@ -73,7 +73,7 @@ class ProposalBar(QFrame):
 
     def _share(self) -> None:
         is_noticed = self.strip.notice is not None
-        self._stack.setCurrentWidget(self.strip if is_noticed else self._said)
+        self._stack.setCurrentWidget(self.strip if is_noticed else self._summary)
         self.show_proposal(is_wanted=not self._buttons.isHidden())
 
     def refresh(self) -> None:

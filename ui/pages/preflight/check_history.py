@@ -176,7 +176,7 @@ class CheckHistory(QWidget):
         self.count = named(QLabel(), "check_history_count", "muted")
         self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.hash,
                                _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
-        self.trends = {one.name: Trend(f"trend_{one.name}") for one in TRENDED}
+        self.trends = {quantity.name: Trend(f"trend_{quantity.name}") for quantity in TRENDED}
         self.back = control(QPushButton(), texts, "check_history_back", "Back",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
         self.print = control(QPushButton(), texts, "check_history_print", "Export report…", picture=Icon.SAVE,
@@ -198,7 +198,7 @@ class CheckHistory(QWidget):
     def open(self) -> None:
         """Reload everything and select the named module."""
         module = self._services.connector.current.module
-        self._reload(("module", next((one.name for one in module.known if one.name == module.name), None)))
+        self._reload(("module", next((known.name for known in module.known if known.name == module.name), None)))
 
     def refresh_rows(self) -> None:
         self._reload(self.filter.currentData() or ("module", None))
@@ -220,8 +220,8 @@ class CheckHistory(QWidget):
     def _show_read(self, chosen: tuple[str, str | None], read: tuple[Sequence[str], Sequence[CheckLine]]) -> None:
         aircraft, checks = read
         self.filter.clear()
-        for one in self._services.connector.current.module.known:
-            self.filter.addItem(labelled(tr("Module"), one.name), ("module", one.name))
+        for known in self._services.connector.current.module.known:
+            self.filter.addItem(labelled(tr("Module"), known.name), ("module", known.name))
         for name in aircraft:
             self.filter.addItem(labelled(tr("Aircraft"), name), ("aircraft", name))
         self.filter.addItem(tr("Unnamed"), ("module", None))
@@ -242,10 +242,11 @@ class CheckHistory(QWidget):
         if checks:
             select_row(self.table, 0)
         self._enable()
-        for one in TRENDED:
-            values = [check.measured[one.name] for check in reversed(checks) if one.name in check.measured]
-            self.trends[one.name].show_values(tr(one.title), one.unit, values, decimals=one.decimals)
-            self.trends[one.name].setVisible(is_of_module)
+        for quantity in TRENDED:
+            values = [check.measured[quantity.name] for check in reversed(checks) if quantity.name in check.measured]
+            trend = self.trends[quantity.name]
+            trend.show_values(tr(quantity.title), quantity.unit, values, decimals=quantity.decimals)
+            trend.setVisible(is_of_module)
 
     def _enable(self) -> None:
         chosen = self._chosen()
@@ -295,12 +296,12 @@ class StationsRow(QWidget):
         except UserError as trouble:
             self.own.setText(trouble.sentence)
         self.known.clear()
-        for one in stations.known():
-            if one.is_own:
-                self.own.setText(tr("This station: {fingerprint}", fingerprint=one.fingerprint))
+        for station in stations.known():
+            if station.is_own:
+                self.own.setText(tr("This station: {fingerprint}", fingerprint=station.fingerprint))
             else:
-                revoked = f" · {tr('revoked')}" if one.is_revoked else ""
-                self.known.addItem(f"{one.name} · {one.fingerprint}{revoked}", one)
+                revoked = f" · {tr('revoked')}" if station.is_revoked else ""
+                self.known.addItem(f"{station.name} · {station.fingerprint}{revoked}", station)
         self.forget.setEnabled(self.known.count() > 0)
         if not self.known.count():
             self.known.addItem(tr("none"), None)

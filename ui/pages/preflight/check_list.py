@@ -97,18 +97,18 @@ class CheckList(QScrollArea):
         assessment, standing = work.assessment, work.standing
         judged = {} if assessment is None else {check.check.id: check for check in assessment.checks}
         is_checking, is_void = standing is Standing.CHECKING, standing is Standing.VOID
-        failed = [id_ for id_, one in judged.items() if one.finding.result is not CheckResult.PASS]
+        failed = [id_ for id_, check in judged.items() if check.finding.result is not CheckResult.PASS]
         failed.sort(key=lambda id_: not judged[id_].blocks_go)  # warnings after what is against GO
         self._sort(failed)
         for id_, row in self.rows.items():
-            found = judged.get(id_)
-            if assessment is None or found is None:
+            check = judged.get(id_)
+            if assessment is None or check is None:
                 row.show_waiting(is_checking=is_checking)
             else:
                 has_profile = self._profile is not None
-                act = remedy(found, assessment.case, has_profile=has_profile, needs_lock=work.needs_lock)
+                act = remedy(check, assessment.case, has_profile=has_profile, needs_lock=work.needs_lock)
                 # What is said of a void result would count for whatever module answers now.
-                row.show_judged(found, None if is_void else act, is_void=is_void)
+                row.show_judged(check, None if is_void else act, is_void=is_void)
         for item in self.manual:
             state, _at = self._ticks.get(item.number, (None, 0.0))
             item.show_state(state, can_tick=not is_checking)

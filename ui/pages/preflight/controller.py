@@ -70,7 +70,7 @@ class PreflightController(QObject):
         self._job.changed.connect(self.changed)
         self._evidence = Evidence()
         self._log = FrameLog()
-        self._said = Person()
+        self._stated = Person()
         """What was stated with the click that started the check."""
         self._is_port_broken = False
         self._checked_name = ""
@@ -140,7 +140,7 @@ class PreflightController(QObject):
         """Whether the module has acknowledged the state of both automatic triggers in this conversation."""
         device, now = self._connector.current.device, self._connector.clock()
         known = [device.known(command.key, now) for command in TRIGGERS]
-        return all(one is not None and not one.is_stale for one in known)
+        return all(trigger is not None and not trigger.is_stale for trigger in known)
 
     @property
     def may_fire(self) -> bool:
@@ -171,11 +171,11 @@ class PreflightController(QObject):
 
     # What a person does
 
-    def check(self, said: Person | None = None, *, is_enabling: bool = False) -> None:
+    def check(self, stated: Person | None = None, *, is_enabling: bool = False) -> None:
         """Start a check; nothing of the previous one is kept on screen."""
         if not self.can_check:
             return
-        self._said = said or Person()
+        self._stated = stated or Person()
         self.filed = self.void = self.trouble = None
         self._rereading.drop()
         self._by_verdict.clear()
@@ -289,7 +289,7 @@ class PreflightController(QObject):
     def _file(self, evidence: Evidence, past: Past | None = None) -> None:
         """Judge the check, and keep it unless it is void."""
         entered, module = self._read_form(), self._connector.current.module.name or None
-        person = replace(self._said, who=entered.who, module=module, aircraft=entered.aircraft)
+        person = replace(self._stated, who=entered.who, module=module, aircraft=entered.aircraft)
         is_stored = evidence.is_complete and self.void is None
         file_in_background(
             self._filing, evidence, entered.profile, person, self._log, past=past, is_stored=is_stored,

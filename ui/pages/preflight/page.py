@@ -167,12 +167,12 @@ class PreflightPage(Page):
 
     # What a person does
 
-    def check(self, said: Person | None = None, *, is_enabling: bool = False) -> None:
+    def check(self, stated: Person | None = None, *, is_enabling: bool = False) -> None:
         self.form.commit_edits()
         self.list.clear_old_ticks()
         if self.work.can_check:
             self.result.dismiss()
-            self.work.check(said, is_enabling=is_enabling)
+            self.work.check(stated, is_enabling=is_enabling)
 
     def enable_and_check(self) -> None:
         """Enable the triggers and check; an active module is locked first, by LOCK's own path."""
@@ -192,7 +192,7 @@ class PreflightPage(Page):
         exchange = self._services.exchange
         match remedy.mend:
             case Mend.CHECK:
-                self.check(remedy.said)
+                self.check(remedy.stated)
             case Mend.ENABLE:
                 self.enable_and_check()
             case Mend.NAME:
@@ -363,7 +363,7 @@ class PreflightPage(Page):
         if self._stack.currentWidget() is self.history:
             self.show_check()
         elif self._stack.currentWidget() is self.editor:
-            self.editor.leave()
+            self.editor.close_editor()
         elif self.work.standing is Standing.CHECKING:
             self.work.cancel()
         elif self.strip.notice is not None:

@@ -175,7 +175,7 @@ class ProfileEditor(QWidget):
         """The last one is empty: a new check is typed there."""
         self.strip = named(NoticeBar(texts), "profile_editor_notice")
         self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", key="Esc",
-                              slot=self.leave)  # fmt: skip
+                              slot=self.close_editor)  # fmt: skip
         self.save_as = control(QPushButton(), texts, "profile_editor_save_as", "Save as…", slot=self.choose_and_save)
         self.save = control(QPushButton(), texts, "profile_editor_save", "Save", key="Ctrl+S",
                             picture=Icon.SAVE, role="primary", slot=self._save)  # fmt: skip
@@ -187,20 +187,20 @@ class ProfileEditor(QWidget):
     def edit(self, profile: Profile | None, path: Path | None) -> None:
         """`profile` None: a new one. `path`: its file."""
         self._original, self._path = profile or Profile(name=""), path
-        one = self._original
-        self.name.setText(one.name)
-        self.airframe.setText(one.airframe)
-        self.activated_by.setCurrentIndex(self.activated_by.findData(one.activated_by))
-        self.service.setChecked(one.is_service_required)
+        original = self._original
+        self.name.setText(original.name)
+        self.airframe.setText(original.airframe)
+        self.activated_by.setCurrentIndex(self.activated_by.findData(original.activated_by))
+        self.service.setChecked(original.is_service_required)
         for name, number in self.limits.items():
-            number.show_value(one.limits.get(name))
+            number.show_value(original.limits.get(name))
         for kind, number in self.tests.items():
-            number.show_value(one.tests_within_days.get(kind))
+            number.show_value(original.tests_within_days.get(kind))
         for row in self.manual:
             row.hide()
             row.deleteLater()
         self.manual.clear()
-        for line in one.manual:
+        for line in original.manual:
             self._add_manual(line)
         self.strip.show_notice(None)
         self.refresh()
@@ -258,7 +258,7 @@ class ProfileEditor(QWidget):
 
     # What a person does
 
-    def leave(self) -> None:
+    def close_editor(self) -> None:
         """Close the editor; ask before edits are discarded."""
         if not self.is_edited:
             self.closed.emit()

@@ -75,7 +75,7 @@ class RecordFiles(QObject):
             )
         else:
             self._folder = path.parent
-            names = ", ".join(one.name for one in reversed(written))
+            names = ", ".join(file.name for file in reversed(written))
             self._result.notify(
                 Meaning.GOOD, lambda: tr("Written to {folder}: {names}.", folder=path.parent, names=names)
             )

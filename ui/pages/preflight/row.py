@@ -61,7 +61,7 @@ class Remedy:
 
     words: str
     mend: Mend
-    said: Person = field(default_factory=Person)
+    stated: Person = field(default_factory=Person)
     values: Mapping[str, Value] = field(default_factory=dict)
 
 
@@ -166,12 +166,12 @@ class CheckRow(QFrame):
 
     def show_judged(self, judged: Judged, act: Remedy | None, *, is_void: bool) -> None:
         finding = judged.finding
-        look = STYLES[finding.result]
+        style = STYLES[finding.result]
         word = tr(RESULT_WORDS[finding.result])
         # A void result can still be read, but is dimmed and marked as void.
-        self.chip.show_state(word, look.icon, look.meaning, stale_age=tr("void") if is_void else "")
+        self.chip.show_state(word, style.icon, style.meaning, stale_age=tr("void") if is_void else "")
         after = f" · {tr('void')}" if is_void else ""
-        self.chip.reserve([f"{tr(one)}{after}" for one in RESULT_WORDS.values()])  # the columns of all rows align
+        self.chip.reserve([f"{tr(text)}{after}" for text in RESULT_WORDS.values()])  # the columns of all rows align
         self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
         self.measured.setText(finding.shown.translated())
         self.limit.setText(finding.limit.translated())

@@ -112,7 +112,7 @@ def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
 
 
 def _failed(work: PreflightController, assessment: Assessment) -> Announcement:
-    names = [one.translated() for one in assessment.titles_against]
+    names = [title.translated() for title in assessment.titles_against]
     listed = join_names(names[:MAX_NAMED])
     if len(names) > MAX_NAMED:
         listed = tr("{names} and {count} more", names=listed, count=len(names) - MAX_NAMED)
@@ -164,32 +164,32 @@ class VerdictBanner(PaintedWidget):
             self._row.setContentsMargins(height_px, Space.S, Space.L, Space.S)  # the shape is painted before the word
             self._fit()
 
-    def show_announcement(self, one: Announcement) -> None:
-        if one == self.announcement and self.accessibleName():
+    def show_announcement(self, shown: Announcement) -> None:
+        if shown == self.announcement and self.accessibleName():
             return
-        self.announcement = one
-        text = ". ".join(part.rstrip(".。") for part in (one.word, one.head, *one.lines) if part)
+        self.announcement = shown
+        text = ". ".join(part.rstrip(".。") for part in (shown.word, shown.head, *shown.lines) if part)
         self.setToolTip(text)
-        self.announce(text, name=one.word)
-        self._word.setText(one.word)
-        self._head.setText(one.head)
-        self._lines.show_text("".join(one.lines[:1]), "\n".join(one.lines[1:]))
-        self._bar.setVisible(one.progress is not None)
-        self._bar.setValue(round(100 * (one.progress or 0.0)))
+        self.announce(text, name=shown.word)
+        self._word.setText(shown.word)
+        self._head.setText(shown.head)
+        self._lines.show_text("".join(shown.lines[:1]), "\n".join(shown.lines[1:]))
+        self._bar.setVisible(shown.progress is not None)
+        self._bar.setValue(round(100 * (shown.progress or 0.0)))
         self._fit()
 
     def _fit(self) -> None:
         """The word is as large as the height and the texts beside it allow."""
         standing = self.announcement.standing
-        one = font(Size.HERO)
+        word_font = font(Size.HERO)
         size = WORD_PX * self.maximumHeight() // HEIGHT_PX if standing in SPOKEN else QUIET_PX
         room_px = self.width() - self.maximumHeight() - scaled(_MIN_TEXT_PX)
-        one.setWeight(QFont.Weight.Bold)
-        one.setPixelSize(size)
-        while size > Size.NUMBER and QFontMetricsF(one).horizontalAdvance(self._word.text()) > room_px:
+        word_font.setWeight(QFont.Weight.Bold)
+        word_font.setPixelSize(size)
+        while size > Size.NUMBER and QFontMetricsF(word_font).horizontalAdvance(self._word.text()) > room_px:
             size -= 4
-            one.setPixelSize(size)
-        self._word.setFont(one)
+            word_font.setPixelSize(size)
+        self._word.setFont(word_font)
         inks = QPalette()
         inks.setColor(QPalette.ColorRole.WindowText, QColor(self._colours()[0]))
         for label in (self._word, self._head, self._lines):

@@ -131,7 +131,7 @@ class SettingsController(QObject):
             begun: list[Command] = []
             port = connector.current
             keep = partial(self._store_snapshot, port.kept, port.connection.port, port.module.name)
-            leave = WriteContext(
+            context = WriteContext(
                 journal=connector.current.journal(),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
@@ -141,7 +141,7 @@ class SettingsController(QObject):
                 on_begun=begun.append,
             )
             self.form.begin_write(changes)
-            self.job.run(write_all(changes, leave), partial(self._end_writing, heard, begun, accepted))
+            self.job.run(write_all(changes, context), partial(self._end_writing, heard, begun, accepted))
 
     def restore_initial(self) -> None:
         if self.initial is not None:
@@ -220,9 +220,9 @@ class SettingsController(QObject):
             armed=self._services.armed.act,
             is_unlocked=is_unlocked,
         )
-        found = refusals(Act.WRITE, inputs)
+        unmet = refusals(Act.WRITE, inputs)
         # The engine asks for an unknown activation itself; here only a known ACTIVE refuses.
-        return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or inputs.active)
+        return tuple(refusal for refusal in unmet if refusal.condition is not Interlock.MAY_WRITE or inputs.active)
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...], accepted: frozenset[SettingChange]) -> Notice:
         text = join_sentences([tr("Nothing was written."), *(condition.sentence for condition in open_conditions)])
@@ -236,9 +236,9 @@ class SettingsController(QObject):
         """Counts by the current states: a setting that changed since is no longer called verified."""
         rows = {row.command: row for row in self.form.rows(self._connector.current.device, self._connector.clock())}
         ended = [(result, rows[result.command].state) for result in report.results if result.command in rows]
-        verified = sum(state is RowState.VERIFIED for _one, state in ended)
-        doubtful = sum(state in (RowState.STALE, RowState.UNKNOWN) for _one, state in ended)
-        since = sum(state is RowState.READ and one.verified is not None for one, state in ended)
+        verified = sum(state is RowState.VERIFIED for _, state in ended)
+        doubtful = sum(state in (RowState.STALE, RowState.UNKNOWN) for _, state in ended)
+        since = sum(state is RowState.READ and result.verified is not None for result, state in ended)
         acknowledged = sum(result.is_fine and result.verified is None for result in report.results)
         bad = sum(row.state is RowState.FAILED for row in rows.values())
         moved = sum(row.state is RowState.CHANGED for row in rows.values())

@@ -353,7 +353,7 @@ class SettingsPage(Page):
         rows = self.rows.values()
         for name in (self._heads[0], self.baud.title, *(row.name for row in rows)):
             name.setFixedWidth(name_px)
-        for value in (self._heads[1], self.baud.stands, *(row.stands for row in rows)):
+        for value in (self._heads[1], self.baud.value_label, *(row.value_label for row in rows)):
             value.setFixedWidth(value_px)
         for editor in (self._heads[2], self.baud.editor, *(row.editor for row in rows)):
             editor.setFixedWidth(editor_px)

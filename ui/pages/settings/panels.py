@@ -51,13 +51,13 @@ class BaudPanel(QFrame):
         self._warning = text_label("baud_warning", "small")
         self.conditions = text_label("baud_conditions", "attention")
         self._message = QStackedLayout()  # the height stays the same whatever it shows
-        self.stands = ValueLabel(BAUD_RATE)
+        self.value_label = ValueLabel(BAUD_RATE)
         editor = make_editor(BAUD_RATE, texts, guard)
         if not isinstance(editor, ChoiceEditor):
             raise TypeError("the baud rate has a choice editor")
         self.editor = editor
         self.confirm = Confirm("baud", texts, ask=f"{TITLES[Act.CHANGE_BAUD]}…", go=marked("Change now"))
-        self.said = named(NoticeBar(texts), "baud_said")
+        self.notice_bar = named(NoticeBar(texts), "baud_said")
         texts.bind(self._warning.setText, "The vendor advises not to change it.")
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
         self.confirm.asked.connect(self._job.dismiss)
@@ -71,17 +71,18 @@ class BaudPanel(QFrame):
         port = self._connector.current
         now = port.clock()
         self._end_doubt()
-        self.stands.show_known(port.device.known("baud_rate", now), now)
-        found = open_conditions(self._services, Act.CHANGE_BAUD)
-        self.conditions.setText(join_sentences(one.sentence for one in found))
-        blocking = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
+        self.value_label.show_known(port.device.known("baud_rate", now), now)
+        refusals = open_conditions(self._services, Act.CHANGE_BAUD)
+        self.conditions.setText(join_sentences(refusal.sentence for refusal in refusals))
+        blocking = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
         is_another = self.editor.value is not None and self.editor.value != port.connection.baud_rate
         is_free = self._job.can_run
         self.editor.setEnabled(is_free)
         self.confirm.set_possible(is_free and is_another and not blocking)
         notice = self._job.notice(marked("Changing the baud rate…"), can_cancel=False)
-        self.said.show_notice(notice)
-        self._message.setCurrentWidget(self.said if notice is not None else self.conditions if found else self._warning)
+        self.notice_bar.show_notice(notice)
+        words = self.conditions if refusals else self._warning
+        self._message.setCurrentWidget(words if notice is None else self.notice_bar)
 
     def _reset(self) -> None:
         self._doubtful_since = None
@@ -130,16 +131,16 @@ class BaudPanel(QFrame):
         if since is None or known is None or known.is_stale or known.at <= since or not port.identity.is_settled:
             return
         self._doubtful_since = None
-        found, name, store = int(known.value), port.connection.port, self._services.storage.store
-        self._job.notify(Meaning.INFORMATION, lambda: tr("The module answers at {rate} baud.", rate=found))
+        rate, name, store = int(known.value), port.connection.port, self._services.storage.store
+        self._job.notify(Meaning.INFORMATION, lambda: tr("The module answers at {rate} baud.", rate=rate))
         if isinstance(store, Store):
-            settle = partial(_settle, store, name, found)
+            settle = partial(_settle, store, name, rate)
             self._settling.run_in(store.queue, settle, lambda _none: None, lambda _trouble: None)
 
     def _lay_out(self) -> None:
-        for one in (self._warning, self.conditions, self.said):
-            self._message.addWidget(one)
-        row = in_row(*aligned_cells(self.title, self.stands, self.editor), 1, spacing=CELL_GAP)
+        for widget in (self._warning, self.conditions, self.notice_bar):
+            self._message.addWidget(widget)
+        row = in_row(*aligned_cells(self.title, self.value_label, self.editor), 1, spacing=CELL_GAP)
         self._below = in_row((self._message, 1), self.confirm, spacing=CELL_GAP)
         in_column(row, self._below, of=self, spacing=0, margins=(Space.S, Space.XS))
 
@@ -149,11 +150,11 @@ class BaudPanel(QFrame):
         self._below.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
 
 
-def _settle(store: Store, port: str, found: int) -> None:
+def _settle(store: Store, port: str, rate: int) -> None:
     """Runs in the store's thread: the last change at this port is not asked about at the next start."""
     last = next((baud for baud in store.pending_bauds() if baud.port == port), None)
     if last is not None:
-        store.settle(last.id, *logged_later(last.old_rate, last.new_rate, found))
+        store.settle(last.id, *logged_later(last.old_rate, last.new_rate, rate))
 
 
 CLOSED, OPEN = "closed", "open"
@@ -192,7 +193,7 @@ class CalibrationPanel(QWidget):
         self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold", role="primary",
                             slot=self._use_proposal)  # fmt: skip
         self.back = control(QPushButton(), texts, "calibration_back", "Back", key="Esc",
-                            slot=self._leave)  # fmt: skip
+                            slot=self._close)  # fmt: skip
         self._lay_out()
         services.connector.invalidated.connect(self._bands.clear)
         self._job.changed.connect(self.refresh)
@@ -212,17 +213,17 @@ class CalibrationPanel(QWidget):
         for name, side in self.sides.items():
             side.button.setEnabled(self._job.can_run)
             side.text.setText(self._side_text(name))
-        found = self.proposal
-        self.take.setEnabled(isinstance(found, Proposal))
-        match found:
+        proposal = self.proposal
+        self.take.setEnabled(isinstance(proposal, Proposal))
+        match proposal:
             case Proposal():
-                self.result.setText(found.sentence)
-                parts = [tr(found.direction.value), tr("Vendor's advice: {volts:.1f} V.", volts=found.vendors_v)]
-                if not found.is_steady:
+                self.result.setText(proposal.sentence)
+                parts = [tr(proposal.direction.value), tr("Vendor's advice: {volts:.1f} V.", volts=proposal.vendors_v)]
+                if not proposal.is_steady:
                     parts.append(tr("The readings scatter: measure again in steady light."))
                 self.detail.setText(join_sentences(parts))
             case CalibrationFault():
-                self.result.setText(tr(found.value))
+                self.result.setText(tr(proposal.value))
                 self.detail.setText("")
             case _:
                 self.result.setText("")
@@ -252,11 +253,11 @@ class CalibrationPanel(QWidget):
             self._is_link_lost = True
 
     def _use_proposal(self) -> None:
-        found = self.proposal
-        if isinstance(found, Proposal):
-            self.proposed.emit(found.threshold_v)
+        proposal = self.proposal
+        if isinstance(proposal, Proposal):
+            self.proposed.emit(proposal.threshold_v)
 
-    def _leave(self) -> None:
+    def _close(self) -> None:
         self._job.cancel()
         self.closed.emit()
 

@@ -102,8 +102,8 @@ class ProfileCompare(QWidget):
     @property
     def ticked(self) -> dict[str, Value]:
         """The ticked values of the profile, by key."""
-        wanted = {} if self.profile is None else self.profile.settings
-        return {key: wanted[key] for key, row in self._rows.items() if key in wanted and row.tick.isChecked()}
+        settings = {} if self.profile is None else self.profile.settings
+        return {key: settings[key] for key, row in self._rows.items() if key in settings and row.tick.isChecked()}
 
     def _set_touched(self, key: str) -> None:
         self._is_touched.add(key)
@@ -124,7 +124,7 @@ class ProfileCompare(QWidget):
             texts.bind(head.setText, english)
             grid.addWidget(head, 0, column)
         for number, row in enumerate(self._rows.values(), start=1):
-            for column, widget in enumerate((row.tick, row.wanted, row.stands, row.chip)):
+            for column, widget in enumerate((row.tick, row.target_label, row.value_label, row.chip)):
                 grid.addWidget(widget, number, column, alignment=Qt.AlignmentFlag.AlignVCenter)
         grid.setColumnStretch(len(heads), 1)
         content = named(QWidget(), "profile_content")
@@ -152,8 +152,8 @@ class _CompareRow:
         self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title)
         VisibilityTimer(self.tick, self._fit, retranslate=self._fit, restyle=self._fit)
         explain_setting(texts, self.tick, command)
-        self.wanted = named(QLabel(), f"profile_wanted_{command.name}", "strong")
-        self.stands = named(ValueLabel(command), f"profile_stands_{command.name}")
+        self.target_label = named(QLabel(), f"profile_wanted_{command.name}", "strong")
+        self.value_label = named(ValueLabel(command), f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
 
     def _fit(self) -> None:
@@ -166,8 +166,8 @@ class _CompareRow:
         self.tick.setEnabled(can_apply)
         if not can_apply or not is_touched:
             self.tick.setChecked(can_apply and row.is_worth_applying)
-        self.wanted.setText("—" if row.target is None else value_text(row.command, row.target))
-        self.stands.show_known(row.module_value, now)
+        self.target_label.setText("—" if row.target is None else value_text(row.command, row.target))
+        self.value_label.show_known(row.module_value, now)
         picture, meaning = _CHIPS[row.match]
         self.chip.set_caption(tr(row.command.title))
         self.chip.show_state(tr(row.match.value), picture, meaning)

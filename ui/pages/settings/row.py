@@ -73,7 +73,7 @@ class SettingsRow(QFrame):
         self.row: FormRow | None = None
         self.name = control(QLabel(), texts, f"{command.name}_name", command.title)
         self.name.setWordWrap(True)
-        self.stands = ValueLabel(command)
+        self.value_label = ValueLabel(command)
         self.editor: FieldEditor = make_editor(command, texts, guard)
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = named(FittedLabel(), f"{command.name}_reason", "small")
@@ -87,17 +87,17 @@ class SettingsRow(QFrame):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
         self.reason.setMinimumWidth(1)  # it takes what is left, and without any width would never be fitted
-        in_row(*aligned_cells(self.name, self.stands, self.editor), (self.state, left), (self.reason, 1),
+        in_row(*aligned_cells(self.name, self.value_label, self.editor), (self.state, left), (self.reason, 1),
                of=self, spacing=CELL_GAP, margins=MARGINS)  # fmt: skip
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:
         self.row = row
-        self.stands.show_known(row.module_value, now)
+        self.value_label.show_known(row.module_value, now)
         self.editor.show_value(row.edited, None if row.module_value is None else row.module_value.value)
         self.editor.setEnabled(is_editable)
-        look = STYLES[row.state]
+        style = STYLES[row.state]
         self.state.set_caption(tr(self.command.title))
-        self.state.show_state(tr(row.state.value), look.icon, look.meaning)
+        self.state.show_state(tr(row.state.value), style.icon, style.meaning)
         reason, warning = reason_text(row), warning_text(row)
         is_wrong = row.state in WRONG
         self.reason.show_text(reason or warning)
@@ -115,11 +115,11 @@ class SettingsRow(QFrame):
         self.pressed.emit(self.command.key)
 
 
-def aligned_cells(name: QLabel, stands: QWidget, editor: QWidget) -> tuple[QWidget, ...]:
+def aligned_cells(name: QLabel, value_label: QWidget, editor: QWidget) -> tuple[QWidget, ...]:
     """The first three columns, with the same widths in every row."""
     name.setFixedWidth(NAME_PX)
-    stands.setFixedWidth(VALUE_PX)
-    return name, stands, editor
+    value_label.setFixedWidth(VALUE_PX)
+    return name, value_label, editor
 
 
 def warning_text(row: FormRow) -> str:
@@ -138,8 +138,8 @@ def reason_text(row: FormRow) -> str:
         if retention.result is Retention.RETAINED:
             return tr("Kept over the power cycle.")
         if retention.result is Retention.LOST and retention.read_back is not None:
-            stands = value_text(row.command, retention.read_back)
-            return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
+            read_back = value_text(row.command, retention.read_back)
+            return tr("LOST at the power cycle: it holds {stands}.", stands=read_back)
         return tr("Power cycle: {fate}.", fate=tr(retention.result.value))
     if row.state is RowState.ACKNOWLEDGED and row.module_value is not None and row.module_value.how is How.ACKNOWLEDGED:
         return tr("cannot be read")

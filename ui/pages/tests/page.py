@@ -108,7 +108,7 @@ class TestsPage(Page):
         self.activate = ActRow(services, Act.ACTIVATE, place="tests")
         self.live = LiveValue()
         self.result = ResultView(texts)
-        self.said = named(NoticeBar(texts), "tests_said")
+        self.notice_bar = named(NoticeBar(texts), "tests_said")
         self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
                               tip="Locks an activated module", key="Esc",
                               slot=self.work.cancel)  # fmt: skip
@@ -140,7 +140,7 @@ class TestsPage(Page):
             self.live.show_reading(live_reading(work, self._connector))
         if work.stage is Stage.CONFIRMING:
             self.activate.refresh()
-        self.said.show_notice(self._notice())
+        self.notice_bar.show_notice(self._notice())
         self.primary.setEnabled(self._can_continue)
 
     @property
@@ -190,8 +190,8 @@ class TestsPage(Page):
         self.result.setVisible(is_done)
         self.result.show_outcome(work.outcome)
         self._name_buttons()
-        for one in (self.who, self.module):
-            one.setEnabled(not work.is_running)
+        for field in (self.who, self.module):
+            field.setEnabled(not work.is_running)
 
     def _on_work(self) -> None:
         if self.work.stage is Stage.CONFIRMING:
@@ -296,8 +296,8 @@ class TestsPage(Page):
         return True
 
     def fit(self) -> None:
-        for one in (self.list, self.known_by):
-            one.setFixedWidth(max(_LIST_PX, min(scaled(_LIST_PX), self.width() - _STEPS_PX)))
+        for widget in (self.list, self.known_by):
+            widget.setFixedWidth(max(_LIST_PX, min(scaled(_LIST_PX), self.width() - _STEPS_PX)))
 
     # Leaving the page
 
@@ -354,7 +354,7 @@ class TestsPage(Page):
         in_column(self._doing, self.result, of=content, spacing=0, margins=0)
         scroll = self._scroll = scroll_area(content, texts, "tests_scroll", "Guided tests")
         foot = in_row(self.export, 1, self.cancel, self.primary, spacing=Space.S)
-        pane = in_column(self.title, self.instruction, (scroll, 1), self.said, foot, spacing=Space.S)
+        pane = in_column(self.title, self.instruction, (scroll, 1), self.notice_bar, foot, spacing=Space.S)
         body = in_row(in_column((self.list, 1), self.known_by, spacing=Space.S), (pane, 1), spacing=Space.M)
         in_column(header, (body, 1), of=self, spacing=0, margins=(Space.M, 0, Space.M, Space.S))
 
@@ -369,8 +369,8 @@ class TestsPage(Page):
         in_column(self.activate, of=self._act_corner, margins=2)
         set_role(self.activate, "")  # no line below it
         self._region = QStackedLayout()
-        for one in (self._ready, self.live, self._act_corner):
-            self._region.addWidget(one)
+        for place in (self._ready, self.live, self._act_corner):
+            self._region.addWidget(place)
         top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.S)
         self._doing = named(QWidget(), "tests_doing")
         in_column(self._region, top, 1, of=self._doing, spacing=Space.M, margins=0)

@@ -194,7 +194,7 @@ class LiveValue(PaintedWidget):
         painter.setFont(font(Size.SMALL))
         metrics = QFontMetricsF(painter.font())
         taken = -1.0
-        for mark in sorted(reading.marks, key=lambda one: one.value):
+        for mark in sorted(reading.marks, key=lambda mark: mark.value):
             x = bar.left() + bar.width() * min(1.0, max(0.0, mark.value / reading.highest))
             ink = theme.tint(mark.meaning).ink
             painter.setPen(pen(ink, theme.line_px + 1))
@@ -290,14 +290,14 @@ def _losses(work: GuidedController) -> LiveReading:
 _ROW_PX: Final = 28
 
 COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
-    TableColumn(marked("Quantity"), lambda one: one.name.translated()),
-    TableColumn(marked("Measured"), lambda one: one.shown.translated(), stretches=True),
-    TableColumn(marked("Tolerance"), lambda one: one.tolerance.translated(), stretches=True),
+    TableColumn(marked("Quantity"), lambda row: row.name.translated()),
+    TableColumn(marked("Measured"), lambda row: row.shown.translated(), stretches=True),
+    TableColumn(marked("Tolerance"), lambda row: row.tolerance.translated(), stretches=True),
     TableColumn(
         marked("Result"),
-        lambda one: tr(VERDICT_WORDS[one.verdict]),
-        picture=lambda one: icon(MEANING_ICONS[VERDICT_MEANINGS[one.verdict]], VERDICT_MEANINGS[one.verdict]),
-        ink=lambda one: VERDICT_MEANINGS[one.verdict],
+        lambda row: tr(VERDICT_WORDS[row.verdict]),
+        picture=lambda row: icon(MEANING_ICONS[VERDICT_MEANINGS[row.verdict]], VERDICT_MEANINGS[row.verdict]),
+        ink=lambda row: VERDICT_MEANINGS[row.verdict],
     ),
 )
 
@@ -310,7 +310,7 @@ class ResultView(QWidget):
         named(self, "tests_result")
         self.mark, self.verdict = IconLabel("tests_verdict_mark", 24), text_label("tests_verdict", "heading")
         self.advice = text_label("tests_advice")
-        self.table = RowsTable(texts, "tests_table", "Measured values", COLUMNS, lambda one: one.name, _row_sentence,
+        self.table = RowsTable(texts, "tests_table", "Measured values", COLUMNS, lambda row: row.name, _row_sentence,
                                row_px=_ROW_PX, is_single=True)  # fmt: skip
         self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         head = in_row(self.mark, (self.verdict, 1), spacing=Space.S)
@@ -334,5 +334,5 @@ class ResultView(QWidget):
         self.advice.setVisible(advice is not None)
 
 
-def _row_sentence(one: MeasuredValue) -> str:
-    return ", ".join(column.text(one) for column in COLUMNS)
+def _row_sentence(row: MeasuredValue) -> str:
+    return ", ".join(column.text(row) for column in COLUMNS)

@@ -60,7 +60,7 @@ class RecordBesideLog(QWidget):
         self.name = named(ElidedLabel(), "beside_name", "title")
         self.record = text_label("beside_record", "strong", is_selectable=True)
         self.picture = IconLabel("beside_icon", _ICON_PX)
-        self.said = text_label("beside_said", is_selectable=True)
+        self.explanation = text_label("beside_said", is_selectable=True)
         self.moments = control(QComboBox(), texts, "beside_moments", says="Moment")
         WheelGuard(self).guard(self.moments)
         self.moments.currentIndexChanged.connect(self._show_moment)
@@ -74,11 +74,11 @@ class RecordBesideLog(QWidget):
         self.chart.shown.connect(self._show_match)
         head = in_row((self.name, 1), self.back, spacing=Space.M)
         head.addStrut(HEIGHT_PX)
-        said = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.said, 1), spacing=Space.S)
+        proposal = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.explanation, 1), spacing=Space.S)
         confirming = FlowRow()
         confirming.add(self.moments)
         confirming.add_right(self.question, *self.buttons.values())
-        in_column(head, self.record, said, confirming, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
+        in_column(head, self.record, proposal, confirming, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
 
     def open(self, row: TriggerRow, path: Path) -> None:
         """Reads the log and looks for the record in it."""
@@ -108,12 +108,12 @@ class RecordBesideLog(QWidget):
         self.name.setText(tr("Trigger record beside {log}", log=clean(self._path.name)))
         self.record.setText(with_units(capitalised(sentence(self.row.record).translated())))
         chosen = self.moment
-        found = () if self.match is None else self.match.moments
+        moments = () if self.match is None else self.match.moments
         with QSignalBlocker(self.moments):
             self.moments.clear()
-            for one in found:
-                self.moments.addItem(f"{moment_text(one.firing.at_s)} · {measured_text(one.firing)}")
-            self.moments.setCurrentIndex(found.index(chosen) if chosen in found else -1)
+            for moment in moments:
+                self.moments.addItem(f"{moment_text(moment.firing.at_s)} · {measured_text(moment.firing)}")
+            self.moments.setCurrentIndex(moments.index(chosen) if chosen in moments else -1)
         self.chart.retranslate()
         self._say()
 
@@ -142,10 +142,10 @@ class RecordBesideLog(QWidget):
         self.chart.setVisible(self._has_room or moment is None)
         self.picture.setVisible(match is not None)
         if row is None or match is None:
-            self.said.setText("")
+            self.explanation.setText("")
         elif match.why_none is not None:
             self.picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
-            self.said.setText(match.why_none.translated())
+            self.explanation.setText(match.why_none.translated())
         elif moment is not None:
             self.picture.show_icon(Icon.INFORMATION, Meaning.INFORMATION)
             count = len(match.moments)
@@ -156,7 +156,7 @@ class RecordBesideLog(QWidget):
                 lines.append(tr("Moments that match: {count}.", count=count))
             if not self._has_room:
                 lines.append(tr("A higher window also shows: {plots}", plots=tr("Plots")))
-            self.said.setText("\n".join(lines))
+            self.explanation.setText("\n".join(lines))
 
     def _confirm(self, judgement: Judgement, _is_checked: bool = False) -> None:
         moment, row = self.moment, self.row

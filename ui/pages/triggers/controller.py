@@ -217,8 +217,8 @@ class TriggersController(QObject):
             had = tr("It had {count} on {date}.", count=past.last_answer.count, date=past.last_answer.at[:10])
             return replace(plain, text=join_sentences((text, had)))
         if past.is_said_new:
-            said = join_sentences((text, tr("A person said that it is new.")))
-            return Notice(Meaning.INFORMATION, said, dismiss=self.job.dismiss)
+            sentence = join_sentences((text, tr("A person said that it is new.")))
+            return Notice(Meaning.INFORMATION, sentence, dismiss=self.job.dismiss)
         if self._connector.current.device.reported[0] is not False:
             return plain
         words = labelled(tr(RecordsWord.NEW_MODULE.value), name)
@@ -282,7 +282,7 @@ class TriggersController(QObject):
 
     def _show_archive(self) -> None:
         """Makes the rows: the stored records of this name, else the reading."""
-        slots = Counter(one.raw for one in self.reading.history.all) if self.reading is not None else Counter()
+        slots = Counter(record.raw for record in self.reading.history.all) if self.reading is not None else Counter()
         kept: tuple[SeenRecord, ...] = ()
         store, name = self._store, self._connector.current.module.name
         is_of_this_name = self._is_stored or self.reading is None
@@ -301,14 +301,14 @@ class TriggersController(QObject):
             slots[seen.raw] -= is_on_module
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
         seen_once = () if self.reading is None else self.reading.history.seen_once
-        unknown = [one for one in seen_once if slots[one.raw] > 0]  # known from an earlier visit: certain
-        self.rows = (*reversed(rows), *(_unstored_row(-1 - place, one.raw, is_seen_once=True)
-                                        for place, one in enumerate(unknown)))  # fmt: skip
+        unknown = [record for record in seen_once if slots[record.raw] > 0]  # known from an earlier visit: certain
+        self.rows = (*reversed(rows), *(_unstored_row(-1 - place, record.raw, is_seen_once=True)
+                                        for place, record in enumerate(unknown)))  # fmt: skip
 
     def _as_judged(self, kept: tuple[SeenRecord, ...]) -> list[SeenRecord]:
         """With the judgements that are not stored yet."""
-        judged = {one.id: self._judging.get(one.id, (one.judgement, one.note)) for one in kept}
-        return [replace(one, judgement=judged[one.id][0], note=judged[one.id][1]) for one in kept]
+        judged = {seen.id: self._judging.get(seen.id, (seen.judgement, seen.note)) for seen in kept}
+        return [replace(seen, judgement=judged[seen.id][0], note=judged[seen.id][1]) for seen in kept]
 
     @staticmethod
     def _unstored_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:

@@ -56,7 +56,7 @@ class TriggersDetail(QFrame):
         self.picture = TriggerPicture("triggers_picture")
         self.cause = text_label("triggers_cause", "strong", is_selectable=True)
         self.facts = FactRows(
-            texts, "triggers", {"when": marked("When")} | {key: COLUMNS[one].title for key, one in _FACTS.items()}
+            texts, "triggers", {"when": marked("When")} | {key: COLUMNS[column].title for key, column in _FACTS.items()}
         )
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
@@ -88,11 +88,11 @@ class TriggersDetail(QFrame):
             widget.setVisible(row is not None)
         self.picture.setVisible(row is not None and self._has_picture)
         self.bytes.setVisible(row is not None and self.raw.isChecked())
-        said = {one.seen.judgement for one in rows if one.is_stored}
+        judgements = {chosen.seen.judgement for chosen in rows if chosen.is_stored}
         for judgement, button in self.buttons.items():
             button.setVisible(bool(rows))
-            button.setChecked(said == {judgement})
-            button.setEnabled(bool(said))
+            button.setChecked(judgements == {judgement})
+            button.setEnabled(bool(judgements))
         if row is None:
             self.cause.setText(tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
             self._note_of = None
@@ -100,7 +100,7 @@ class TriggersDetail(QFrame):
         self.cause.setText(with_units(capitalised(cause_message(row.record).translated())))
         when = tr("{uptime} after power-on, boot {boot}", boot=row.record.boot_count,
                   uptime=uptime_message(row.record).translated())  # fmt: skip
-        self.facts.show_facts({"when": when} | {key: COLUMNS[one].text(row) for key, one in _FACTS.items()})
+        self.facts.show_facts({"when": when} | {key: COLUMNS[column].text(row) for key, column in _FACTS.items()})
         self.picture.show_record(row.record, sources_text(row.record.sources))
         self.bytes.setText(row.record.raw.hex(" ").upper())
         self.bytes.setFont(fixed_font(Size.SMALL))
@@ -123,8 +123,8 @@ class TriggersDetail(QFrame):
         return f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
 
     def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
-        for one, button in self.buttons.items():
-            button.setChecked(one is judgement)
+        for choice, button in self.buttons.items():
+            button.setChecked(choice is judgement)
         alone = self._row
         for row in self._rows:
             if row.is_stored:

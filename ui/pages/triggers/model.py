@@ -157,7 +157,7 @@ def as_text(rows: Iterable[TriggerRow]) -> str:
 
 def csv_name(module: str) -> str:
     """A valid file name for any module name."""
-    safe = "".join(one if one.isalnum() or one in "-_" else "_" for one in module[:40])
+    safe = "".join(character if character.isalnum() or character in "-_" else "_" for character in module[:40])
     return f"dps-s triggers {safe or 'module'}.csv"
 
 

@@ -147,21 +147,22 @@ class TriggersPage(Page):
     def _end_beside(self) -> None:
         """Another module's records are shown: the chosen one is none of them."""
         row = self.beside.row
-        if row is not None and not self.work.is_busy and row.seen.id not in {one.seen.id for one in self.work.rows}:
+        if row is not None and not self.work.is_busy and row.seen.id not in {shown.seen.id for shown in self.work.rows}:
             self.beside.close_log()
 
-    def _judge_beside(self, row: TriggerRow, judgement: Judgement, found: str) -> None:
+    def _judge_beside(self, row: TriggerRow, judgement: Judgement, finding: str) -> None:
         """What was found comes before what was noted earlier."""
-        noted = next((one for one in self.work.rows if one.seen.id == row.seen.id), row).seen.note
-        self.work.judge(row.seen.id, judgement, noted if found in noted else " · ".join(filter(None, (found, noted))))
+        noted = next((shown for shown in self.work.rows if shown.seen.id == row.seen.id), row).seen.note
+        note = noted if finding in noted else " · ".join(filter(None, (finding, noted)))
+        self.work.judge(row.seen.id, judgement, note)
 
     def _show_records(self) -> None:
         self._views.setCurrentWidget(self._records)
 
     def _show_list(self) -> None:
         """The list with the details, or why it is empty."""
-        found = self.table if self.table.filter.rowCount() else self.no_match
-        self._stack.setCurrentWidget(found if self.work.rows else self.empty)
+        content = self.table if self.table.filter.rowCount() else self.no_match
+        self._stack.setCurrentWidget(content if self.work.rows else self.empty)
         self._beside.setVisible(bool(self.work.rows))
 
     def _on_shown(self) -> None:

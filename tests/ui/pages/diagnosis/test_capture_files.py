@@ -138,11 +138,11 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
         page.traffic.draw()
         assert model.rowCount() == len(rows)
         page.go_to("figures")
-        counted = {key: total.figure.text() for key, total in page.figures.totals.items()}
+        counted = {key: total.figure.text() for key, total in page.statistics.totals.items()}
         assert (counted["sent"], counted["rejected"], counted["lost"], counted["restarts"]) == ("6", "2", "–", "–")
-        assert page.figures.over_time._stretch.is_recorded
+        assert page.statistics.over_time._stretch.is_recorded
         press(qtbot, strip_button(page, "capture_leave"))
-        assert page.figures.totals["restarts"].figure.text() == "0"
+        assert page.statistics.totals["restarts"].figure.text() == "0"
         page.traffic.model.rebuild()
         assert model.rowCount() == 5
         assert not model.is_recorded

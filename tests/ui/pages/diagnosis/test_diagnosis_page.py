@@ -240,16 +240,16 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         lost = PortError(PortTrouble.LOST, "sim://x", "gone")
         statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
         page.go_to("figures")
-        shown = {key: total.figure.text() for key, total in page.figures.totals.items()}
+        shown = {key: total.figure.text() for key, total in page.statistics.totals.items()}
         assert shown["sent"] == "10"
         assert shown["lost"] == "2 (20 %)"
         assert shown["trip"] == "3.0 ms"
         assert shown["rejected"] == "12"
         assert shown["restarts"] == "1"
         assert shown["losses"] == "1"
-        assert "up to 3 ms: 3" in page.figures.trips.accessibleName()
-        assert "wrong checksum: 12" in page.figures.reasons.accessibleName()
-        assert "port lost: 1" in page.figures.over_time.accessibleName()
+        assert "up to 3 ms: 3" in page.statistics.trips.accessibleName()
+        assert "wrong checksum: 12" in page.statistics.reasons.accessibleName()
+        assert "port lost: 1" in page.statistics.over_time.accessibleName()
         page.grab()  # paints all of it, with marks
 
 
@@ -372,7 +372,7 @@ def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication
 
 def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        for number, view in enumerate((page.why, page.traffic, page.figures, page.bundle), start=1):
+        for number, view in enumerate((page.why, page.traffic, page.statistics, page.bundle), start=1):
             qtbot.keyClick(assembly.window, getattr(Qt.Key, f"Key_{number}"), Qt.KeyboardModifier.AltModifier)
             assert view.isVisible()
 

@@ -79,7 +79,7 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
 
 def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
     desk.plug_in(3)
-    page, strip = desk.page, desk.page.said
+    page, strip = desk.page, desk.page.notice_bar
     page.profile.open(Profile(name="Bench", settings={"attitude_trigger": False, "attitude_threshold_deg": 70}))
     desk.settle()
     page.panel.write_pressed.emit()
@@ -122,8 +122,8 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
         desk.page.checks.results[connection] = SetMember("port", name, Filed(assess(case), {}))
     desk.page.checks.finished.emit()
     desk.settle()
-    assert desk.page.said.notice is not None
-    (say,) = desk.page.said.notice.choices
+    assert desk.page.notice_bar.notice is not None
+    (say,) = desk.page.notice_bar.notice.choices
     assert say.text == "New, no records: M-1, M-2"
     say.act()
     desk.wait(lambda: desk.page.checks.is_running)
@@ -148,7 +148,7 @@ def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path)
 
     desk.page.ask_report = choose
     desk.page.report.trigger()
-    desk.wait(lambda: desk.page.said.notice is not None and "fleet.pdf" in desk.page.said.notice.text)
+    desk.wait(lambda: desk.page.notice_bar.notice is not None and "fleet.pdf" in desk.page.notice_bar.notice.text)
     assert asked == ["Export report…"]
     assert [path.name for path in tmp_path.glob("fleet*")] == ["fleet.pdf"]  # neither module has a record
     assert (tmp_path / "fleet.pdf").read_bytes().startswith(b"%PDF")

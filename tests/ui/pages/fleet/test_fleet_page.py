@@ -131,7 +131,7 @@ def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> N
     for _, worker in desk.modules[1:]:  # the first one hangs: its job never ends
         worker.say(active=False)
     desk.settle()
-    notice = desk.page.said.notice
+    notice = desk.page.notice_bar.notice
     assert notice is not None
     assert "4 report LOCKED" in notice.text
     card = desk.page._widgets[desk.modules[0][0]].card
@@ -234,7 +234,7 @@ def test_a_notice_moves_no_card(desk: Desk) -> None:
     desk.page.result.set_notice(lambda: Notice(Meaning.ATTENTION, "Failed. " * 12))
     desk.settle()
     let_lay_out(desk.page)
-    assert desk.page.said.isVisible()
+    assert desk.page.notice_bar.isVisible()
     assert places() == before
 
 

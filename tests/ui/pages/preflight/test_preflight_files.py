@@ -242,7 +242,7 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         assert page.form.path == tmp_path / "x.toml"
         page.edit_profile()
         editor.name.setText("other")
-        editor.leave()
+        editor.close_editor()
         discard = editor.strip.button("discard")
         assert discard is not None
         bench.click(discard)

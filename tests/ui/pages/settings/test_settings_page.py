@@ -242,7 +242,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
         assert not panel.confirm.is_asking
         one.ask(panel.confirm)
         one.click(panel.confirm.go)
-        one.until(lambda: panel.said.notice is not None and says in panel.said.notice.text)
+        one.until(lambda: panel.notice_bar.notice is not None and says in panel.notice_bar.notice.text)
         assert len(one.changes("baud_rate")) == 1
         assert one.assembly.connector.current.connection.baud_rate == one.bench.module.baud_rate
         one.until(lambda: not one.assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
@@ -315,8 +315,11 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
         heights = [row.height() for row in rows]
         assert max(heights) - min(heights) <= 1  # fields are as high as buttons
         bold, small = QFontMetricsF(font(Size.BODY, is_bold=True)), QFontMetricsF(font(Size.SMALL))
-        assert bold.horizontalAdvance(value_text(BAUD_RATE, 115200)) <= page.baud.stands.width()
-        assert small.horizontalAdvance(page.rows[command.key].stands.note) <= page.rows[command.key].stands.width()
+        assert bold.horizontalAdvance(value_text(BAUD_RATE, 115200)) <= page.baud.value_label.width()
+        assert (
+            small.horizontalAdvance(page.rows[command.key].value_label.note)
+            <= page.rows[command.key].value_label.width()
+        )
 
 
 @pytest.mark.parametrize("size", [FIRST_SIZE, QSize(1024, 600)])

@@ -64,7 +64,7 @@ def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QAppli
 def test_a_lost_link_keeps_edits_and_makes_values_stale(one: Desk) -> None:
     type_into(one, "freefall_time", "1.2")
     one.bench.unplug()
-    shown = one.settings.rows[TILT].stands
+    shown = one.settings.rows[TILT].value_label
     one.until(lambda: shown.freshness is Freshness.STALE)
     assert "before the link was lost" in shown.note
     one.settings.refresh()
@@ -128,15 +128,15 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
     one.ask(panel.confirm)
     one.bench.change(**({"mute_codes": frozenset((0x24,))} if is_sent else {"mute": True}))
     one.click(panel.confirm.go)
-    one.until(lambda: one.changes("baud_rate") if is_sent else panel.said.notice is not None)
+    one.until(lambda: one.changes("baud_rate") if is_sent else panel.notice_bar.notice is not None)
     one.bench.unplug()
     one.until(lambda: not connector.current.is_open)
-    one.until(lambda: ("maybe at 9600" if is_sent else "Nothing was sent") in notice_text(panel.said))
+    one.until(lambda: ("maybe at 9600" if is_sent else "Nothing was sent") in notice_text(panel.notice_bar))
     one.bench.change(mute=False)
     one.bench.plug()
     say_same(one)
     if is_sent:
-        one.until(lambda: notice_text(panel.said) == "The module answers at 115200 baud.")
+        one.until(lambda: notice_text(panel.notice_bar) == "The module answers at 115200 baud.")
     store = one.assembly.storage.store
     assert isinstance(store, Store)
     one.until(lambda: not store.pending_bauds())

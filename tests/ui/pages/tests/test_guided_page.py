@@ -94,7 +94,7 @@ def is_locked(bench: GestureBench) -> bool:
 
 
 def said(bench: GestureBench) -> str:
-    notice = bench.guided.said.notice
+    notice = bench.guided.notice_bar.notice
     return "" if notice is None else notice.text
 
 
@@ -155,7 +155,7 @@ def test_an_active_module_is_not_tested(bench: GestureBench) -> None:
     bench.guided.go_to("bay")
     bench.wait(0.5)
     assert not bench.guided.primary.isEnabled()
-    notice = bench.guided.said.notice
+    notice = bench.guided.notice_bar.notice
     assert notice is not None
     assert "ACTIVE" in notice.text
     bench.settle_module(is_active=False)
@@ -269,7 +269,7 @@ def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> No
     failed = bench.assembly.connector.current.lock.failed
     assert failed is not None
     assert "treat the module as ACTIVE" in failed.sentence
-    notice = bench.guided.said.notice
+    notice = bench.guided.notice_bar.notice
     assert notice is not None
     assert failed.sentence in notice.text
 
@@ -366,10 +366,10 @@ def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
     choose(name)
     run(bench, GuidedKind.LINK)
     bench.wait(0.3)
-    assert (notice_text(bench.guided.said), bool(bench.guided.work.last)) == (said, bool(name))
+    assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (said, bool(name))
     choose("M-08")
     bench.wait(0.3)
-    assert (notice_text(bench.guided.said), bool(bench.guided.work.last)) == (later, False)
+    assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (later, False)
 
 
 def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_click_is_one(bench: GestureBench) -> None:

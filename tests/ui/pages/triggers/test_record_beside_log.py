@@ -45,15 +45,15 @@ def test_a_moment_is_proposed_shown_and_confirmed(rig: OnBench, tmp_path: Path) 
     beside = opened(rig, ATTITUDE, log_with(tmp_path / "crash.csv", 75))
     assert beside.name.text() == "Trigger record beside crash.csv"
     assert beside.record.text().startswith("Tipped past 60")
-    assert beside.said.text().startswith("Proposal: at 10.0 s the log shows 75°.")
-    assert "powered on 98 s before the start of the log" in beside.said.text()
+    assert beside.explanation.text().startswith("Proposal: at 10.0 s the log shows 75°.")
+    assert "powered on 98 s before the start of the log" in beside.explanation.text()
     plot = beside.chart.plot
     assert plot is not None
     assert plot.time_range.cursor_s == pytest.approx(10.0, abs=0.05)
     assert not beside.moments.isVisible()  # there is one only
     rig.assembly.appearance.zoom(200)
     assert not beside.chart.isVisible()
-    assert beside.said.text().endswith("A higher window also shows: Plots")
+    assert beside.explanation.text().endswith("A higher window also shows: Plots")
     rig.assembly.appearance.zoom(100)
     assert beside.chart.isVisible()
     assert stored(rig) == (None, "")  # a proposal is none of the record
@@ -67,11 +67,11 @@ def test_one_of_several_moments_is_chosen_and_the_note_of_before_is_kept(rig: On
     log = log_with(tmp_path / "two.csv", 75, 90)
     beside = opened(rig, ATTITUDE, log)
     assert [beside.moments.itemText(row) for row in range(2)] == ["10.0 s · 75°", "21.0 s · 90°"]
-    assert "Moments that match: 2." in beside.said.text()
+    assert "Moments that match: 2." in beside.explanation.text()
     (row,) = rig.triggers.work.rows
     rig.triggers.work.judge(row.seen.id, Judgement.REVIEWED, "seen by Ann")
     beside.moments.setCurrentIndex(1)
-    assert beside.said.text().startswith("Proposal: at 21.0 s the log shows 90°.")
+    assert beside.explanation.text().startswith("Proposal: at 21.0 s the log shows 90°.")
     beside.buttons[Judgement.FALSE].click()
     noted = "two.csv at 21.0 s: 90° · seen by Ann"
     assert stored(rig) == (Judgement.FALSE, noted)
@@ -91,7 +91,7 @@ def test_without_a_moment_there_is_nothing_to_confirm(
     rig: OnBench, tmp_path: Path, data: bytes, tilt: float, why: str
 ) -> None:
     beside = opened(rig, data, log_with(tmp_path / "calm.csv", tilt))
-    assert beside.said.text() == why
+    assert beside.explanation.text() == why
     assert beside.chart.plot is not None  # to look for oneself
     assert not any(button.isVisible() for button in beside.buttons.values())
     assert rig.triggers.on_escape()
@@ -102,7 +102,7 @@ def test_without_a_moment_there_is_nothing_to_confirm(
 def test_a_log_that_cannot_be_read_says_why(rig: OnBench, tmp_path: Path) -> None:
     beside = opened(rig, ATTITUDE, tmp_path / "gone.ulg")
     assert beside.chart.waiting.text() == "gone.ulg: No such file or directory."
-    assert beside.said.text() == ""
+    assert beside.explanation.text() == ""
 
 
 def test_the_log_is_left_when_another_module_is_shown(rig: OnBench, tmp_path: Path) -> None:
@@ -123,6 +123,6 @@ def test_it_follows_the_language(rig: OnBench, tmp_path: Path) -> None:
     beside = opened(rig, ATTITUDE, log_with(tmp_path / "two.csv", 75, 90))
     beside.moments.setCurrentIndex(1)
     rig.assembly.language_switch.use("zh_CN")
-    assert "21.0 s" in beside.said.text()
-    assert "Proposal" not in beside.said.text()
+    assert "21.0 s" in beside.explanation.text()
+    assert "Proposal" not in beside.explanation.text()
     assert beside.moments.currentIndex() == 1
