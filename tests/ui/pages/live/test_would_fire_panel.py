@@ -237,16 +237,16 @@ def test_drafts_are_lines_in_the_plots(live: Bench) -> None:
     (line,) = (line for line in live.page.plot.canvas.lanes[0].limits if line.limit.is_draft)
     assert line.getData()[0].tolist() == [-60, 0]  # all over
     assert line.getData()[1].tolist() == [75, 75]
-    live.connector.current.treat_as_new()
-    live.page.refresh()
-    assert lines.attitude.value is None
-    tell(live, 0, 0, 0)
-    retype(live, ATTITUDE, "75")
     retype(live, ATTITUDE, "60")  # what the module has
     assert lines.attitude.value is None
     retype(live, ATTITUDE, "75")
     live.qtbot.keyClick(live.find(QLineEdit, ATTITUDE), Qt.Key.Key_Escape)
     assert not live.page.fired.isVisible()
+    assert lines.attitude.value is None
+    toggle(live)
+    retype(live, ATTITUDE, "75")
+    live.connector.current.treat_as_new()
+    live.page.refresh()
     assert lines.attitude.value is None
 
 
