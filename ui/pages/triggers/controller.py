@@ -232,10 +232,11 @@ class TriggersController(QObject):
             )
 
     def _ask_which_module(self) -> Notice:
-        name = self._connector.current.module.name
+        module = self._connector.current.module
+        name = module.name
         text = tr("The records do not follow those of {module}: is it the same module?", module=name)
         choices = (
-            Choice("another_module", tr("New module"), lambda: self._connector.current.module.choose(""), is_step=True),
+            Choice("another_module", tr("New module"), module.treat_as_new, is_step=True),
             Choice("same_module", tr("It is {module}", module=name), self._store_anyway, is_step=True),
         )
         return Notice(Meaning.ATTENTION, text, choices)
