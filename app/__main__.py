@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
 from app.terminal import console
 from app.terminal.arguments import Parser, translate_argparse
-from app.terminal.left_active import left_active_said
+from app.terminal.left_active import notify_left_active
 from app.terminal.port_choice import choose_port, refuse_unknown_address
 from app.text.i18n import set_language, system_language, tr
 from app.text.user_error import UserError
@@ -113,7 +113,7 @@ def _run(words: list[str]) -> int:
         _write_utf8()
     if entry.name in _PRINTERS:
         args.printer = _PRINTERS[entry.name]
-    with left_active_said(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock"):
+    with notify_left_active(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock"):
         module, _, name = args.function.rpartition(".")
         code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
     return code

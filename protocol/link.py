@@ -250,7 +250,7 @@ class Link:
 
     def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
         self.counters.by_role[role] += 1
-        said_after = self.lag.sent_after
+        sent_after = self.lag.sent_after
         if role in (Role.STREAMED, Role.UNSOLICITED):
             self.lag.on_unsolicited(now)
         if role is Role.STREAMED:
@@ -258,8 +258,8 @@ class Link:
         elif role is not Role.ECHO:
             self.gap.on_reply(now)
         if isinstance(message, Status) and role is Role.ANSWER:
-            said_after = self.lag.answer_sent_after(STATUS.query(), now)
-        events.append(Received(frame, message, role, now, said_after))
+            sent_after = self.lag.answer_sent_after(STATUS.query(), now)
+        events.append(Received(frame, message, role, now, sent_after))
 
     def _prove(self, now: float, events: list[Event]) -> None:
         self._note_silence(now, events)

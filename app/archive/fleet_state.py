@@ -80,7 +80,7 @@ def fleet_state(
     about = _by_module(facts, names)
     for state in states:
         mine = {kind: about.get((state.module, kind), []) for kind in FactKind}
-        everything = [fact for some in mine.values() for fact in some]
+        everything = [fact for group in mine.values() for fact in group]
         state.last_at = max((fact.made_at for fact in everything), default="")
         state.checks = len(mine[FactKind.CHECK])
         last = _last_check(mine[FactKind.CHECK])

@@ -84,7 +84,7 @@ def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
     for fact in history:
         for name, value in measured_in(fact.record).items():
             values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
-    points = {name: tuple(some) for name, some in sorted(values.items())}
+    points = {name: tuple(series) for name, series in sorted(values.items())}
     return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts)) for fact in history), points)
 
 

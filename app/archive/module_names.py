@@ -227,12 +227,12 @@ class _Groups(dict[NamedModule, NamedModule]):
 
 
 def _name_of(members: Sequence[NamedModule], settlements: Iterable[Settlement]) -> str:
-    said_names = [
+    naming = [
         settlement
         for settlement in settlements
         if settlement.is_same and settlement.name and settlement.pair[0] in members
     ]
-    return max(said_names, key=lambda settlement: settlement.rank).name if said_names else members[0].name
+    return max(naming, key=lambda settlement: settlement.rank).name if naming else members[0].name
 
 
 def _contradictions(settled: Mapping[Pair, Settlement], groups: _Groups) -> Iterator[Conflict]:

@@ -89,7 +89,7 @@ def _freefall_curves(samples: Samples, resets_s: tuple[float, ...]) -> tuple[Flo
     restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     resets = np.searchsorted(time_s, resets_s, "left")
     restarts[resets[resets < len(time_s)]] = True
-    wanted_s = np.arange(MAX_TIME_STEPS + 1) / CENTISECOND.per_unit
+    times_s = np.arange(MAX_TIME_STEPS + 1) / CENTISECOND.per_unit
     for step in range(1, MAX_ACCELERATION_STEPS + 1):
         is_below = steps < step
         if not is_below.any():
@@ -97,9 +97,9 @@ def _freefall_curves(samples: Samples, resets_s: tuple[float, ...]) -> tuple[Flo
         firsts, lasts = runs(is_below, restarts)
         lasted_s = time_s[lasts] - time_s[firsts]
         longest_s[step] = lasted_s.max()
-        fall = np.searchsorted(np.maximum.accumulate(lasted_s), wanted_s - ROUNDING_S, "left")
+        fall = np.searchsorted(np.maximum.accumulate(lasted_s), times_s - ROUNDING_S, "left")
         count = int((fall < len(firsts)).sum())
         since = firsts[fall[:count]]
-        rows = firing_places(time_s, wanted_s[:count], since, time_s[since])
+        rows = firing_places(time_s, times_s[:count], since, time_s[since])
         firsts_s[step, :count] = time_s[rows]
     return firsts_s, longest_s

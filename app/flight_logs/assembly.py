@@ -32,9 +32,9 @@ def assembled(raw: RawLog) -> FlightLog:
     """Raises `UserError` where there is neither attitude nor acceleration."""
     problems = list(raw.problems)
     tilt = next(
-        (channel for channel in (_cleaned(each, problems) for each in raw.tilts_deg) if len(channel.time_s)), None
+        (channel for channel in (_cleaned(tilt, problems) for tilt in raw.tilts_deg) if len(channel.time_s)), None
     )
-    forces = [channel for channel in (_cleaned(each, problems) for each in raw.forces_g) if len(channel.time_s)]
+    forces = [channel for channel in (_cleaned(force, problems) for force in raw.forces_g) if len(channel.time_s)]
     sensed = [*((tilt,) if tilt else ()), *forces]
     if not sensed:
         raise unreadable(marked("no attitude and no acceleration"))
@@ -161,7 +161,7 @@ def _agreed(time_s: Floats, believed: Floats, other: Floats, problems: list[User
     rows = np.flatnonzero(np.isfinite(believed) & np.isfinite(other))
     if not len(rows):
         return believed
-    means_g = [averaged(time_s[rows], each[rows], AVERAGED_S) for each in (believed, other)]
+    means_g = [averaged(time_s[rows], force_g[rows], AVERAGED_S) for force_g in (believed, other)]
     matters = np.minimum(*means_g) < REST_G[0]  # sensors may clip an impact at different values
     is_apart = np.zeros(len(believed), np.bool_)
     is_apart[rows[matters & (np.abs(means_g[0] - means_g[1]) > DISAGREE_G)]] = True

@@ -63,8 +63,8 @@ class Span:
     def is_sharp(self) -> bool:
         return self.high_deg - self.low_deg <= WIDEST_SPAN_DEG
 
-    def is_near(self, wanted_deg: float) -> bool:
-        return self.low_deg <= wanted_deg + TOLERANCE_DEG and self.high_deg >= wanted_deg - TOLERANCE_DEG
+    def is_near(self, target_deg: float) -> bool:
+        return self.low_deg <= target_deg + TOLERANCE_DEG and self.high_deg >= target_deg - TOLERANCE_DEG
 
     def message(self) -> UserMessage:
         if self.high_deg - self.low_deg <= 1:

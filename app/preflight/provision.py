@@ -15,7 +15,7 @@ from protocol.translatable import marked
 READINGS = 3
 GONE_AFTER = 3
 """Unanswered queries in a row: the module was unplugged."""
-LOOK_EVERY_S = 0.2
+POLL_EVERY_S = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +64,7 @@ def await_gone(presence: tuple[int, int]) -> Procedure[None]:
         unanswered = 0 if report is not None else unanswered + 1
         if (yield from _presence())[0] != presence[0]:
             return
-        yield Pause(LOOK_EVERY_S)
+        yield Pause(POLL_EVERY_S)
 
 
 def _presence() -> Procedure[tuple[int, int]]:

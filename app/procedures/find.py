@@ -23,7 +23,7 @@ _PROOFS_TRIED = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class RateSearch:
     """`baud_rate`: None if nothing answered; `tried`: all rates in order."""
 
     baud_rate: int | None
@@ -50,7 +50,7 @@ def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Pr
     return False
 
 
-def find_rate(first: int | None = None) -> Procedure[Found]:
+def find_rate(first: int | None = None) -> Procedure[RateSearch]:
     """Try `first`, then all rates from the fastest down; the port stays at the first that answers, else at the old one.
 
     Only questions are sent.
@@ -70,7 +70,7 @@ def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
     return (yield from _search(places, old_rate)).baud_rate
 
 
-def _search(places: Sequence[tuple[int, tuple[float, ...]]], old_rate: int) -> Procedure[Found]:
+def _search(places: Sequence[tuple[int, tuple[float, ...]]], old_rate: int) -> Procedure[RateSearch]:
     """Try these rates, each with its waits; the port stays at the first that answers, else at the old one."""
     questions = proofs()
     tried = [rate for rate, _ in places]
@@ -80,6 +80,6 @@ def _search(places: Sequence[tuple[int, tuple[float, ...]]], old_rate: int) -> P
         yield Pause(SETTLE_S)
         is_here = yield from answers_here(waits_s, questions)
         if is_here:
-            return Found(rate, tuple(tried[: done + 1]))
+            return RateSearch(rate, tuple(tried[: done + 1]))
     yield UseRate(old_rate)
-    return Found(None, tuple(tried))
+    return RateSearch(None, tuple(tried))

@@ -67,9 +67,9 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None =
     yield f"{HEAD}{_END}".encode()
     first_s = excerpt.first_s if first_s is None else first_s
     rows = merge(_status_cells(excerpt), sorted(_other_cells(excerpt)), key=itemgetter(0))
-    while some := list(islice(rows, ROWS_AT_ONCE)):
-        stamps = time_cells(np.array([at for at, _ in some]) + wall_offset_s)
-        lines = (f"{stamp},{at - first_s:.3f},{cells}{_END}" for stamp, (at, cells) in zip(stamps, some, strict=True))
+    while batch := list(islice(rows, ROWS_AT_ONCE)):
+        stamps = time_cells(np.array([at for at, _ in batch]) + wall_offset_s)
+        lines = (f"{stamp},{at - first_s:.3f},{cells}{_END}" for stamp, (at, cells) in zip(stamps, batch, strict=True))
         yield "".join(lines).encode()
 
 

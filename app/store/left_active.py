@@ -84,9 +84,9 @@ def note_continued(store: Store, left: LeftActive, here: LeftActive, origin: str
     _log(store, left, origin, "person", True, goes_on_as=here.known_as.run)
 
 
-def _log(store: Store, where: LeftActive, origin: str, said_by: str, is_active: bool, **more: str) -> None:
+def _log(store: Store, where: LeftActive, origin: str, reporter: str, is_active: bool, **more: str) -> None:
     """An entry without a frame: nothing was sent."""
     detail = detail_of(KnownAs(where.known_as.name, where.known_as.run), where.adapter)
-    detail |= {"reported_by": said_by, **more}
+    detail |= {"reported_by": reporter, **more}
     act = Act.ACTIVATE if is_active else Act.LOCK
     store.settle(store.begin(act, b"", detail, port=where.port, origin=origin), Outcome.CONFIRMED, {"sent": 0})

@@ -46,9 +46,9 @@ def catch_uncaught_errors(on_uncaught: Hook) -> Callable[[], None]:
 
     def undo() -> None:
         global _on_uncaught
-        sys.excepthook, threading.excepthook, _on_uncaught = before, before_thread, before_told
+        sys.excepthook, threading.excepthook, _on_uncaught = before, before_thread, before_callback
 
-    before_told = _on_uncaught
+    before_callback = _on_uncaught
     sys.excepthook, threading.excepthook, _on_uncaught = caught, caught_in_thread, on_uncaught
     return undo
 

@@ -22,7 +22,7 @@ _NO_MODULE = ("sim:", "loop:")
 
 
 @contextmanager
-def left_active_said(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[None]:
+def notify_left_active(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[None]:
     """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`."""
     ports = [port for port in ports if not port.startswith(_NO_MODULE)]
     began_at = datetime.now(UTC).isoformat(timespec="milliseconds")
@@ -47,11 +47,11 @@ def _say(ports: Sequence[str], module: str, before: str = "") -> bool:
         return False
     try:
         with closing(store):
-            every = dict.fromkeys(left for port in ports for left in left_here(store, port, module))
+            entries = dict.fromkeys(left for port in ports for left in left_here(store, port, module))
     except StoreTrouble as error:
         notify(error.sentence)
         return False
-    earlier = [left for left in every if not before or left.at < before]  # a run says its own
+    earlier = [left for left in entries if not before or left.at < before]  # a run says its own
     for left in earlier:
         notify(left.sentence)
     return bool(earlier)
@@ -63,15 +63,15 @@ def left_here(store: "Store", port: str, module: str) -> tuple["LeftActive", ...
     from app.store.left_active import left_active
     from app.terminal.command_journal import adapter_of
 
-    every, name = left_active(store), clean(module.strip())
-    adapter = adapter_of(port) if any(left.adapter for left in every) else ""
+    entries, name = left_active(store), clean(module.strip())
+    adapter = adapter_of(port) if any(left.adapter for left in entries) else ""
 
     def is_here(left: "LeftActive") -> bool:
         if name and left.known_as.name:
             return left.known_as.name == name
         return left.adapter == adapter if left.adapter and adapter else left.port == port
 
-    return tuple(filter(is_here, every))
+    return tuple(filter(is_here, entries))
 
 
 def end_left_active(conversation: "Conversation", store: "Store", args: argparse.Namespace) -> None:

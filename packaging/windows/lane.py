@@ -45,11 +45,11 @@ def run_suite(suite: Suite, limit_s: float) -> Result:
     """Run it for `limit_s` at most."""
     report = wine.DRIVE / "report.xml"
     report.unlink(missing_ok=True)
-    untold = [name for name in NOT_JUDGED if name.partition("::")[0].startswith(suite.tests)]
+    not_judged = [name for name in NOT_JUDGED if name.partition("::")[0].startswith(suite.tests)]
     # A test on Linux starts many Windows programs; else five minutes are enough for each test.
     hang_s = limit_s if suite.platform is None else min(limit_s, 300)
     words = [*suite.tests, *_OPTIONS, "-o", f"faulthandler_timeout={hang_s:.0f}"]
-    words += [f"--deselect={name}" for name in untold]
+    words += [f"--deselect={name}" for name in not_judged]
     started = time.monotonic()
     text = _on_linux(words, report, limit_s) if suite.platform is None else _on_windows(words, suite.platform, limit_s)
     seconds = time.monotonic() - started
@@ -57,8 +57,8 @@ def run_suite(suite: Suite, limit_s: float) -> Result:
     name = re.sub(r"\W+", "-", suite.title).lower()
     (wine.PLACE / "logs" / f"{name}.txt").write_text(text, encoding="utf-8")
     if not report.is_file():
-        return Result(suite, not_judged=len(untold), seconds=seconds, note="did not come to its end")
-    return _read(suite, report, len(untold), seconds)
+        return Result(suite, not_judged=len(not_judged), seconds=seconds, note="did not come to its end")
+    return _read(suite, report, len(not_judged), seconds)
 
 
 def _on_windows(words: Sequence[str], platform: str, limit_s: float) -> str:
@@ -76,7 +76,7 @@ def _on_linux(words: Sequence[str], report: Path, limit_s: float) -> str:
     return run(command, None, variables={"DPS_S_UNDER_WINE": "1"})
 
 
-def _read(suite: Suite, report: Path, untold: int, seconds: float) -> Result:
+def _read(suite: Suite, report: Path, not_judged: int, seconds: float) -> Result:
     passed, skipped, failed = 0, 0, []
     for case in ET.parse(report).iter("testcase"):  # noqa: S314  our own
         name = f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}"
@@ -86,7 +86,7 @@ def _read(suite: Suite, report: Path, untold: int, seconds: float) -> Result:
             skipped += 1
         else:
             passed += 1
-    return Result(suite, passed, tuple(dict.fromkeys(failed)), untold, skipped, seconds)
+    return Result(suite, passed, tuple(dict.fromkeys(failed)), not_judged, skipped, seconds)
 
 
 def table(results: Sequence[Result], when: datetime) -> str:

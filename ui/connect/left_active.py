@@ -50,8 +50,8 @@ class LeftActiveWatch(QObject):
     def notice(self) -> Notice | None:
         """In the language in use; None while the module itself, or its LOCK or link, says it."""
         ports = [port for port in self._connector.connections if port.is_requested]
-        every = self._storage.left_active
-        left = next((entry for entry in every if not any(self._is_at(port, entry) for port in ports)), None)
+        entries = self._storage.left_active
+        left = next((entry for entry in entries if not any(self._is_at(port, entry) for port in ports)), None)
         if left is None:
             return None
         act = partial(self._update, partial(note_locked, left=left, origin=ORIGIN))

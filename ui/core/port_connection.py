@@ -19,7 +19,7 @@ from app.engine.reconnect import Address, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, Job, PortState, Worker
-from app.procedures.find import Found, find_rate
+from app.procedures.find import RateSearch, find_rate
 from app.procedures.handshake import Silence, handshake
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.last_known import LastKnown, SeenActivation
@@ -78,7 +78,7 @@ class PortConnection(QObject):
         self.last = Batch(clock(), Connection(), DeviceView(), None)
         self._silence: Silence | None = None
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
-        self._finding: Job[Found] | None = None
+        self._finding: Job[RateSearch] | None = None
         self._last_known = LastKnown()
         self.kept = ModuleMemory()
         self._opening = 0  # batches of earlier openings of the port are ignored
@@ -380,7 +380,7 @@ class PortConnection(QObject):
 
         self.run(handshake(), end)
 
-    def _end_finding(self, job: Job[Found]) -> None:
+    def _end_finding(self, job: Job[RateSearch]) -> None:
         if job is not self._finding:
             return  # of a port that was closed meanwhile
         self._finding = None

@@ -12,7 +12,7 @@ from ui.core.background_task import BackgroundTask
 _log = logging.getLogger(__name__)
 
 POLL_EVERY_MS = 1500
-LOOK_LIMIT_S = 3.0
+SCAN_LIMIT_S = 3.0
 
 
 def key_of(port: PortInfo) -> str:
@@ -23,19 +23,19 @@ def key_of(port: PortInfo) -> str:
 class PortWatcher(QObject):
     """Lists the ports once with `refresh`, or over and over while `is_watching`.
 
-    `new` are the ports that were not there at the last look: those missing from what `settle` last took as seen.
+    `new` are the ports that were not there at the last scan: those missing from what `settle` last took as seen.
     """
 
     listed = Signal()
-    """After each look, whether or not something changed; in the window's thread."""
+    """After each scan, whether or not something changed; in the window's thread."""
 
     def __init__(self, scan: Callable[[float], Iterable[PortInfo]] = list_ports) -> None:
         super().__init__()
         self._scan = scan
-        self._looking: BackgroundTask[tuple[PortInfo, ...]] = BackgroundTask("dps-s port list", self)
+        self._scanning: BackgroundTask[tuple[PortInfo, ...]] = BackgroundTask("dps-s port list", self)
         self._ports: tuple[PortInfo, ...] | None = None
         self.is_current = False
-        """`ports` is the result of the last look; else of an earlier one."""
+        """`ports` is the result of the last scan; else of an earlier one."""
         self._seen: frozenset[str] | None = None
         self._timer = QTimer(self, interval=POLL_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
@@ -57,7 +57,7 @@ class PortWatcher(QObject):
         return self._seen is not None and key_of(port) not in self._seen
 
     def remember_seen(self, keys: Iterable[str]) -> None:
-        """Take over the keys seen in an earlier session. Without any, no port is new at the first look."""
+        """Take over the keys seen in an earlier session. Without any, no port is new at the first scan."""
         known = frozenset(keys)
         if known:
             self._seen = known
@@ -75,16 +75,16 @@ class PortWatcher(QObject):
             self._timer.stop()
 
     def refresh(self) -> bool:
-        """Look now; returns False, and does nothing, while a look is running."""
-        if self._looking.is_running:
+        """Scan now; returns False, and does nothing, while a scan is running."""
+        if self._scanning.is_running:
             return False
-        self._looking.run(lambda _running: tuple(self._scan(LOOK_LIMIT_S)), self._on_listed, self._fail)
+        self._scanning.run(lambda _running: tuple(self._scan(SCAN_LIMIT_S)), self._on_listed, self._fail)
         return True
 
     def stop(self, deadline_s: float) -> bool:
-        """Stop looking; whether the running look ended within `deadline_s`."""
+        """Stop scanning; whether the running scan ended within `deadline_s`."""
         self._timer.stop()
-        return self._looking.wait(deadline_s)
+        return self._scanning.wait(deadline_s)
 
     def _on_listed(self, ports: tuple[PortInfo, ...]) -> None:
         self.is_current, self._ports = True, ports
@@ -95,7 +95,7 @@ class PortWatcher(QObject):
     def _fail(self, error: Exception) -> None:
         """The last list stays. A driver may fail in any way; the window works without the list."""
         if isinstance(error, UserError):
-            _log.warning("The ports could not be listed within %s s", LOOK_LIMIT_S)
+            _log.warning("The ports could not be listed within %s s", SCAN_LIMIT_S)
         else:
             _log.error("The ports could not be listed", exc_info=error)
         self.is_current, self._ports = False, self.ports

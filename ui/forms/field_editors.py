@@ -134,7 +134,7 @@ class FlagEditor(FieldEditor):
         self.on.clicked.connect(lambda is_down: self._choose(True if is_down else None))
         self.off.clicked.connect(lambda is_down: self._choose(False if is_down else None))
 
-    def show_value(self, edited: Value | None, _stands: Value | None) -> None:
+    def show_value(self, edited: Value | None, _module_value: Value | None) -> None:
         for button, value in ((self.on, True), (self.off, False)):
             with QSignalBlocker(button):
                 button.setChecked(edited is value)
@@ -183,7 +183,7 @@ class ChoiceEditor(FieldEditor):
         data = self.box.currentData()
         return None if data is None else int(data)
 
-    def show_value(self, edited: Value | None, _stands: Value | None) -> None:
+    def show_value(self, edited: Value | None, _module_value: Value | None) -> None:
         with QSignalBlocker(self.box):
             self.box.setCurrentIndex(-1 if edited is None else self.box.findData(edited))
 

@@ -30,12 +30,12 @@ def _speaker() -> QWidget | None:
     return front or next((window for window in QApplication.topLevelWidgets() if window.isVisible()), None)
 
 
-_one: Announcer | None = None
+_announcer: Announcer | None = None
 
 
 def announcer() -> Announcer:
     """The application's only `Announcer`."""
-    global _one  # noqa: PLW0603  as Qt has one application
-    if _one is None:
-        _one = Announcer()
-    return _one
+    global _announcer  # noqa: PLW0603  as Qt has one application
+    if _announcer is None:
+        _announcer = Announcer()
+    return _announcer

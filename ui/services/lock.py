@@ -164,10 +164,10 @@ class PortLock(QObject):
     @property
     def _is_in_doubt(self) -> bool:
         """What answers now may be another module than the one that LOCK was pressed for."""
-        return (self._was_lost or self._was_settled) and not self._is_the_one_meant
+        return (self._was_lost or self._was_settled) and not self._is_meant_module
 
     @property
-    def _is_the_one_meant(self) -> bool:
+    def _is_meant_module(self) -> bool:
         """After a lost port only a person can say so, and of a module without a name nobody can."""
         identity = self._port.identity
         return identity.is_settled if not self._was_lost else identity.trust is Trust.PROVEN
@@ -179,7 +179,7 @@ class PortLock(QObject):
             return
         if not self._port.is_open:
             self._reported = None
-        elif self._is_the_one_meant:
+        elif self._is_meant_module:
             self._finish(reported)
         elif identity.trust is not Trust.OPEN:
             self._finish(Locked(outcome=Outcome.UNKNOWN, sent=reported.sent))

@@ -11,7 +11,7 @@ from app.text.sentences import join_sentences
 from ui.services.announcer import announcer
 from ui.services.port import Port, Ports
 
-_STANDS: Final = frozenset({Phase.ONLINE, Phase.LATE})
+_LINKED: Final = frozenset({Phase.ONLINE, Phase.LATE})
 _LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})
 
 
@@ -49,7 +49,7 @@ class StateAnnouncer(QObject):
     def _announce_link(self) -> None:
         port = self._port
         state = port.state
-        was, self._is_linked = self._is_linked, state.phase in _STANDS
+        was, self._is_linked = self._is_linked, state.phase in _LINKED
         if was and state.phase in _LOST:
             self._activation, self._is_triggered = Activation.UNKNOWN, False  # told again when it answers again
             parts = [link_text(state, port.clock()).what]

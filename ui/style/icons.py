@@ -101,7 +101,7 @@ MEANING_ICONS: Final = {
 }
 
 
-class Look(NamedTuple):
+class StateStyle(NamedTuple):
     """How a state looks; without a meaning it is plain."""
 
     icon: Icon

@@ -210,15 +210,15 @@ def _as_repeat(event: QKeyEvent) -> QKeyEvent:
     )  # fmt: skip
 
 
-_one: Gestures | None = None
+_gestures: Gestures | None = None
 
 
 def gestures() -> Gestures:
     """The instance of the application, made for the first step."""
-    global _one  # noqa: PLW0603  as Qt has one application
-    if _one is None:
+    global _gestures  # noqa: PLW0603  as Qt has one application
+    if _gestures is None:
         application = QApplication.instance()
         if not isinstance(application, QApplication):
             raise TypeError("steps need a QApplication")
-        _one = Gestures(application)
-    return _one
+        _gestures = Gestures(application)
+    return _gestures

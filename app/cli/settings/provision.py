@@ -35,7 +35,7 @@ from app.text.i18n import tr
 from app.text.sentences import join_sentences, not_written
 
 _LOOKS: Final = 5
-_LOOK_EVERY_S: Final = 0.1
+_POLL_EVERY_S: Final = 0.1
 """Pauses between two attempts to find a module."""
 
 
@@ -113,7 +113,7 @@ class _Turns:
         console.show_progress(link.sentence or "")
         for _ in range(_LOOKS):
             self._interruption.check()
-            time.sleep(_LOOK_EVERY_S)
+            time.sleep(_POLL_EVERY_S)
         return False
 
     def _provision(self, name: str, conversation: Conversation, log: FrameLog) -> bool:

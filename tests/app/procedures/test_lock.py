@@ -10,7 +10,7 @@ from hypothesis import settings
 from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, LockRepeat, PortLost
 from app.engine.session import Run
 from app.procedures.act import perform
-from app.procedures.find import Found, find_rate
+from app.procedures.find import RateSearch, find_rate
 from app.procedures.lock import BREATH_S, SENTENCES, SILENT_S, Locked, lock, waiting_sentence
 from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
@@ -190,7 +190,7 @@ def test_it_leaves_at_the_proven_rate_while_the_rate_is_searched() -> None:
     rig = settled_rig(active=True)
     rig.step_for(0.1)
     rig.run(find_rate(115200))
-    finding: Run[Found] = Run(find_rate(4800))
+    finding: Run[RateSearch] = Run(find_rate(4800))
     rig.session.run(finding)
     rig.step_until(lambda: rig.line.baud_rate == 4800)
     locked = pressed(rig)
@@ -204,7 +204,7 @@ def test_a_search_goes_on_at_its_own_rate_also_after_a_second_press() -> None:
     """Else it would take the answer at the rate of LOCK for one at its own."""
     rig = settled_rig(active=True)
     rig.run(find_rate(115200))
-    finding: Run[Found] = Run(find_rate(4800))
+    finding: Run[RateSearch] = Run(find_rate(4800))
     rig.session.run(finding)
     rig.step_until(lambda: rig.line.baud_rate == 4800)
     rig.bench.change(mute=True)
@@ -223,7 +223,7 @@ def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: 
     rig = settled_rig(active=True)
     rig.run(find_rate(115200))
     rig.bench.module.baud_rate = rate
-    finding: Run[Found] = Run(find_rate(115200))
+    finding: Run[RateSearch] = Run(find_rate(115200))
     rig.session.run(finding)
     rig.step_for(after_s)
     locked = pressed(rig)

@@ -52,8 +52,8 @@ class Tile(QWidget):
         row = in_row((self.figure, int(is_long)), self._sign, *(() if is_long else (1,)), spacing=Space.XS)
         in_column(caption, *((1, row) if is_long else (row, 1)), of=self, spacing=0, margins=0)
 
-    def show_figure(self, text: str, *, needs_look: bool = False) -> None:
-        if needs_look:
+    def show_figure(self, text: str, *, needs_attention: bool = False) -> None:
+        if needs_attention:
             self._sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         else:
             self._sign.clear_icon()
@@ -100,16 +100,16 @@ class LinkStatisticsView(QScrollArea):
         shown["sent"].show_figure(f"{totals.sent:,}")
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
         lost = f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "–"
-        shown["lost"].show_figure(lost, needs_look=share > LOSS_ATTENTION)
+        shown["lost"].show_figure(lost, needs_attention=share > LOSS_ATTENTION)
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = statistics.quantile_s(quantile)
             shown[key].show_figure("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
         link = self._connector.current.last.link
         lag_s = None if link is None else link.lag_s
         shown["lag"].show_figure("–" if lag_s is None else f"{lag_s:.2f} s")
-        shown["rejected"].show_figure(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
+        shown["rejected"].show_figure(f"{totals.rejected:,}", needs_attention=totals.rejected > 0)
         shown["restarts"].show_figure(f"{totals.restarts:,}")
-        shown["losses"].show_figure(f"{statistics.losses:,}", needs_look=statistics.losses > 0)
+        shown["losses"].show_figure(f"{statistics.losses:,}", needs_attention=statistics.losses > 0)
         for key in ("lost", "lag", "restarts", "losses") if recorded else ():
             shown[key].show_figure("–")
         self.trips.show_classes(statistics.round_trips())

@@ -64,7 +64,7 @@ class TrafficPage(QWidget):
             self.model,
             services.texts,
             find_start=self._search_start,
-            show_row=self._show_found,
+            show_row=self._show_match,
             say=self._on_search_end,
         )
         texts = self._texts
@@ -196,7 +196,7 @@ class TrafficPage(QWidget):
         selected = self._selected()
         return selected[-1][-1] if selected else self.table.rowAt(0) - 1
 
-    def _show_found(self, row: int) -> None:
+    def _show_match(self, row: int) -> None:
         self._follows = False
         select_row(self.table, row)
         self.table.scrollTo(self.model.index(row, 0), QAbstractItemView.ScrollHint.EnsureVisible)

@@ -31,7 +31,7 @@ from ui.pages.flights.texts import (
     verdict_of,
     verdict_text,
 )
-from ui.style.icons import Icon, Look, icon
+from ui.style.icons import Icon, StateStyle, icon
 from ui.style.theme import Meaning, Space, font
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
@@ -51,7 +51,7 @@ class FlightColumn(IntEnum):
     PROBLEMS = 5
 
 
-def _look(row: FlightRow) -> Look:
+def _style(row: FlightRow) -> StateStyle:
     return appearance_of(row.flight.group, verdict_of(row.outcome))
 
 
@@ -71,8 +71,8 @@ COLUMNS: Final = (
         marked("Fires"),
         lambda row: verdict_text(row.outcome),
         lambda row: order_of(row.flight.group, row.outcome),
-        picture=lambda row: icon(_look(row).icon, _look(row).meaning),
-        ink=lambda row: _look(row).meaning,
+        picture=lambda row: icon(_style(row).icon, _style(row).meaning),
+        ink=lambda row: _style(row).meaning,
         widest=lambda: max(
             (tr("unclear"), tr("too late"), tr("not read"), "8888.8 s"), key=QFontMetrics(font()).horizontalAdvance
         ),

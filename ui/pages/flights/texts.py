@@ -16,7 +16,7 @@ from app.text.sentences import capitalised, in_brackets, join_names, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.pages.flights.controller import FlightRow
-from ui.style.icons import Icon, Look
+from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning
 
 READING_WORDS: Final = {
@@ -49,21 +49,21 @@ def verdict_of(outcome: FlightOutcome | None) -> Verdict:
     return Verdict.FIRES if outcome.direct.is_in_time or outcome.group is not FlightGroup.MUST else Verdict.LATE
 
 
-def appearance_of(group: FlightGroup, verdict: Verdict) -> Look:
+def appearance_of(group: FlightGroup, verdict: Verdict) -> StateStyle:
     """Only what is not as expected has a meaning."""
     match verdict:
         case Verdict.UNREAD:
-            return Look(Icon.WARNING, Meaning.ATTENTION)
+            return StateStyle(Icon.WARNING, Meaning.ATTENTION)
         case Verdict.DIFFERS:
-            return Look(Icon.UNKNOWN, Meaning.ATTENTION)
+            return StateStyle(Icon.UNKNOWN, Meaning.ATTENTION)
         case Verdict.LATE:
-            return Look(Icon.CLOCK, Meaning.DANGER)
+            return StateStyle(Icon.CLOCK, Meaning.DANGER)
         case Verdict.FIRES:
-            return Look(Icon.PARACHUTE, None if group is FlightGroup.MUST else Meaning.DANGER)
+            return StateStyle(Icon.PARACHUTE, None if group is FlightGroup.MUST else Meaning.DANGER)
         case Verdict.HOLDS if group is FlightGroup.MUST:
-            return Look(Icon.CROSS, Meaning.DANGER)
+            return StateStyle(Icon.CROSS, Meaning.DANGER)
         case _:
-            return Look(Icon.NOT_TRIGGERED, None)
+            return StateStyle(Icon.NOT_TRIGGERED, None)
 
 
 def order_of(group: FlightGroup, outcome: FlightOutcome | None) -> float:

@@ -124,7 +124,7 @@ _STYLES: Final = {
     Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
     Verdict.NO_GO: (Icon.CROSS, Meaning.DANGER),
 }
-_VOID_LOOK: Final = (Icon.CROSS, Meaning.UNKNOWN)
+_VOID_STYLE: Final = (Icon.CROSS, Meaning.UNKNOWN)
 
 
 def _verdict(check: CheckLine) -> str:
@@ -136,7 +136,7 @@ def _widest_verdict() -> str:
 
 
 def _verdict_icon(check: CheckLine) -> QIcon:
-    return icon(*_VOID_LOOK if check.is_void else _STYLES[verdict_named(check.verdict)])
+    return icon(*_VOID_STYLE if check.is_void else _STYLES[verdict_named(check.verdict)])
 
 
 _COLUMNS: Final = (

@@ -19,7 +19,7 @@ from app.text.messages import clean
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.style.icons import Icon, Look
+from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space, is_text_large
 from ui.widgets.controls import ChoiceButton, control, named, set_role
 from ui.widgets.labels import text_label
@@ -34,10 +34,10 @@ MEASURED_PX: Final = 170
 
 
 STYLES: Final = {
-    CheckResult.PASS: Look(Icon.CHECK, Meaning.GOOD),
-    CheckResult.FAIL: Look(Icon.CROSS, Meaning.DANGER),
-    CheckResult.WARN: Look(Icon.INFORMATION, Meaning.INFORMATION),
-    CheckResult.UNKNOWN: Look(Icon.UNKNOWN, Meaning.UNKNOWN),
+    CheckResult.PASS: StateStyle(Icon.CHECK, Meaning.GOOD),
+    CheckResult.FAIL: StateStyle(Icon.CROSS, Meaning.DANGER),
+    CheckResult.WARN: StateStyle(Icon.INFORMATION, Meaning.INFORMATION),
+    CheckResult.UNKNOWN: StateStyle(Icon.UNKNOWN, Meaning.UNKNOWN),
 }
 
 

@@ -21,7 +21,7 @@ from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, explain_setting, make_editor
 from ui.forms.value_label import WIDTH_PX as VALUE_PX
 from ui.forms.value_label import ValueLabel
-from ui.style.icons import Icon, Look
+from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import FittedLabel, text_label
@@ -41,15 +41,15 @@ MARGINS: Final = (Space.S, 1, Space.S, 1)
 
 
 STYLES: Final = {
-    RowState.UNKNOWN: Look(Icon.UNKNOWN, Meaning.UNKNOWN),
-    RowState.READ: Look(Icon.INFORMATION, None),
-    RowState.ACKNOWLEDGED: Look(Icon.INFORMATION, None),
-    RowState.STALE: Look(Icon.CLOCK, Meaning.UNKNOWN),
-    RowState.EDITED: Look(Icon.SETTINGS, Meaning.INFORMATION),
-    RowState.WRITING: Look(Icon.CONNECTING, Meaning.INFORMATION),
-    RowState.VERIFIED: Look(Icon.CHECK, Meaning.GOOD),
-    RowState.CHANGED: Look(Icon.WARNING, Meaning.DANGER),
-    RowState.FAILED: Look(Icon.CROSS, Meaning.DANGER),
+    RowState.UNKNOWN: StateStyle(Icon.UNKNOWN, Meaning.UNKNOWN),
+    RowState.READ: StateStyle(Icon.INFORMATION, None),
+    RowState.ACKNOWLEDGED: StateStyle(Icon.INFORMATION, None),
+    RowState.STALE: StateStyle(Icon.CLOCK, Meaning.UNKNOWN),
+    RowState.EDITED: StateStyle(Icon.SETTINGS, Meaning.INFORMATION),
+    RowState.WRITING: StateStyle(Icon.CONNECTING, Meaning.INFORMATION),
+    RowState.VERIFIED: StateStyle(Icon.CHECK, Meaning.GOOD),
+    RowState.CHANGED: StateStyle(Icon.WARNING, Meaning.DANGER),
+    RowState.FAILED: StateStyle(Icon.CROSS, Meaning.DANGER),
 }
 WRONG: Final = (RowState.FAILED, RowState.CHANGED)
 
