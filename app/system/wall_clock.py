@@ -62,3 +62,13 @@ def local_time(text: str) -> str:
         return f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M:%S}"
     except ValueError:
         return text
+
+
+def clock_text(wall_s: float, decimals: int = 0) -> str:
+    """The local time of day of a number of seconds since 1970, with `decimals` of a second."""
+    whole = math.floor(round(wall_s, decimals))
+    text = time.strftime("%H:%M:%S", time.localtime(whole))
+    if not decimals:
+        return text
+    part = round((wall_s - whole) * 10**decimals)
+    return f"{text}.{max(0, part):0{decimals}d}"

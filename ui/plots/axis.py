@@ -1,7 +1,6 @@
 """The axes of the plots: labels of pyqtgraph that never touch each other."""
 
 import math
-import time
 from typing import Any, Final
 
 import pyqtgraph as pg
@@ -9,6 +8,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem
 
+from app.system.wall_clock import clock_text
 from app.text.i18n import tr
 from ui.style.theme import Size, current, font, scaled
 
@@ -103,16 +103,6 @@ class TimeAxis(LabelAxis):
         if self._end_wall_s is None:
             return [_ago(-value, step_s, decimals) for value in values]
         return [clock_text(self._end_wall_s + value, decimals) for value in values]
-
-
-def clock_text(wall_s: float, decimals: int = 0) -> str:
-    """The local time of day of a number of seconds since 1970, with `decimals` of a second."""
-    whole = math.floor(round(wall_s, decimals))
-    text = time.strftime("%H:%M:%S", time.localtime(whole))
-    if not decimals:
-        return text
-    part = round((wall_s - whole) * 10**decimals)
-    return f"{text}.{max(0, part):0{decimals}d}"
 
 
 def ago_text(seconds: float, decimals: int = 1) -> str:

@@ -78,10 +78,6 @@ class Mark:
     rank: int = 0
 
 
-Tick = tuple[float, str]
-"""A time before the end of the span, and its label."""
-
-
 Steps = tuple[StepFunction, StepFunction | None]
 """A limit over time, and what was last known of it."""
 

@@ -1,6 +1,7 @@
 """What lies in front of the lanes: words and icons, none of which covers another, lines through all lanes, and dots."""
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF, Qt
@@ -44,7 +45,6 @@ class Overlay(QGraphicsRectItem):
         self.lines: list[tuple[float, QColor | str]] = []
         """Their places across, and their colours."""
         self.dots: list[tuple[QPointF, str]] = []
-        self._texts: dict[tuple[str, bool], QStaticText] = {}
         self._box = QRectF()
         self._has_focus = False
         self.apply_theme()
@@ -52,30 +52,26 @@ class Overlay(QGraphicsRectItem):
     def apply_theme(self) -> None:
         self.fonts = font(Size.SMALL), font(Size.SMALL, is_bold=True)
         self.line_px = QFontMetricsF(self.fonts[True]).height()
-        self._texts.clear()
+        self._laid_out = lru_cache(_MAX_TEXTS)(self._lay_out)  # which takes longer than drawing it
 
     def clear(self, box: QRectF, *, has_focus: bool) -> None:
         """`box`: all lanes, through which lines go; it is framed if it `has_focus`."""
         self.update()
         self._box, self._has_focus = box, has_focus
-        if len(self._texts) > _MAX_TEXTS:
-            self._texts.clear()
         for part in (self.shown, self.lines, self.dots):
             part.clear()
 
     def size(self, what: str | Icon, *, is_bold: bool = False, is_on_ground: bool = False) -> QSizeF:
         if isinstance(what, Icon):
             return QSizeF(ICON_PX, ICON_PX)
-        size = self._laid_out(what, is_bold=is_bold).size()
+        size = self._laid_out(what, is_bold).size()
         return size + QSizeF(2 * PAD_PX, _PAD_Y_PX * 2) if is_on_ground else size
 
-    def _laid_out(self, text: str, *, is_bold: bool) -> QStaticText:
-        """Kept, since that takes longer than drawing it."""
-        if (text, is_bold) not in self._texts:
-            self._texts[text, is_bold] = laid_out = QStaticText(text)
-            laid_out.setTextFormat(Qt.TextFormat.PlainText)
-            laid_out.prepare(QTransform(), self.fonts[is_bold])
-        return self._texts[text, is_bold]
+    def _lay_out(self, text: str, is_bold: bool, /) -> QStaticText:
+        laid_out = QStaticText(text)
+        laid_out.setTextFormat(Qt.TextFormat.PlainText)
+        laid_out.prepare(QTransform(), self.fonts[is_bold])
+        return laid_out
 
     def put(
         self, what: str | Icon, ink: QColor | str, places: Iterable[QPointF], *, is_bold: bool = False,
@@ -116,7 +112,7 @@ class Overlay(QGraphicsRectItem):
             painter.setFont(self.fonts[is_bold])
             painter.setPen(QColor(ink))
             corner = room.topLeft() + QPointF(PAD_PX, _PAD_Y_PX) if ground else room.topLeft()
-            painter.drawStaticText(corner, self._laid_out(what, is_bold=is_bold))
+            painter.drawStaticText(corner, self._laid_out(what, is_bold))
 
 
 def beside(x: float, y: float, size: QSizeF, within: QRectF) -> QPointF:

@@ -19,8 +19,9 @@ from PySide6.QtGui import (
 from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsItem, QGraphicsView, QWidget
 
+from app.system.wall_clock import clock_text
 from app.text.i18n import tr
-from ui.plots.axis import TimeAxis, ago_text, clock_text
+from ui.plots.axis import TimeAxis, ago_text
 from ui.plots.lane_view import EDGE_PX, LaneView
 from ui.plots.lanes import Lane, Mark, Reading, reading
 from ui.plots.overlay import GAP_PX, ICON_PX, Overlay, beside
@@ -50,7 +51,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     accessible_role: ClassVar = QAccessible.Role.Chart
 
     def __init__(self, lanes: Sequence[Lane], time_range: TimeRange, wall_offset_s: float) -> None:
-        self._is_styled = False
         super().__init__()
         self.setObjectName("time-plot-canvas")
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
@@ -89,7 +89,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.overlay.apply_theme()
         for number, lane in enumerate(self.all_lanes):
             lane.apply_theme(theme.curves[number % len(theme.curves)], self.devicePixelRatioF())
-        self._is_styled = True
         self.arrange()
 
     def arrange(self) -> None:
@@ -342,16 +341,16 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
     # Qt
 
     def event(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.DevicePixelRatioChange and self._is_styled:
+        if event.type() == QEvent.Type.DevicePixelRatioChange:
             self.apply_theme()
         is_handled = bool(super().event(event))
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
             self.time_range.changed.emit()
         return is_handled
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
         super().resizeEvent(event)
-        if self._is_styled:
+        if event is not None:  # pyqtgraph's own call, before there are lanes
             self.arrange()
             self.time_range.changed.emit()
 

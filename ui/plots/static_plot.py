@@ -9,7 +9,6 @@ from PySide6.QtGui import QAccessible, QColor, QFontMetricsF
 from PySide6.QtWidgets import QSizePolicy
 
 from ui.plots.axis import LabelAxis
-from ui.plots.lanes import Tick
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Size, Space, Theme, current, font, scaled
 from ui.widgets.layouts import in_column
@@ -100,7 +99,7 @@ class StaticPlot(PaintedWidget):
     def set_range(self, across: tuple[float, float], up: tuple[float, float]) -> None:
         self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)
 
-    def show_ticks(self, side: str, labels: Sequence[Tick], title: str = "") -> None:
+    def show_ticks(self, side: str, labels: Sequence[tuple[float, str]], title: str = "") -> None:
         """Labels an axis, which takes the room that they need."""
         axis, metrics = self.axes[side], QFontMetricsF(font(Size.SMALL))
         lines = [line for _, label in labels for line in label.split("\n")]

@@ -7,9 +7,9 @@ after the window's first paint.
 from collections.abc import Sequence
 from typing import Final
 
-from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QKeySequence, QResizeEvent
-from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -140,6 +140,8 @@ class PlotHeader(QWidget):
     def __init__(self, texts: Texts, time_range: TimeRange) -> None:
         super().__init__()
         self.setObjectName("time-plot-header")
+        # The text of the state never makes the page wider.
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._time_range, self._texts = time_range, texts
         self._shown: object = None
         self._offers_pause: bool | None = None
@@ -200,10 +202,6 @@ class PlotHeader(QWidget):
             self.chip.show_state(word, picture, meaning)
         self.chip.announce(spoken, name=f"{tr('Plots')}: {short}")  # without the delay, which changes all the time
         self.chip.setToolTip(spoken)
-
-    def minimumSizeHint(self) -> QSize:
-        """No minimum width: the text of the state never makes the page wider."""
-        return QSize(0, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

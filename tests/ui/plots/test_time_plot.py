@@ -11,10 +11,11 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Envelope
+from app.system.wall_clock import clock_text
 from tests.support.window.contrast import style_all
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench, labels_of
-from ui.plots.axis import TimeAxis, clock_text
+from ui.plots.axis import TimeAxis
 from ui.plots.lane_view import points
 from ui.plots.lanes import Scale, Span, fitting_scale
 from ui.style.theme import LIGHT, THEMES, Size, font

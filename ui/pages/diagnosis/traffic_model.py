@@ -11,7 +11,7 @@ from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QWidget
 
 from app.captures.rows import CaptureRows
-from app.system.wall_clock import WallClock
+from app.system.wall_clock import WallClock, clock_text
 from app.text.i18n import tr
 from app.text.sentences import in_brackets
 from protocol.events import Answered, Event, Rejected
@@ -29,7 +29,6 @@ from ui.pages.diagnosis.traffic_texts import (
     meaning_of,
     shown,
     since_start,
-    time_of_day,
     words_of,
 )
 from ui.style.icons import Icon, icon
@@ -217,8 +216,7 @@ class TrafficModel(RowsModel[Row]):
         """Time of day to the millisecond; in a capture the seconds since its beginning."""
         if self._recorded is not None:
             return since_start(at_of(row))
-        seconds, milliseconds = divmod(int(self.wall.at(at_of(row)) * 1000), 1000)
-        return f"{time_of_day(seconds)}.{milliseconds:03d}"
+        return clock_text(self.wall.at(at_of(row)), 3)
 
     def as_text(self, rows: Sequence[int]) -> str:
         """Rows as tab-separated text with all bytes."""

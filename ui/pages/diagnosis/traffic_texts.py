@@ -1,6 +1,5 @@
 """Text, icon and colour of a row of the traffic list."""
 
-import time
 from functools import cache, lru_cache
 from typing import NamedTuple
 
@@ -151,12 +150,6 @@ def words_of(row: Row) -> str:
 def since_start(at_s: float) -> str:
     """Seconds since the beginning of a capture."""
     return f"{at_s:.3f} s"
-
-
-@lru_cache(maxsize=1024)
-def time_of_day(wall_s: int) -> str:
-    """Local time, cached, since many rows share a second."""
-    return time.strftime("%H:%M:%S", time.localtime(wall_s))
 
 
 def is_rejected(row: Row) -> bool:

@@ -14,12 +14,12 @@ from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnos
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.worker import Batch
+from app.system.wall_clock import clock_text
 from app.text.i18n import tr
 from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.pages.diagnosis.link_statistics import Tile
-from ui.pages.diagnosis.traffic_texts import time_of_day
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
@@ -136,7 +136,7 @@ class WhyPanel(QScrollArea):
         last = max(known.at for known in current.device.values.values())
         return tr(
             "Last value at {time}. Requests unanswered since the last reply: {lost} of {asked}. The port is open.",
-            time=time_of_day(round(time.time() - self._connector.clock() + last)),
+            time=clock_text(time.time() - self._connector.clock() + last),
             lost=f"{evidence.counters.time_outs:,}", asked=f"{evidence.counters.sent:,}",
         )  # fmt: skip
 

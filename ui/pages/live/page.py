@@ -8,7 +8,7 @@ or not. A recording is shown here too, with its plots above those of the module,
 from typing import Final, cast
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QImage, QWindow
+from PySide6.QtGui import QWindow
 from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
 
 from app.engine.worker import Batch
@@ -21,7 +21,7 @@ from ui.files.save_bar import Origin, SaveBar, picture_with_footer
 from ui.pages.live.data import LiveData, lanes
 from ui.pages.live.empty import EmptyPage
 from ui.pages.live.panel import LivePanel
-from ui.pages.live.recorded_view import RecordedView, origin_of
+from ui.pages.live.recorded_view import RecordedBanner, origin_of, recorded_plot, show_moment
 from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
@@ -63,11 +63,16 @@ class LivePage(StreamPage):
         drawn = self.fired.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
-        self._recorded = RecordedView(texts, self._plots, self.panel, self._in_use)
-        self.banner = self._recorded.banner
+        self.plot = self._live_plot
+        """The plots in sight: the module's, or those of a recording."""
+        self.recording: Recording | None = None
+        """Shown in place of the module."""
+        self._read_s: float | None = None
+        """The time in the recording that the numbers show; None: they have to be written again."""
+        self.banner = RecordedBanner(texts)
         self.save = SaveBar(
-            texts, take_excerpt=self._excerpt, take_picture=self._picture, take_drawing=self._drawing,
-            find_origin=self._origin,
+            texts, take_excerpt=self._excerpt, take_picture=lambda foot: picture_with_footer(self._seen, foot),
+            take_drawing=self._drawing, find_origin=self._origin,
         )  # fmt: skip
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
@@ -102,16 +107,6 @@ class LivePage(StreamPage):
         self.refresh()
 
     @property
-    def recording(self) -> Recording | None:
-        """The recording shown in place of the module."""
-        return self._recorded.recording
-
-    @property
-    def plot(self) -> TimePlot:
-        """The visible plots: the recording's, or the module's."""
-        return self._live_plot if self._recorded.plot is None else self._recorded.plot
-
-    @property
     def is_empty(self) -> bool:
         """There is nothing to plot yet."""
         return self._stack.currentWidget() is self.empty
@@ -140,11 +135,15 @@ class LivePage(StreamPage):
 
     def show_recording(self, recording: Recording) -> None:
         """Shows `recording` in place of the module, which stays connected."""
-        self.fired.release()
-        self._recorded.show(recording, self.fired.lines.added_to(lanes(recording, self._in_use)))
-        if self._recorded.plot is not None:
-            self._connect_menu(self._recorded.plot)
-        self._recordings.note_shown(is_shown=True)
+        self._close_recording()
+        self.recording = recording
+        self.plot = recorded_plot(
+            recording, self.fired.lines.added_to(lanes(recording, self._in_use)), self._services.texts
+        )
+        self._connect_menu(self.plot)
+        self._plots.addWidget(self.plot)
+        self._plots.setCurrentWidget(self.plot)
+        self._show_source()
         self._stack.setCurrentWidget(self._content)
         self.source_changed.emit()
         self.refresh()
@@ -154,14 +153,28 @@ class LivePage(StreamPage):
         """Closes the recording and shows the module."""
         if self.recording is None:
             return
-        self.fired.release()  # it reads from the recording
-        self._recorded.close()
-        self._recordings.note_shown(is_shown=False)
+        self._close_recording()
+        self._show_source()
         if not self.data.has_samples:
             self._stack.setCurrentWidget(self.empty)
         self.source_changed.emit()
         self.refresh()
         self.draw()
+
+    def _close_recording(self) -> None:
+        """After what reads from it."""
+        self.fired.release()
+        plot, recording = self.plot, self.recording
+        self.plot, self.recording, self._read_s = self._live_plot, None, None
+        if recording is not None:
+            self._plots.removeWidget(plot)
+            plot.deleteLater()
+            recording.close()
+
+    def _show_source(self) -> None:
+        self.banner.show_recording(self.recording)
+        self.panel.be_recorded(is_recorded=self.recording is not None)
+        self._recordings.note_shown(is_shown=self.recording is not None)
 
     def refresh(self) -> None:
         self._process_waiting()
@@ -170,7 +183,10 @@ class LivePage(StreamPage):
         self.save.note.refresh()
         self.fired.refresh()
         if self.recording is not None:
-            self._recorded.refresh()
+            at_s = self.plot.time_range.cursor_s
+            if at_s is None or at_s != self._read_s:
+                self._read_s = at_s
+                show_moment(self.panel, self.recording, at_s, self._in_use)
             return
         if data.has_samples and self.is_empty:
             self._stack.setCurrentWidget(self._content)
@@ -191,7 +207,7 @@ class LivePage(StreamPage):
         plot.save_picture_wanted.connect(self.save.save_png)
 
     def _retranslate(self) -> None:
-        self._recorded.retranslate()
+        self._read_s = None
         self.refresh()
 
     def _tick_alone(self) -> None:
@@ -259,9 +275,6 @@ class LivePage(StreamPage):
             return origin_of(self.recording)
         connection = self._connector.current.connection
         return Origin(connection.port, connection.baud_rate, self.wall.offset_s)
-
-    def _picture(self, foot: str) -> QImage:
-        return picture_with_footer(self._seen, foot)
 
     def _drawing(self) -> bytes:
         return self.plot.canvas.svg()

@@ -5,7 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QPushButton, QStackedWidget
+from PySide6.QtWidgets import QPushButton
 
 from app.engine.device import DeviceView, How, Known
 from app.limits.out_of_limits import LimitsInUse
@@ -14,6 +14,7 @@ from app.recordings.markers import NO_LIMITS, charging_at
 from app.recordings.recording import Recording
 from app.safety.last_known import Activation, SeenActivation
 from app.samples.ring_buffers import Readable
+from app.system.wall_clock import clock_text
 from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.fields import Value
@@ -21,7 +22,6 @@ from ui.core.texts import Texts
 from ui.files.save_bar import Origin
 from ui.pages.live.data import SLOW_GAP_S, mark_of
 from ui.pages.live.panel import LivePanel
-from ui.plots.axis import clock_text
 from ui.plots.lanes import Lane, Span
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
@@ -84,56 +84,15 @@ class RecordedBanner(Banner):
             self.show_meaning(Meaning.ATTENTION, Icon.WARNING)
 
 
-class RecordedView:
-    """`plots` is the stack with the module's plots at the bottom; `panel` shows the numbers."""
-
-    def __init__(self, texts: Texts, plots: QStackedWidget, panel: LivePanel, in_use: LimitsInUse) -> None:
-        self._texts, self._plots, self._panel, self._in_use = texts, plots, panel, in_use
-        self.banner = RecordedBanner(texts)
-        self.recording: Recording | None = None
-        self.plot: TimePlot | None = None
-        self._read_s: float | None = None
-        """The time that the numbers show."""
-
-    def show(self, recording: Recording, lanes: Sequence[Lane]) -> None:
-        """Shows all of `recording`, with the cursor at its last report."""
-        self.close()
-        self.recording = recording
-        bounds = Span(recording.start_s, recording.end_s)
-        plot = self.plot = TimePlot(lanes, self._texts, wall_offset_s=recording.wall_offset_s, bounds=bounds)
-        plot.add_marks([mark_of(marker) for marker in recording.markers])
-        last = recording.tilt.last
-        if last is not None:
-            plot.time_range.point_at(last.time_s)
-        self._plots.addWidget(plot)
-        self._plots.setCurrentWidget(plot)
-        self.banner.show_recording(recording)
-        self._panel.be_recorded(is_recorded=True)
-
-    def close(self) -> None:
-        """Closes the recording, after the widgets that read from it."""
-        plot, recording = self.plot, self.recording
-        self.plot = self.recording = self._read_s = None
-        if plot is not None:
-            self._plots.removeWidget(plot)
-            plot.deleteLater()
-        self.banner.show_recording(None)
-        self._panel.be_recorded(is_recorded=False)
-        if recording is not None:
-            recording.close()
-
-    def refresh(self) -> None:
-        """Shows the numbers at the cursor, if it moved."""
-        if self.recording is None or self.plot is None:
-            return
-        at_s = self.plot.time_range.cursor_s
-        if at_s is None or at_s != self._read_s:
-            self._read_s = at_s
-            show_moment(self._panel, self.recording, at_s, self._in_use)
-
-    def retranslate(self) -> None:
-        """The next `refresh` writes the numbers again."""
-        self._read_s = None
+def recorded_plot(recording: Recording, lanes: Sequence[Lane], texts: Texts) -> TimePlot:
+    """Plots with all of `recording` in sight, and the cursor at its last report."""
+    bounds = Span(recording.start_s, recording.end_s)
+    plot = TimePlot(lanes, texts, wall_offset_s=recording.wall_offset_s, bounds=bounds)
+    plot.add_marks([mark_of(marker) for marker in recording.markers])
+    last = recording.tilt.last
+    if last is not None:
+        plot.time_range.point_at(last.time_s)
+    return plot
 
 
 def origin_of(recording: Recording) -> Origin:

@@ -33,12 +33,12 @@ from app.firing.what_if_texts import WhatIfKind, WhatIfRow, WhatIfVerdict
 from app.recordings.measured import Measured
 from app.recordings.recording import Recording
 from app.samples.step_function import StepFunction
+from app.system.wall_clock import clock_text
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 from ui.pages.live.what_if_fields import DraftLines, WhatIfFields
-from ui.plots.axis import clock_text
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space, scaled

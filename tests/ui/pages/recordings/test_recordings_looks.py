@@ -187,4 +187,4 @@ def test_the_window_reports_damage_at_export_and_on_the_live_page(desk: Desk, tm
     shown = desk.live.recording
     assert isinstance(shown, Recording)
     assert shown.damage is not None
-    desk.until(lambda: "Damaged or altered" in desk.live._recorded.banner.label.text())
+    desk.until(lambda: "Damaged or altered" in desk.live.banner.label.text())
