@@ -24,16 +24,14 @@ _GAP_PX: Final = 4
 
 
 class LabelAxis(pg.AxisItem):  # type: ignore[misc]
-    """An axis of labels only. It is kept as a picture, which makes a redraw six times as fast, unless its width follows
-    its labels: those would be cut off."""
+    """An axis of labels only, kept as a picture, which makes a redraw six times as fast."""
 
-    def __init__(self, side: str, view: pg.ViewBox, *, is_cached: bool = True) -> None:
+    def __init__(self, side: str, view: pg.ViewBox) -> None:
         super().__init__(side, linkView=view)
         self.enableAutoSIPrefix(False)
         self.setStyle(tickLength=0, tickAlpha=0, autoExpandTextSpace=False, maxTickLevel=0)
         self._taken = QRectF()
-        if is_cached:
-            self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
 
     def apply_theme(self, line: QPen | None) -> None:
         self.setTickFont(font(Size.SMALL))

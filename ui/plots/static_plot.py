@@ -54,7 +54,9 @@ class StaticPlot(PaintedWidget):
         view.sigResized.connect(self.fit_to_view)
         canvas.addItem(view, 0, 1)
         # Their width follows the labels: a picture of another width would cut them off.
-        self.axes = {side: LabelAxis(side, view, is_cached=False) for side in ("left", "bottom")}
+        self.axes = {side: LabelAxis(side, view) for side in ("left", "bottom")}
+        for axis in self.axes.values():
+            axis.setCacheMode(axis.CacheMode.NoCache)
         canvas.addItem(self.axes["left"], 0, 0)
         canvas.addItem(self.axes["bottom"], 1, 1)
         self.column.insertWidget(self.head_rows, canvas, 1)

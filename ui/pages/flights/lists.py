@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QFontMetrics
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
-from app.flight_analysis.fire_map import FlightGroup, FlightOutcome
+from app.flight_analysis.fire_map import FlightGroup
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -165,16 +165,13 @@ class FlightList(QWidget):
     def show_rows(self, rows: Sequence[FlightRow]) -> None:
         self.table.show_rows(rows)
         outcomes = [row.outcome for row in rows if row.outcome is not None]
-        self.show_caption(outcomes)
-        self._refresh_actions()
-
-    def show_caption(self, outcomes: list[FlightOutcome]) -> None:
         text, meaning = list_caption(self.group, outcomes)
         self.caption.setText(text)
         self.detail.setText(list_detail(self.group, outcomes))
         good = Icon.NOT_TRIGGERED if self.group is FlightGroup.MUST_NOT else Icon.PARACHUTE
         bad = Icon.PARACHUTE if self.group is FlightGroup.MUST_NOT else Icon.CROSS
         self.picture.show_icon(good if meaning is None else bad, meaning)
+        self._refresh_actions()
 
     def show_only_fired(self, *, is_wanted: bool) -> None:
         """Hides flights that do not fire with the chosen thresholds."""

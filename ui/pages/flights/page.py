@@ -161,20 +161,16 @@ class FlightsPage(Page):
         if self._stack.currentWidget() in (self.empty, self._overview):
             self._show_overview()
 
-    def _refresh_lists(self) -> None:
-        work = self.work
-        self.lists.show_rows(work.rows())
-        counts = tuple(part.caption.text() for part in self.lists.of.values())
-        self.map.show_limits(work.limits, labelled(limits_text(work.limits), " · ".join(counts)))  # fmt: skip
-        if self.fired_only.isChecked():
-            self._filter(is_wanted=True)
-
     def _refresh_thresholds(self) -> None:
         """Updates map and lists after a change of thresholds or reading."""
         work = self.work
         if not work.is_empty:
             self.map.show_maps(*work.maps())
-        self._refresh_lists()
+        self.lists.show_rows(work.rows())
+        counts = tuple(part.caption.text() for part in self.lists.of.values())
+        self.map.show_limits(work.limits, labelled(limits_text(work.limits), " · ".join(counts)))  # fmt: skip
+        if self.fired_only.isChecked():
+            self._filter(is_wanted=True)
         self.thresholds.show_limits(work.limits, work.reading)
         self.proposal.refresh()
 
