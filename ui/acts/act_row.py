@@ -70,10 +70,10 @@ class ActRow(QFrame):
         shown.sort(key=lambda refusal: refusal.condition not in is_first)
         self.conditions.setText(shown[0].sentence if shown else "")
         # An old status does not disable the button: the engine asks for a new one before it decides.
-        in_the_way = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
+        blocking = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText("" if shown else motion_text(self._connector))  # the condition gives the figures
-        self.confirm.set_possible(not in_the_way and not self._job.is_running)
+        self.confirm.set_possible(not blocking and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.notice_bar.show_notice(notice)
         self._place.setCurrentWidget(self._words if notice is None else self.notice_bar)

@@ -138,8 +138,8 @@ class RitualWidget(QFrame):
         self._reasons.setCurrentWidget(self.conditions if refusals and not is_rehearsal else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
         # An old status does not disable the button: the engine asks for a new one before it decides.
-        in_the_way = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
-        self.choose.setEnabled(is_free and not in_the_way)
+        blocking = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
+        self.choose.setEnabled(is_free and not blocking)
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not refusals))
         notice = self._job.notice(ASKING, can_cancel=False)
