@@ -8,6 +8,7 @@ from app.engine.identity import Expected
 from app.engine.procedure import EngineView, LinkView, Procedure
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import MAX_STEP_S
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Request
@@ -176,12 +177,12 @@ class Rig:
         end_s = self.clock.now_s + limit_s
         while not is_enough():
             assert self.clock.now_s < end_s, "it takes too long"
-            self.session.step()
+            self.session.step(MAX_STEP_S)
 
     def step_for(self, seconds: float) -> None:
         end_s = self.clock.now_s + seconds
         while self.clock.now_s < end_s:
-            self.session.step()
+            self.session.step(min(MAX_STEP_S, end_s - self.clock.now_s))
 
 
 def settled_rig(**options: object) -> Rig:
