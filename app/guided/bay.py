@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from app.engine.device import DeviceView
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
@@ -26,24 +27,24 @@ CLOSE, OPEN = marked("Close the bay"), marked("Open the bay fully")
 
 
 def prepare_bay() -> Procedure[Measure]:
-    restarts = yield from require_locked()
+    begin = yield from require_locked()
     threshold = yield from read_setting("light_threshold")
-    return partial(_measure, restarts, threshold)
+    return partial(_measure, begin, threshold)
 
 
-def _measure(restarts: int, threshold: float, steps: PersonSteps) -> Procedure[GuidedResult]:
+def _measure(begin: DeviceView, threshold: float, steps: PersonSteps) -> Procedure[GuidedResult]:
     yield Report(0, STEPS, CLOSE)
-    closed = yield from _measure_light(restarts, steps)
+    closed = yield from _measure_light(begin, steps)
     yield Report(1, STEPS, OPEN)
-    opened = yield from _measure_light(restarts, steps)
+    opened = yield from _measure_light(begin, steps)
     yield from require_locked()
     return _result(closed, opened, threshold)
 
 
-def _measure_light(restarts: int, steps: PersonSteps) -> Procedure[Band]:
+def _measure_light(begin: DeviceView, steps: PersonSteps) -> Procedure[Band]:
     yield from wait_for_person(steps)
     view: EngineView = yield Inspect()
-    require_start(view, restarts)
+    require_start(view, begin)
     band = yield from measure_light()
     if not band.is_enough:
         raise UserError(NOT_READ, what=message(marked("Light")))

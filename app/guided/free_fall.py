@@ -8,7 +8,7 @@ time between the reports around them.
 from dataclasses import dataclass, field
 from functools import partial
 
-from app.engine.device import StatusSample
+from app.engine.device import DeviceView, StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
@@ -60,18 +60,18 @@ class MeasuredFall:
 
 
 def prepare_free_fall() -> Procedure[Measure]:
-    restarts = yield from require_locked()
+    begin = yield from require_locked()
     threshold = yield from read_setting("freefall_acceleration")
     if not 0 < threshold <= STILL_FROM_G:
         raise UserError(marked("Not testable at {threshold:.1f} g: rest and fall cannot be told apart."),
                        threshold=threshold)  # fmt: skip
     seconds = yield from read_setting("freefall_time")
-    return partial(_measure, restarts, threshold, seconds)
+    return partial(_measure, begin, threshold, seconds)
 
 
-def _measure(restarts: int, threshold_g: float, time_s: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
+def _measure(begin: DeviceView, threshold_g: float, time_s: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     """Against the module's thresholds."""
-    watch = StatusWatch(restarts, may_trigger=True)
+    watch = StatusWatch(begin, may_trigger=True)
     still_at = yield from _until_still(watch)
     fall = yield from _fall(watch, threshold_g, still_at)
     now: float = yield Report(2, STEPS, WAIT)

@@ -38,7 +38,7 @@ class _Counts:
 
 
 def prepare_link() -> Procedure[Measure]:
-    return partial(measure_link, (yield from require_locked()))
+    return partial(measure_link, (yield from require_locked()).restarts)
 
 
 def measure_link(restarts: int, steps: PersonSteps) -> Procedure[GuidedResult]:

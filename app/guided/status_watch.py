@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from math import inf
 
-from app.engine.device import MAX_LAG_S, StatusSample
+from app.engine.device import MAX_LAG_S, DeviceView, StatusSample
 from app.engine.procedure import Ask, Await, EngineView, Inspect, Listen, Pause, Procedure
 from app.guided.results import GuidedResult
 from app.procedures.ask_status import ask_status
@@ -84,7 +84,7 @@ class StatusWatch:
     `is_active`: the state that it must report; `may_trigger`: a reported trigger is part of the test.
     """
 
-    restarts: int
+    begin: DeviceView
     is_active: bool = False
     may_trigger: bool = False
     _heard_at: float | None = None
@@ -95,7 +95,7 @@ class StatusWatch:
     def next_reports(self) -> Procedure[tuple[StatusSample, ...]]:
         """Reports since the last call; may be empty."""
         view: EngineView = yield Inspect()
-        require_start(view, self.restarts)
+        require_start(view, self.begin)
         reports: tuple[StatusSample, ...] = ()
         if view.now - self._anchored_at > ANCHOR_EVERY_S:
             self._anchored_at = view.now
@@ -137,18 +137,20 @@ class StatusWatch:
             raise UserError(marked("The module became ACTIVE."))
 
 
-def require_start(view: EngineView, restarts: int) -> None:
-    """Raise `UserError` if the module restarted, is silent or answers late."""
-    if view.device.restarts != restarts:
+def require_start(view: EngineView, begin: DeviceView) -> None:
+    """Raise `UserError` if the module restarted or was silent since, is silent or answers late."""
+    if view.device.restarts != begin.restarts:
         raise UserError(marked("The module restarted."))
     if view.device.presence is Presence.OFFLINE:
         raise UserError(marked("The module does not answer."))
+    if view.device.breaks != begin.breaks:  # another module may have taken its place
+        raise UserError(marked("No result: {why}."), why=message(marked("no reply for a moment")))
     if view.device.is_late:
         raise UserError(marked("Data arrives {seconds:.1f} s late."), seconds=MAX_LAG_S)
 
 
-def require_locked() -> Procedure[int]:
-    """Raise `UserError` unless the module now reports that it is locked and has not fired; returns its restarts."""
+def require_locked() -> Procedure[DeviceView]:
+    """Raise `UserError` unless the module now reports that it is locked and has not fired."""
     if not (yield from ask_status()):
         raise UserError(marked("No current status."))
     view: EngineView = yield Inspect()
@@ -159,8 +161,8 @@ def require_locked() -> Procedure[int]:
         raise UserError(marked("The module is ACTIVE: lock it first."))
     if triggered.value:
         raise UserError(marked("The module reports that it has fired."))
-    require_start(view, view.device.restarts)
-    return view.device.restarts
+    require_start(view, view.device)
+    return view.device
 
 
 def read_setting(name: str) -> Procedure[float]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 
-from app.engine.device import StatusSample
+from app.engine.device import DeviceView, StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import (
@@ -83,16 +83,16 @@ class Turn:
 
 
 def prepare_tilt() -> Procedure[Measure]:
-    restarts = yield from require_locked()
+    begin = yield from require_locked()
     threshold = yield from read_setting("attitude_threshold")
     if threshold <= LEVEL_WITHIN_DEG + RESET_BELOW_THRESHOLD_DEG or threshold + TOLERANCE_DEG > HIGHEST_DEG:
         raise UserError(marked("Not testable by hand at {threshold:.0f}°."), threshold=threshold)
-    return partial(_measure, restarts, threshold)
+    return partial(_measure, begin, threshold)
 
 
-def _measure(restarts: int, threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
+def _measure(begin: DeviceView, threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     """Needs an active module. The caller locks it afterwards in any case."""
-    watch = _TiltWatch(restarts, threshold)
+    watch = _TiltWatch(begin, threshold)
     view: EngineView = yield Inspect()
     watch.ends_at = view.now + MAX_S
     turns: list[Turn] = []
@@ -120,9 +120,9 @@ def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedu
 class _TiltWatch:
     """Hands out the reports one by one, within the time limits."""
 
-    def __init__(self, restarts: int, threshold: float) -> None:
+    def __init__(self, begin: DeviceView, threshold: float) -> None:
         self._threshold = threshold
-        self._watch = StatusWatch(restarts, is_active=True, may_trigger=True)
+        self._watch = StatusWatch(begin, is_active=True, may_trigger=True)
         self._waiting: list[StatusSample] = []
         self.ends_at = 0.0
         self._step_began = 0.0

@@ -73,7 +73,7 @@ def run_preflight(
 
 
 def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
-    begin: EngineView = yield Inspect()
+    start = begin = yield Inspect()
     evidence.began_at, evidence.opened_at, evidence.baud_rate = begin.now, begin.opened_at, begin.baud_rate
     yield Report(0, STEPS, marked("Link"))
     yield from read_back(BOOT_COUNT)
@@ -94,7 +94,7 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
     for command in TRIGGERS:
         evidence.flags[command.key] = TriggerFlag()
         if evidence.is_enabling:
-            evidence.flags[command.key] = yield from _enable(command, journal)
+            evidence.flags[command.key] = yield from _enable(command, WriteContext(journal=journal, begin=start))
     yield from _step(evidence, 4, marked("Cell voltage"))
     for _ in range(VALUE_ROUNDS):
         for command in SLOW:
@@ -201,15 +201,15 @@ def _watch(evidence: Evidence) -> Procedure[None]:
         now = yield Pause(TRIAL_EVERY_S)
 
 
-def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
+def _enable(command: Command, context: WriteContext) -> Procedure[TriggerFlag]:
     """Enable a trigger with one frame, if writing is allowed: never on an active module."""
     entries: dict[Command, Entry] = {}
     results: list[Written] = []
     try:
-        written, refused = yield from write_logged(SettingChange(command, True), WriteContext(journal=journal), entries)
+        written, refused = yield from write_logged(SettingChange(command, True), context, entries)
         results.append(written)
     finally:
-        settle_writes(journal, entries, results)
+        settle_writes(context.journal, entries, results)
     if written.heard is SetReply.NOT_SENT:
         why = tuple(refusal.message for refusal in refused) or (message(marked("no reply")),)
         return TriggerFlag(FlagState.NOT_SENT, why)

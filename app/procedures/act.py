@@ -27,6 +27,7 @@ from app.engine.procedure import (
 )
 from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
+from app.procedures.settings_reading import is_in_doubt, is_refuted, read_settings
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome, durable
@@ -38,6 +39,7 @@ from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, STATUS, Request
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
+from protocol.lag import QUICK_S
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement
 from protocol.translatable import marked
@@ -45,6 +47,8 @@ from protocol.translatable import marked
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
 ALIVE_AGAIN_S = 0.5
 READING_PAUSE_S = 0.15
+REFRESHES = 2
+"""After a silence the settings are read again, and the status once more."""
 READINGS = 2
 """Reports in a row that must agree before a trigger is said not to have happened."""
 
@@ -152,9 +156,8 @@ def perform(
         raise ValueError("locking has a procedure of its own")
     if permit is not None and permit.is_rehearsal and permit.act is act:
         return rehearse(act, permit)
-    yield from _refresh(act)
     request = REQUESTS[act]
-    entry = yield from begin_act(act, request, _detail((yield Inspect())), journal, permit=permit, armed=armed)
+    entry = yield from begin_act(act, request, journal, permit=permit, armed=armed)
     if isinstance(entry, tuple):
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
     try:
@@ -170,23 +173,26 @@ def perform(
 
 
 def begin_act(
-    act: Act, request: Request, detail: Mapping[str, object], journal: Journal, *, permit: Permit | None,
-    armed: Armed | None,
+    act: Act, request: Request, journal: Journal, *, permit: Permit | None, armed: Armed | None,
+    detail: Mapping[str, object] | None = None,
 ) -> Procedure[Entry | tuple[Refusal, ...]]:  # fmt: skip
     """Judge the conditions, wait until the intent is durable, judge them again and spend the permit.
 
-    The entry: the frame may be sent now, and only now; else why not.
+    The entry: the frame may be sent now, and only now; else why not. `detail`: for the log; else what is known.
     """
-    refused = _conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
+    begin: EngineView = yield Inspect()
+    is_same = yield from _refresh(act, begin)
+    view: EngineView = yield Inspect()
+    refused = _conditions_open(act, view, journal, permit=permit, armed=armed, is_same=is_same)
     if refused:
         return refused
-    entry = journal.begin(act, request.encode(), detail)
+    entry = journal.begin(act, request.encode(), _detail(view) if detail is None else detail)
     try:
         try:
             if (yield from durable(entry)):  # the disk was slow
-                yield from _refresh(act)
+                is_same = yield from _refresh(act, begin)
             yield Pause(0.0)  # lets the session read the clock and the line
-            refused = _conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
+            refused = _conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed, is_same=is_same)
             if not refused and permit is not None and permit.spend():
                 return entry
         except UserError as error:
@@ -209,15 +215,22 @@ def _performed(act: Act, after: _Observed) -> Performed:
     )
 
 
-def _refresh(act: Act) -> Procedure[None]:
-    """Read what the conditions need. The status waits behind another question, so that every late answer has passed
-    and the act itself needs no fence."""
+def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
+    """Read what the conditions need; whether nothing that is read refutes that it is still the module of `begin`. The
+    status waits behind another question, so that every late answer has passed and the act itself needs no fence."""
     yield from _ask_threshold(act)
     if act is Act.ZERO:
         yield from _watch_motion()
-    yield from ask_status()
+    for _ in range(REFRESHES):
+        yield from ask_status()
+        view: EngineView = yield Inspect()
+        is_slow = view.device.lag_s is not None and view.device.lag_s >= QUICK_S
+        if is_slow or not is_in_doubt(begin, view):
+            break
+        yield from read_settings()
     if (yield from _ask_threshold(act)):  # a silence meanwhile cast doubt on it
         yield from ask_status()
+    return not is_refuted(begin, (yield Inspect()))
 
 
 def _ask_threshold(act: Act) -> Procedure[bool]:
@@ -240,12 +253,12 @@ def _watch_motion() -> Procedure[None]:
 
 
 def _conditions_open(
-    act: Act, view: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None
+    act: Act, view: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None, is_same: bool
 ) -> tuple[Refusal, ...]:
     """The conditions of `act` that are not met at the time of `view`; none if it may be sent."""
     inputs = replace(
         interlock_inputs(view.device, view.now, must_be_proven=True),
-        is_identity_settled=view.is_settled,
+        is_identity_settled=view.is_settled and is_same,
         permit=permit,
         overtaken_at=view.overtaken_at,
         opened_at=view.opened_at,

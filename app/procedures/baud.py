@@ -13,7 +13,6 @@ from enum import Enum
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.procedures.act import Armed, begin_act
-from app.procedures.ask_status import ask_status
 from app.procedures.find import look_for
 from app.procedures.write import SetReply, acknowledged
 from app.safety.acts import Act
@@ -83,11 +82,10 @@ def change_baud(
     If it is cancelled or the port is lost after the set, it raises, and the logged rates remain to be searched.
     """
     request = BAUD_RATE.set(new_rate)
-    yield from ask_status()
     view: EngineView = yield Inspect()
     old_rate = view.baud_rate
     rates = {"old": old_rate, "new": new_rate}
-    entry = yield from begin_act(Act.CHANGE_BAUD, request, rates, journal, permit=permit, armed=armed)
+    entry = yield from begin_act(Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates)
     if isinstance(entry, tuple):
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=entry)
     # Without an outcome, as where the port is lost now, the module is searched for at the next start.

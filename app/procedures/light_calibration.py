@@ -35,11 +35,12 @@ class Band:
 
     raws: tuple[int, ...]
     lost: int = 0
-    has_restarted: bool = False
+    is_broken: bool = False
+    """The module restarted or was silent meanwhile: it may be another one."""
 
     @property
     def is_enough(self) -> bool:
-        return len(self.raws) >= ENOUGH_SAMPLES and not self.has_restarted
+        return len(self.raws) >= ENOUGH_SAMPLES and not self.is_broken
 
     @property
     def low_v(self) -> float:
@@ -72,7 +73,7 @@ def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
             lost += 1
         yield Pause(EVERY_S)
     after: EngineView = yield Inspect()
-    return Band(tuple(raws), lost, has_restarted=after.device.restarts != before.device.restarts)
+    return Band(tuple(raws), lost, is_broken=after.device.breaks != before.device.breaks)
 
 
 class CalibrationFault(Enum):

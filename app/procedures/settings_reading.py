@@ -5,12 +5,13 @@
 Equal boot counts prove that all values were read without a restart between.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from enum import Enum
 
+from app.engine.identity import Trust, evidence_of, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
-from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
+from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
 from app.procedures.write import ReadBack, read_back, restarted_since
 from protocol.catalogue import Command
 from protocol.fields import Value
@@ -18,6 +19,8 @@ from protocol.translatable import marked
 
 HEARTBEAT_WAITS_S = (0.5, 1.0)
 """For the heartbeat after an unanswered question."""
+MAX_STARTS = 3
+"""More in the seconds of one procedure are another module's."""
 
 
 class ReadFault(Enum):
@@ -78,6 +81,26 @@ def read_settings() -> Procedure[SettingsReading]:
         is_silent=is_silent,
         began_at=begin.now,
     )
+
+
+def is_in_doubt(begin: EngineView, view: EngineView) -> bool:
+    """Whether a break made stale what tells that it is the module of `begin`, and no person is asked about it."""
+    before, now = evidence_of(begin.device.values, is_fresh=False), evidence_of(view.device.values, is_fresh=True)
+    has_count = now.boot_count is not None or before.boot_count is None
+    is_stale = not (has_count and before.settings.keys() <= now.settings.keys())
+    return view.is_settled and view.device.breaks != begin.device.breaks and is_stale
+
+
+def is_refuted(begin: EngineView, view: EngineView, *, written: Collection[str] = ()) -> bool:
+    """Whether what was read since a break refutes that it is the module of `begin`; `written`: keys set since."""
+    before = evidence_of(begin.device.values, is_fresh=False)
+    kept = {key: value for key, value in before.settings.items() if key not in written}
+    read = {key: known for key, known in view.device.values.items() if known.at >= begin.now}
+    now = evidence_of(read, is_fresh=False)
+    is_counted = before.boot_count is not None and now.boot_count is not None
+    starts = ((now.boot_count or 0) - (before.boot_count or 0)) % BOOTS if is_counted else 0
+    is_other = starts > MAX_STARTS or same_module(replace(before, settings=kept), now) is Trust.REFUTED
+    return view.device.breaks != begin.device.breaks and is_other
 
 
 def _value(command: Command, back: ReadBack) -> Mapping[str, Value]:

@@ -8,7 +8,7 @@ module is active). The baud rate comes last, as it may break the connection. The
 module changed late or unasked.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
@@ -18,7 +18,7 @@ from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.settings_reading import SettingsReading, read_settings
+from app.procedures.settings_reading import SettingsReading, is_in_doubt, is_refuted, read_settings
 from app.procedures.write import SetReply, WriteFault, Written, write_verified
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
@@ -113,6 +113,8 @@ class WriteContext:
     they are stored; None if they were stored before in this session."""
     on_written: Callable[[Written], None] | None = None
     """Called with each result in the session's thread, even if the port is lost later."""
+    begin: EngineView | None = None
+    """Of the module that it was decided for; by default the one that answers first."""
     on_begun: Callable[[Command], None] | None = None
     """Called in the session's thread before the set of this setting may be sent."""
 
@@ -124,13 +126,14 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
     if refused := _unaccepted(changes, context):
         return WriteReport(results=_all_refused(ordered), refusals=refused)
+    begin: EngineView = yield Inspect()
     before = yield from read_settings()
     if before.is_restarted:  # or another module was plugged in: what was read is not its
         refused = (Refusal(Interlock.IS_IDENTITY_SETTLED, message(marked("The module restarted. Read again."))),)
         return WriteReport(results=_all_refused(ordered), refusals=refused)
     if context.store_snapshot is not None:
         yield from _store_snapshot(context.store_snapshot)
-    progress = _WriteProgress(context)
+    progress = _WriteProgress(replace(context, begin=context.begin or begin))
     try:
         for done, change in enumerate(ordered):
             yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
@@ -187,14 +190,15 @@ def write_logged(
 ) -> Procedure[tuple[Written, tuple[Refusal, ...]]]:
     """Write one setting, if that is allowed; the caller settles the intent in `entries`, also where this raises."""
     command, value = change.command, change.value
-    refused = _unaccepted([change], context) or (yield from _refusals(context))
+    written = {command.key for command in entries}
+    refused = _unaccepted([change], context) or (yield from _refusals(context, written))
     if not refused:
         frame = command.set(value).encode()
         entry = entries[command] = context.journal.begin(Act.WRITE, frame, {command.key: value})
         if not entry.done():
             # Unlike an act a set is sent even if the disk takes too long, after checking again whether it is allowed.
             yield from _wait_for_disk(entry)
-            refused = yield from _refusals(context)
+            refused = yield from _refusals(context, written)
     if refused:
         return _not_sent(change, WriteFault.NOT_ALLOWED), refused
     if context.on_begun is not None:
@@ -281,13 +285,18 @@ def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tupl
     return (Refusal(Interlock.RISK_ACCEPTED, message(marked("Not accepted: {what}"), what=risk)),)
 
 
-def _refusals(context: WriteContext) -> Procedure[tuple[Refusal, ...]]:
+def _refusals(context: WriteContext, written: Collection[str]) -> Procedure[tuple[Refusal, ...]]:
     """The conditions that are not met; asks for the status if it is not proven to be recent."""
     for has_been_asked in (False, True):
         view: EngineView = yield Inspect()
+        begin = context.begin or view
+        if is_in_doubt(begin, view):
+            yield from read_settings()
+            view = yield Inspect()
         armed = context.armed.act if context.armed is not None else None
         inputs = replace(
-            interlock_inputs(view.device, view.now, must_be_proven=True), is_identity_settled=view.is_settled,
+            interlock_inputs(view.device, view.now, must_be_proven=True),
+            is_identity_settled=view.is_settled and not is_refuted(begin, view, written=written),
             armed=armed, is_unlocked=context.is_unlocked,
         )  # fmt: skip
         unmet = refusals(Act.WRITE, inputs)

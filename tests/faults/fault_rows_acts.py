@@ -4,7 +4,6 @@ from types import MappingProxyType
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.procedures.act import Performed, begin_act, perform
-from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.light_calibration import measure_light
@@ -77,9 +76,8 @@ def _act(act: Act, **options: str) -> Row:
 
 
 def _begin_act() -> Procedure[Entry | tuple[Refusal, ...]]:
-    yield from ask_status()
     act, permit = Act.SHUTDOWN, _permit(Act.SHUTDOWN)
-    return (yield from begin_act(act, REQUESTS[act], {}, FakeJournal(), permit=permit, armed=None))
+    return (yield from begin_act(act, REQUESTS[act], FakeJournal(), permit=permit, armed=None))
 
 
 def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:

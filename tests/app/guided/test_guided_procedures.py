@@ -13,6 +13,7 @@ from app.simulator.bench import SimulatedBench
 from app.text.user_error import UserError
 from protocol.catalogue import Hazard
 from tests.support.hands import Hands, guided
+from tests.support.line.exchange import ExchangedRig
 from tests.support.line.sim_line import Rig, settled_rig, watched
 
 KINDS = [test.kind for test in GUIDED_TESTS]
@@ -243,6 +244,17 @@ def _restart(rig: Rig) -> None:
     """Until it has been noticed."""
     rig.bench.restart()
     rig.step_for(1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "at"),
+    [*((GuidedKind.BAY, at) for at in range(8, 40, 6)), *((GuidedKind.FREE_FALL, at) for at in range(2, 8))],
+)
+def test_another_module_in_its_place_breaks_it_off(kind: GuidedKind, at: int) -> None:
+    """One that has been switched on as often, and has been so all the time."""
+    rig = ExchangedRig(at, boots=37)
+    assert reason(guided(rig, kind))
+    assert rig.line.is_exchanged
 
 
 def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:

@@ -284,9 +284,9 @@ ENABLING = BY_NAME["attitude_trigger"].set(True)
 def test_what_came_of_enabling_a_trigger_is_logged(
     reply: object, state: FlagState, outcome: Outcome, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(write_all, "_refusals", lambda _leave: (yield from ()))
+    monkeypatch.setattr(write_all, "_refusals", lambda *_asked: (yield from ()))
     journal, asked = FakeJournal(), list[Ask]()
-    enabling = run._enable(ENABLING.command, journal)
+    enabling = run._enable(ENABLING.command, write_all.WriteContext(journal=journal))
     order = next(enabling)
     flag = None
     while flag is None:

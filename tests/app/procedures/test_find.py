@@ -248,7 +248,7 @@ def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, d
         (band(6, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
         (band(3, 5, 9), band(20, 21), CalibrationFault.TOO_FEW),
         (band(3, 5), band(20, 21, 9), CalibrationFault.TOO_FEW),
-        (Band(band(3, 5).raws, has_restarted=True), band(20, 21), CalibrationFault.TOO_FEW),
+        (Band(band(3, 5).raws, is_broken=True), band(20, 21), CalibrationFault.TOO_FEW),
         (Band(()), Band(()), CalibrationFault.TOO_FEW),
     ],
 )
@@ -289,7 +289,7 @@ def test_a_restart_spoils_the_measurement() -> None:
 
     rig.line.write = watched  # type: ignore[method-assign]
     found = rig.run(measure_light())
-    assert found.has_restarted
+    assert found.is_broken
     assert not found.is_enough
 
 

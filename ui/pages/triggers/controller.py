@@ -8,10 +8,11 @@ from functools import partial
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.identity import Trust
-from app.engine.procedure import Cancelled, Procedure
+from app.engine.procedure import Cancelled, EngineView, Inspect, Procedure
 from app.engine.worker import Job
 from app.preflight.module_checks import RecordsWord
 from app.procedures.history import read_history
+from app.procedures.settings_reading import is_in_doubt, is_refuted, read_settings
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, SeenRecord, Visit
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, say_new
@@ -19,6 +20,7 @@ from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
+from app.text.user_error import UserError
 from app.trigger_records.history import Judgement, in_order, record_of
 from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
@@ -48,12 +50,19 @@ class TriggerRow:
 
 
 def read_triggers() -> Procedure[TriggersReading]:
-    """Only sends queries."""
+    """Only sends queries. Raises `UserError` if another module answered meanwhile."""
+    begin: EngineView = yield Inspect()
     history = yield from read_history()
     back = yield from read_back(BOOT_COUNT)
     boots = None
     if back.raw is not None and BOOT_COUNT.reply is not None:
         boots = int(BOOT_COUNT.reply.decode(back.raw))
+    if is_in_doubt(begin, (yield Inspect())):
+        yield from read_settings()
+    end: EngineView = yield Inspect()
+    is_asked_about = end.device.breaks != begin.device.breaks and not end.is_settled
+    if is_asked_about or end.device.restarts != begin.device.restarts or is_refuted(begin, end):
+        raise UserError(marked("The module restarted. Read again."))
     return TriggersReading(history, boots)
 
 
@@ -147,6 +156,8 @@ class TriggersController(QObject):
 
     def _end(self, job: Job[TriggersReading]) -> None:
         if job.run.error is not None:
+            if isinstance(job.run.error, UserError):
+                self._forget()
             meaning = Meaning.INFORMATION if isinstance(job.run.error, Cancelled) else Meaning.DANGER
             self.job.notify(meaning, partial(_broken_off, job.run.error))
         elif job.outcome().history.is_line_dead:
@@ -331,6 +342,8 @@ def _unstored_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
 
 
 def _broken_off(error: BaseException) -> str:
+    if isinstance(error, UserError):
+        return error.sentence
     what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("The link was lost.")
     return join_sentences((what, tr("Not kept.")))
 

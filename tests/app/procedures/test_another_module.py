@@ -1,0 +1,72 @@
+"""Another module, that runs already, follows behind the open port at any frame of a procedure."""
+
+from collections.abc import Callable
+
+import pytest
+
+from app.engine.procedure import Procedure
+from app.preflight.evidence import Evidence
+from app.preflight.run import run_preflight
+from app.procedures.act import perform
+from app.procedures.light_calibration import measure_light
+from app.procedures.write_all import SettingChange, WriteContext, write_all
+from app.safety.acts import Act
+from app.safety.permit import Origin, Permit
+from app.text.user_error import UserError
+from protocol.catalogue import BY_NAME
+from tests.support.journals import FakeJournal
+from tests.support.line.exchange import ExchangedRig
+from ui.pages.triggers.controller import read_triggers
+
+Begin = Callable[[ExchangedRig], Procedure[object]]
+EDITS = {"attitude_threshold": 75, "freefall_acceleration": 0.5, "light_threshold": 1.5}
+TRIGGERS = {"attitude_trigger": True, "freefall_trigger": True}
+
+
+def act(which: Act) -> Begin:
+    return lambda rig: perform(which, FakeJournal(), permit=Permit(which, Origin.CONFIRMATION, rig.clock()))
+
+
+def write(**values: float) -> Begin:
+    changes = [SettingChange(BY_NAME[name], value) for name, value in values.items()]
+    return lambda _rig: write_all(changes, WriteContext(journal=FakeJournal()))
+
+
+def check(_rig: ExchangedRig) -> Procedure[object]:
+    return run_preflight(Evidence(port="sim"), is_enabling=True, journal=FakeJournal())
+
+
+@pytest.mark.parametrize("boots", [37, 90], ids=["the same boot count", "a higher one"])
+@pytest.mark.parametrize(
+    ("begin", "frames"),
+    [
+        (act(Act.ACTIVATE), range(1, 6)),
+        (act(Act.SHUTDOWN), range(1, 6)),
+        (act(Act.FORBID_DEPLOY), range(1, 6)),
+        (act(Act.ZERO), range(1, 36, 4)),
+        (write(**EDITS), range(1, 38)),
+        (write(**TRIGGERS), range(1, 29)),
+        (check, range(1, 64, 3)),
+    ],
+    ids=["activate", "shut down", "forbid", "zero", "settings", "triggers", "check"],
+)
+def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin, frames: range, boots: int) -> None:
+    for frame in frames:
+        rig = ExchangedRig(frame, boots=boots)
+        rig.run(begin(rig))
+        assert rig.line.is_exchanged
+        assert rig.line.to_second == [], frame
+
+
+@pytest.mark.parametrize(("frame", "boots"), [*((at, 90) for at in range(1, 26)), *((at, 37) for at in range(4, 26))])
+def test_records_of_both_are_not_read_as_those_of_one(frame: int, boots: int) -> None:
+    rig = ExchangedRig(frame, boots=boots)
+    with pytest.raises(UserError, match="The module restarted"):
+        rig.run(read_triggers())
+    assert rig.line.is_exchanged
+
+
+@pytest.mark.parametrize("frame", [1, 10, 20])
+def test_the_light_of_both_is_no_measurement(frame: int) -> None:
+    rig = ExchangedRig(frame)
+    assert not rig.run(measure_light()).is_enough
