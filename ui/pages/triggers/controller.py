@@ -57,6 +57,8 @@ def read_triggers() -> Procedure[TriggersReading]:
     boots = None
     if back.raw is not None and BOOT_COUNT.reply is not None:
         boots = int(BOOT_COUNT.reply.decode(back.raw))
+    if history.is_line_dead:
+        return TriggersReading(history, boots)
     if is_in_doubt(begin, (yield Inspect())):
         yield from read_settings()
     end: EngineView = yield Inspect()
