@@ -86,7 +86,7 @@ WAYS: dict[str, Callable[[Rig], Procedure[Any]]] = {
     "activate": lambda rig: perform(Act.ACTIVATE, FakeJournal(), permit=permit(rig, Act.ACTIVATE)),
     "write": lambda _rig: write_all(WANTED, WriteContext(journal=FakeJournal())),
     "baud": lambda rig: change_baud(57600, FakeJournal(), permit=permit(rig, Act.CHANGE_BAUD)),
-    "trigger": lambda _rig: _enable(BY_NAME["attitude_trigger"], FakeJournal()),
+    "trigger": lambda _rig: _enable(BY_NAME["attitude_trigger"], WriteContext(journal=FakeJournal())),
 }
 
 
