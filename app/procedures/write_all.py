@@ -292,6 +292,7 @@ def _refusals(context: WriteContext, written: Collection[str]) -> Procedure[tupl
         begin = context.begin or view
         if is_in_doubt(begin, view):
             yield from read_settings()
+            yield from ask_status()
             view = yield Inspect()
         armed = context.armed.act if context.armed is not None else None
         inputs = replace(

@@ -241,8 +241,8 @@ def test_of_a_module_that_does_not_answer_no_number_is_said(rig: OnBench) -> Non
     rig.read_triggers()
     rig.bench.module.memory.boot_count = 11
     rig.bench.change(empty_slots=EmptySlots.NONE)
-    rig.bench.restart()
-    rig.until(lambda: rig.triggers.work.reading is None)
+    rig.restart()
+    rig.wait(1.0)
     rig.read_triggers()
     assert (rig.triggers.empty.title.text(), rig.triggers.news.text()) == ("Unknown", "")
 
