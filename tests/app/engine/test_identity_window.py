@@ -16,6 +16,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.safety.acts import Act
 from app.simulator.bench import SimulatedBench
+from app.simulator.hardware import BOOT_GAP_S
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
@@ -104,6 +105,7 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         one.bench.unplug()
         one.wait(lambda: not connector.current.is_open)
         one.exchange(12)
+        qtbot.wait(round(2000 * BOOT_GAP_S))  # a heartbeat after the answer would be another restart
         one.sent.clear()
         one.bench.plug()
         one.wait(lambda: "boot count 12, was 37" in one.asked)
