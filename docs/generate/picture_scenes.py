@@ -123,6 +123,9 @@ def ages(studio: Studio) -> None:
     studio.take("ages")
     studio.module.change(mute=False)
     studio.until(lambda: connector.current.state.phase is Phase.ONLINE, "it did not come back")
+    studio.until(lambda: connector.current.identity.is_for_a_person, "nobody is asked which module it is")
+    connector.current.module.confirm_identity()
+    studio.until(lambda: connector.current.module.name == MODULE, "it is not the module of before")
 
 
 def settings(studio: Studio) -> None:
