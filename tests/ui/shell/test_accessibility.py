@@ -86,7 +86,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
             controls += len(controls_in(stop.root))
             texts += seen
             if theme is not Choice.DARK and stop.name in {entry.key for entry in PAGES}:
-                found += walk.shake()
+                # Again where something moved: on a busy machine a silence may have made a row stale meanwhile.
+                found += walk.shake() and walk.shake()
             if theme is Choice.SUNLIGHT and stop.name in {entry.key for entry in PAGES}:
                 found += in_chinese(walk)
             for fault in found:
