@@ -238,15 +238,17 @@ class CheckStore:
 
     def aircraft(self) -> tuple[str, ...]:
         """Those of the last checks of all modules, the last checked first. Not for the window's thread."""
-        last = self._facts.select(FactKind.CHECK, "ORDER BY number DESC LIMIT ?", (_RECENT,),
-                                  payload=f"json_object('name', {_of_record('aircraft')})")  # fmt: skip
-        return tuple(dict.fromkeys(check.content["name"] for check in last if check.content["name"]))
+        return tuple(dict.fromkeys(filter(None, self._aircraft("ORDER BY number DESC LIMIT ?", _RECENT))))
 
     def aircraft_of(self, module: str) -> str:
         """In the last check of this module that names one; else empty."""
         which = f"AND module = ? AND {_of_record('aircraft')} <> '' ORDER BY number DESC LIMIT 1"
-        last = self._facts.select(FactKind.CHECK, which, (module,), payload="json_remove(payload, '$.record.frames')")
-        return check_line(record_of(last[0].content), last[0].at).aircraft if last else ""
+        return next(iter(self._aircraft(which, module)), "")
+
+    def _aircraft(self, which: str, value: object) -> list[str]:
+        checks = self._facts.select(FactKind.CHECK, which, (value,),
+                                    payload=f"json_object('name', {_of_record('aircraft')})")  # fmt: skip
+        return [check.content["name"] for check in checks]
 
     def record(self, hash_: str) -> Record | None:
         """The record with this hash; None where there is none."""
