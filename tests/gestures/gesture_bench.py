@@ -20,6 +20,7 @@ from app.engine.target import Target
 from app.engine.worker import Job
 from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
+from app.store.store import Store
 from protocol.catalogue import Hazard, Request
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
@@ -27,6 +28,7 @@ from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.threadless import ThreadlessWorker
 from tests.support.line.truth import Truth
+from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries
 from tests.support.window.steps import find
 from ui.acts.confirm import Confirm
@@ -197,7 +199,11 @@ class GestureBench:
     # Time
 
     def turn(self) -> None:
-        """Process the events of the window once, and update what is on the screen."""
+        """Process the events of the window once, after what the disk is still asked for, and update what is on the
+        screen."""
+        store = self.assembly.storage.store
+        if isinstance(store, Store):
+            store.queue.submit(int).result(PATIENCE_S)
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
         QCoreApplication.sendEvent(self.window, QEvent(QEvent.Type.UpdateRequest))

@@ -23,6 +23,7 @@ from protocol.link_states import Presence
 from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.threadless import ThreadlessWorker
 from tests.support.line.truth import Truth
+from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.steps import Driver
 from ui.core.background_task import BackgroundTask
@@ -34,8 +35,6 @@ from ui.widgets.gestures import gestures
 Made = TypeVar("Made", bound="Rig")
 TURN_S = 0.05
 """Less than the ritual goes without a tick."""
-BESIDE_S = 0.05
-"""So long a turn waits for the disk and for what runs beside the window."""
 
 
 @dataclass
@@ -49,6 +48,8 @@ class Rig(Driver):
     clock: FakeClock
     worker: ThreadlessWorker
     requests: list[Request]
+    beside_s: float = PATIENCE_S
+    """So long a turn waits for the disk and for what runs beside the window: less where a test holds them."""
     _due_s: dict[QTimer, float] = field(default_factory=dict)
 
     @property
@@ -63,10 +64,10 @@ class Rig(Driver):
         self.clock.now_s = max(self.clock.now_s, end_s)
         store = self.assembly.storage.store
         if isinstance(store, Store):
-            wait([store.queue.submit(int)], BESIDE_S)
+            wait([store.queue.submit(int)], self.beside_s)
         for task in self.root.findChildren(BackgroundTask):
             if task.is_running:
-                task.wait(BESIDE_S)
+                task.wait(self.beside_s)
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
         for owner in (self.root, self.assembly.connector, gestures()):

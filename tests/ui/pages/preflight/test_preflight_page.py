@@ -310,6 +310,7 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         bench.until(lambda: evidence_of(connector.current.device.values, is_fresh=True).is_complete)
         store = bench.assembly.storage.store
         assert isinstance(store, Store)
+        bench.beside_s = 0.05
         disk = threading.Event()
         store.queue.submit(partial(disk.wait, 10))
         name_module(bench, "M-07")

@@ -175,6 +175,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
         try:
             bench.click(page.buttons.run)
             bench.until(lambda: page.work._job.is_running)
+            bench.beside_s = 0.05
             store.queue.submit(lambda: release.wait(LIMIT_S))
             bench.until(lambda: page.work._filing.is_running)
             assert page.work.standing is Standing.CHECKING
