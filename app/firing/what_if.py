@@ -1,6 +1,6 @@
 """What-if analysis: would these settings have fired on measured data? With near misses and margins.
 
-Whole arrays are judged at once, by the rules of `app.firing.judge.Judge`; `tests/app/firing/test_what_if_rules.py`
+Whole arrays are judged at once, by the rules of `app.firing.judge.Judge`; `tests/app/firing/test_judge.py`
 compares the two sample by sample. Time without reports counts as not judged.
 """
 

@@ -1,5 +1,8 @@
-"""Captures in little memory: entries and rows that are made when they are looked at, and work that rests."""
+"""Captures in little memory: entries, rows that are made when they are looked at, and their frames in words and
+values.
+"""
 
+import json
 import sys
 import threading
 import time
@@ -9,15 +12,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.captures.entries import MAX_ENTRY_BYTES, CaptureEntry, Way
+from app.captures.explain import Asked, meaning, sentence
 from app.captures.explained import Explained
 from app.captures.rows import CaptureRows
 from app.captures.traffic_buffer import MAX_BYTES, MAX_ENTRIES, PART_ENTRIES, TrafficBuffer
 from app.system import gil_yield as pace
-from protocol.catalogue import BY_NAME, STATUS
+from app.text.i18n import tr
+from protocol.catalogue import BY_CODE, BY_NAME, COMMANDS, SET, STATUS, Command, Request
 from protocol.events import Event, Received, Rejected, Role, Sent
-from protocol.frame import Direction, Fault, Frame, Noise, Reason
+from protocol.fields import Flag
+from protocol.frame import Direction, Fault, Frame, Noise, Reason, encode_long, encode_reply
 from protocol.messages import Status, decode
-from tests.support.line.vectors import VECTORS
+from protocol.stream import StreamParser
+from tests.support.line.vectors import BY_ID, VALID, VECTORS, Vector
 from tests.support.records.captures import explained
 
 RAWS = st.binary(min_size=1, max_size=20) | st.sampled_from([vector.raw for vector in VECTORS])
@@ -174,3 +181,162 @@ def test_a_full_buffer_is_a_few_large_objects() -> None:
     before = sys.getallocatedblocks()
     buffer.feed(status(at) for at in range(MAX_ENTRIES))
     assert sys.getallocatedblocks() - before < MAX_ENTRIES / 10
+
+
+def frame(hex_text: str) -> Frame:
+    raw = bytes.fromhex(hex_text)
+    return Frame(Direction.HOST_TO_MODULE if raw.startswith(b"Ba") else Direction.MODULE_TO_HOST, raw)
+
+
+def reply(code: int, raw: int) -> Frame:
+    return Frame(Direction.MODULE_TO_HOST, encode_reply(code, raw))
+
+
+@pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
+def test_the_meaning_of_every_frame_of_the_table(vector: Vector) -> None:
+    asked = BY_NAME[vector.while_asked] if vector.while_asked else None
+    named = meaning(frame(vector.hex), asked)
+    assert json.dumps(named) == json.dumps(vector.means)  # 1.0 is not 1, true is not 1
+
+
+@pytest.mark.parametrize("vector", [one for one in VALID if not one.is_from_host], ids=lambda vector: vector.id)
+def test_the_meaning_is_the_same_when_the_very_request_is_known(vector: Vector) -> None:
+    assert vector.means is not None
+    command = BY_NAME[str(vector.means["command"])]
+    asked = command.query() if command.query_data is not None else Request(command, SET, vector.raw[4])
+    assert meaning(frame(vector.hex), asked) == vector.means
+
+
+@pytest.mark.parametrize(
+    ("hex_text", "asked", "words"),
+    [
+        ("42 61 01 A5 5A 00", None, "heartbeat"),
+        ("41 75 01 A5 5A 00", None, "heartbeat"),
+        ("42 61 34 01 00 35", None, "query: cell voltage"),
+        ("42 61 20 02 3C 5E", None, "set: attitude threshold 60°"),
+        ("42 61 11 02 01 14", None, "set: deploy"),
+        ("42 61 16 02 00 18", None, "set: attitude trigger enabled"),
+        ("42 61 25 01 00 26", None, "set: zero the sensor"),
+        ("41 75 32 07 0A 00 01 44", None, "status: tilt 7°, 1.0 g, not triggered, active"),
+        ("41 75 34 01 BE F3", "cell_voltage", "reply: cell voltage 3.80 V"),
+        ("41 75 35 01 BE F4", "cell_voltage", "reply: cell voltage 3.80 V"),
+        ("41 75 33 01 00 34", "charging", "reply: charging no"),
+        ("41 75 23 01 25 49", "boot_count", "reply: boot count 37"),
+        ("41 75 24 01 06 2B", "baud_rate", "acknowledged: baud rate 115200 baud"),
+        ("41 75 24 01 01 26", "baud_rate", "acknowledged: baud rate"),
+        ("41 75 22 01 01 24", None, "reply: free-fall time ?"),
+        ("41 75 22 01 01 24", "freefall_time", "reply: free-fall time 0.01 s"),
+        ("41 75 25 01 01 27", "zero_sensor", "acknowledged: zero the sensor"),
+        ("41 75 16 01 01 18", "freefall_trigger", "acknowledged: free-fall trigger disabled"),
+        ("41 75 16 01 01 18", None, "reply: attitude trigger disabled / free-fall trigger disabled"),
+    ],
+)
+def test_sentences(hex_text: str, asked: str | None, words: str) -> None:
+    assert sentence(frame(hex_text), BY_NAME[asked] if asked else None) == words
+
+
+def test_a_record_in_one_sentence() -> None:
+    assert sentence(frame(BY_ID["trigger-record-example"].hex)) == (
+        "trigger records: boot count 1, 1:48, attitude, 4.70 V (implausible)"
+    )
+    nobody = encode_long(0x35, bytes((1, 1, 0, 0x6C, 0, 60, 5, 160, 0, 1, 12, 200)))
+    assert sentence(Frame(Direction.MODULE_TO_HOST, nobody)) == ("trigger records: boot count 1, 1:48, unknown, 4.00 V")
+    unused = encode_long(0x35, b"\1" + bytes(11))
+    assert sentence(Frame(Direction.MODULE_TO_HOST, unused)) == "trigger records: none"
+
+
+def test_rejected_bytes_are_explained_by_their_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    (noise,) = StreamParser().feed(bytes.fromhex("41 75 20 01 3C 50"))
+    assert isinstance(noise, Noise)
+    assert sentence(noise) == "no frame: checksum 50, the sum is 5D"
+    chinese = {"no frame: {why}": "不是帧：{why}", noise.fault.text: "校验 {found}，应为 {expected}"}
+
+    def in_chinese(text: str, /, **values: object) -> str:
+        return chinese.get(str(text), str(text)).format(**values)
+
+    monkeypatch.setattr("app.captures.explain.tr", in_chinese)
+    assert sentence(noise) == "不是帧：校验 50，应为 5D"
+
+
+FREEFALL_TIME = BY_NAME["freefall_time"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "code", "raw", "values", "words"),
+    [
+        (FREEFALL_TIME.set(1.6), 0x22, 0xA0, {"value_s": 1.6}, "acknowledged: free-fall time 1.60 s"),
+        (FREEFALL_TIME.set(1.6), 0x22, 1, {"acknowledged": True}, "acknowledged: free-fall time"),
+        (
+            FREEFALL_TIME.set(1.6),
+            0x22,
+            0x50,
+            {"acknowledged": False},
+            "not acknowledged: free-fall time (50)",
+        ),
+        (FREEFALL_TIME.set(0.01), 0x22, 1, {"value_s": 0.01}, "acknowledged: free-fall time 0.01 s"),
+        (BY_NAME["status"].query(), 0x22, 1, {"value_s": None}, "reply: free-fall time ?"),
+        (BY_NAME["baud_rate"], 0x24, 1, {"acknowledged": True}, "acknowledged: baud rate"),
+        (None, 0x24, 1, {"acknowledged": True}, "reply: baud rate ?"),
+        (
+            BY_NAME["attitude_threshold"].set(60),
+            0x20,
+            50,
+            {"acknowledged": False, "value_deg": 50},
+            "not acknowledged: attitude threshold (32)",
+        ),
+        (
+            BY_NAME["activation"].set(True),
+            0x10,
+            0,
+            {"acknowledged": False, "active": False},
+            "not acknowledged: activate / lock (00)",
+        ),
+    ],
+)
+def test_an_acknowledgement_says_no_more_than_it_knows(
+    asked: Asked, code: int, raw: int, values: dict[str, object], words: str
+) -> None:
+    command = next(one for one in COMMANDS if one.code == code)
+    assert meaning(reply(code, raw), asked) == {"command": command.name} | values
+    assert sentence(reply(code, raw), asked) == words
+
+
+def test_sentences_are_translated_and_meanings_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    chinese = {"query: {what}": "查询：{what}", "Cell voltage": "电芯电压"}
+
+    def translated(text: str, /, **values: object) -> str:
+        return chinese.get(text, text).format(**values)
+
+    assert tr("query: {what}", what="x") == "query: x"
+    monkeypatch.setattr("app.captures.explain.tr", translated)
+    assert sentence(frame("42 61 34 01 00 35")) == "查询：电芯电压"
+    assert meaning(frame("42 61 34 01 00 35")) == {"command": "cell_voltage"}
+
+
+def test_a_flag_without_words_of_its_own_reads_yes_or_no(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To add a command is to add an entry: a new one is explained before anybody writes words for it."""
+    beacon = Command(
+        code=0x18, name="beacon", title="Beacon", vendor_term="", explanation="", reply=Flag(), reply_key="lit",
+        write=Flag(), write_key="set",
+    )  # fmt: skip
+    monkeypatch.setattr("app.captures.explain.decode_request", lambda raw: beacon.set(True))
+    monkeypatch.setitem(BY_CODE, 0x18, beacon)
+    assert sentence(Frame(Direction.HOST_TO_MODULE, beacon.set(True).encode())) == "set: beacon yes"
+    assert sentence(reply(0x18, 0)) == "reply: beacon no"
+    assert meaning(reply(0x18, 1)) == {"command": "beacon", "lit": True}
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)
+def test_every_request_and_every_reply_has_a_sentence(command: Command) -> None:
+    requests = [command.query()] if command.query_data is not None else []
+    if command.write is not None:
+        requests += [Request(command, SET, raw) for raw in command.write.allowed]
+    for request in requests:
+        sent = Frame(Direction.HOST_TO_MODULE, request.encode())
+        assert sentence(sent)
+        assert meaning(sent)["command"] == command.name
+    if command.reply is not None:
+        for raw in command.reply.allowed:
+            for asked in (None, command, *requests[:2]):
+                assert sentence(reply(command.code, raw), asked)
+                assert meaning(reply(command.code, raw), asked)["command"] == command.name

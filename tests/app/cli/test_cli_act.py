@@ -1,21 +1,26 @@
-"""`dps-s activate | lock | zero | shutdown`: nothing without --yes, refused while a condition is open, recorded."""
+"""`dps-s activate | lock | zero | shutdown | fired`, and another module behind the port in the middle of a command."""
 
+import json
 from contextlib import closing
 from pathlib import Path
+from threading import Timer
 
+import numpy as np
 import pytest
 
 import app.__main__ as program
 from app.records.record import Record, as_text
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
+from app.simulator import bench as benches
 from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
 from app.store.store import open_store
 from app.system.folders import data_folder
 from tests.app.records.test_filing import FRAME, file_one
 from tests.app.records.test_record import checked_record
-from tests.support.cli_line import bench_of, run_here
+from tests.support.cli_line import Printed, bench_of, falls_after, run_here
+from tests.support.flights import log_bytes as made
 from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
 
@@ -144,3 +149,217 @@ def test_an_audit_log_that_cannot_be_opened_is_not_said_to_be_none(capsys: pytes
     said = capsys.readouterr().err
     assert FILE_NAME in said
     assert "No audit log." not in said
+
+
+GAP_S = 0.5
+"""While the cable is in nobody's hands; a query is repeated for a second."""
+
+
+def exchange(bench: benches.SimulatedBench, **memory: int) -> None:
+    bench.change(mute=True)
+    for name, value in {"boot_count": 90, "attitude_threshold": 85, **memory}.items():
+        setattr(bench.module.memory, name, value)
+    Timer(GAP_S, bench.change, kwargs={"mute": False}).start()
+
+
+@pytest.mark.parametrize("frame", [5, 8, 10])
+def test_values_of_two_modules_are_not_read_as_those_of_one(
+    port: str, frame: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
+        shown = json.loads(run_here(capsys, ["read", "--port", port, "--json"]).out)
+    settings = shown["settings"]
+    assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
+
+
+def test_a_reading_that_ends_in_silence_is_not_whole(
+    port: str, hasty: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Everything was read, after a silence in between, and is read once more."""
+    bench = bench_of(port)
+    with (
+        falls_after(bench, 14, lambda: bench.change(mute=True)),
+        falls_after(bench, 5, lambda: exchange(bench, boot_count=37, attitude_threshold=60)),
+    ):
+        printed = run_here(capsys, ["read", "--port", port, "--json"], 4)
+    assert "stopped answering" in printed.err
+    assert json.loads(printed.out)["settings"]["attitude_threshold_deg"] == 60
+
+
+@pytest.mark.parametrize("frame", [6, 7])
+def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(
+    port: str, frame: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What answers then is another one, which is locked."""
+    bench = bench_of(port)
+
+    def leave_active() -> None:
+        assert bench.module.state.is_active
+        bench.module.activate(is_active=False)
+        exchange(bench)
+
+    with falls_after(bench, frame, leave_active):
+        printed = run_here(capsys, ["activate", "--yes", "--port", port], 1)
+    assert printed.err == "Sent, not confirmed: treat the module as ACTIVE.\n"
+
+
+@pytest.mark.parametrize("frame", [4, 8, 12])
+def test_nothing_is_written_to_another_module_than_was_read(
+    port: str, frame: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        printed = run_here(capsys, ["set", "attitude_threshold_deg=75", "--port", port], 1)
+    assert "not sent: The module restarted. Read again." in printed.out
+    assert bench.module.memory.attitude_threshold == 85
+
+
+def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    words = ["preflight", "--port", port, "--who", "R. Tanaka", "--module", "M-07", "--json"]
+    with falls_after(bench, 8, lambda: exchange(bench)):
+        met = json.loads(run_here(capsys, words, 1).out)
+    assert met["read"]["boot_count"] == 90
+    bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 37, 60
+    checks = {one["id"]: one for one in json.loads(run_here(capsys, words, 1).out)["checks"]}
+    assert checks["undisturbed"]["result"] == "pass"
+    assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
+
+
+def test_records_of_one_module_are_not_kept_under_the_name_of_the_next(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench, words = bench_of(port), ["history", "--port", port, "--module", "M-07"]
+    with falls_after(bench, 15, lambda: exchange(bench)):
+        printed = run_here(capsys, words, 4)
+    assert printed.err.startswith("The module restarted. Read again.\n")
+    bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 37, 60
+    run_here(capsys, words)
+
+
+TIMES = np.arange(500) / 50
+
+
+@pytest.fixture
+def calm(tmp_path: Path) -> Path:
+    path = tmp_path / "calm.ulg"
+    path.write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, 12.0) + made.ulog_force(TIMES, 1.0)))
+    return path
+
+
+@pytest.fixture
+def crash(tmp_path: Path) -> Path:
+    """Tips over after 4 s to 61.4°, falls for 2 s after 6 s, and hits the ground from 20 m."""
+    path = tmp_path / "crash.bin"
+    falls = (TIMES >= 6) & (TIMES < 8)
+    force = np.select([falls, (TIMES >= 8) & (TIMES < 8.1)], [0.3, 9.0], 1.0)
+    rows = made.dataflash_attitude(TIMES, np.where(TIMES >= 4, 61.4, 5.0)) + made.dataflash_force(TIMES, force)
+    rows += made.dataflash_altitude(TIMES, 20 - 5 * np.clip(TIMES - 6, 0, 2) ** 2)
+    path.write_bytes(made.dataflash_bytes(rows))
+    return path
+
+
+def fired(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, Printed]:
+    code = program.main(["fired", *map(str, words)])
+    return code, Printed(capsys)
+
+
+def test_json_is_the_contract(calm: Path, crash: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed = fired(capsys, calm, crash, "--json")
+    first, second = map(json.loads, printed.out.splitlines())
+    assert code == 4
+    assert printed.err.startswith(
+        "Judged with: attitude_threshold_deg=60 freefall_acceleration_g=0.5 freefall_time_s=1.6 "
+    )
+    assert first == {
+        "log": str(calm), "fires": [], "tilt_max_deg": 12.0, "longest_fall_s": 0.0, "not_judged_s": 0.0, "problems": [],
+    }  # fmt: skip
+    assert second == {
+        "log": str(crash),
+        "fires": [
+            {"t_s": 4.0, "source": "attitude", "tilt_deg": 61},
+            {"t_s": 7.6, "source": "freefall", "tilt_deg": 61},
+        ],
+        "tilt_max_deg": 61.4,
+        "longest_fall_s": 1.98,
+        "not_judged_s": 0.0,
+        "problems": [],
+    }  # fmt: skip
+
+
+def test_none_fires_with_other_thresholds(calm: Path, crash: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("--thresholds", "attitude_threshold_deg=62", "freefall_time_s=1.99", crash, calm)
+    code, printed = fired(capsys, *words)
+    assert code == 0
+    assert "0 of 2 would have fired." in printed.out
+    assert "Judged with: attitude_threshold_deg=62 freefall_acceleration_g=0.5 freefall_time_s=1.99 " in printed.out
+    assert "Vendor defaults, not of a module: freefall_acceleration_g, attitude_trigger" in printed.out
+    assert fired(capsys, crash, "--thresholds", "attitude_trigger=false", "freefall_trigger=false")[0] == 0
+    assert fired(capsys, crash, "--thresholds", "attitude_trigger=false")[0] == 4
+
+
+@pytest.mark.parametrize(("word", "hint"), [
+    ("atitude_threshold_deg=62", " (did you mean attitude_threshold_deg?)"), ("light_threshold_v=1", ""),
+])  # fmt: skip
+def test_without_a_threshold_that_is_none_nothing_is_judged(
+    crash: Path, capsys: pytest.CaptureFixture[str], word: str, hint: str
+) -> None:
+    code, printed = fired(capsys, crash, "--thresholds", word)
+    assert code == 2
+    assert printed.out == ""
+    assert "expected attitude_threshold_deg|freefall_acceleration_g" in printed.err
+    assert printed.err.rstrip().endswith(hint)
+    named_alike = crash.with_name("a=b.ulg")
+    named_alike.write_bytes(crash.read_bytes())
+    assert fired(capsys, "--thresholds", "freefall_time_s=1.2", named_alike)[0] == 4  # a log all the same
+
+
+def test_a_difference_between_the_readings_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "swing.ulg"
+    swing = np.where((TIMES >= 4) & (TIMES < 4.1), 70.0, 0.0)
+    path.write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, swing) + made.ulog_force(TIMES, 1.0)))
+    code, printed = fired(capsys, path, "--json")
+    assert code == 4
+    (problem,) = json.loads(printed.out)["problems"]
+    assert problem.startswith("angle lasts 0.2 s, ")
+    assert problem.endswith(": would not fire.")
+
+
+def test_for_people(crash: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed = fired(capsys, crash, "--must")
+    assert code == 4
+    assert "at 4.00 s: attitude, 61°; 0.02 s after the loss of control, 0 m lower" in printed.out
+    assert "after the impact" not in printed.out
+    assert "Proposal: attitude_threshold_deg=" in printed.out
+    assert "1 of 1 would have fired." in printed.out
+
+
+def test_a_proposal_for_flights_that_must_not_fire(calm: Path, crash: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _, printed = fired(capsys, calm, crash, "--must-not")
+    proposed = printed.out.partition("Proposal: ")[2].splitlines()[0].split()
+    assert fired(capsys, calm, crash, "--thresholds", *proposed)[0] == 0
+    _, printed = fired(capsys, calm, crash, "--must-not", "--json")
+    assert len(printed.out.splitlines()) == 2
+    assert "Proposal: " in printed.err
+
+
+def test_what_cannot_be_read_is_said_and_the_others_are_judged(
+    calm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = tmp_path / "bad.bin"
+    bad.write_bytes(b"nothing")
+    code, printed = fired(capsys, tmp_path, "--json")
+    assert code == 2
+    assert [json.loads(line)["log"] for line in printed.out.splitlines()] == [str(calm)]
+    assert printed.err.endswith(f"\n{bad}: unknown kind of file.\n")
+
+
+def test_a_csv_file_with_chosen_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("when,angle\n" + "".join(f"{n / 50},{n % 100}\n" for n in range(200)), encoding="utf-8")
+    code, printed = fired(capsys, path, "--column", "time_s=when", "--column", "tilt_deg=angle", "--json")
+    assert code == 4
+    assert [one["t_s"] for one in json.loads(printed.out)["fires"]] == [1.2, 3.2]

@@ -1,4 +1,6 @@
-"""Another module where a known one was: asked about, shown without that one's name, and sent nothing but questions."""
+"""Another module where a known one was: asked about, shown without that one's name, and sent nothing but questions; a
+name that a person gave is compared with what was last read under it.
+"""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -10,7 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import IdentityEvidence, evidence_of
+from app.engine.identity import NO_EXPECTATION, UNKNOWN, Identity, IdentityEvidence, Trust, evidence_of
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch
@@ -18,10 +20,11 @@ from app.safety.acts import Act
 from app.simulator.bench import SimulatedBench
 from app.simulator.hardware import BOOT_GAP_S
 from app.store.store import Store
-from protocol.catalogue import SERIAL_OUTPUT, Request
+from protocol.catalogue import SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Sent
 from protocol.link_states import Presence
-from tests.app.engine.test_identity import FOUND, NOT_PROVEN, with_setting
+from tests.app.engine.test_identity import FOUND, NOT_PROVEN, OPTIONS, ask, with_setting
+from tests.support.line.sim_line import Rig, watched
 from tests.support.window.fakes_ui import simulated, wait_online, window
 from tests.support.window.steps import find, press
 from ui.acts.outcomes import open_conditions
@@ -322,3 +325,59 @@ def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication,
             third.naming.choose("M-08")
             third.wait(lambda: third.naming.name == "M-08" and third.asked == "")
             assembly.storage.close()
+
+
+def named(before: IdentityEvidence = UNKNOWN) -> Rig:
+    rig = Rig(OPTIONS)
+    rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=before)
+    watched(rig)
+    rig.step_for(5)
+    return rig
+
+
+def identity(rig: Rig) -> Identity:
+    return rig.session.identity.identity
+
+
+def test_a_second_name_counts_though_the_first_was_not_shown_yet() -> None:
+    rig = named()
+    assert identity(rig).trust is Trust.PROVEN
+    rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=OF_ANOTHER)
+    rig.step_for(5)
+    assert identity(rig).trust is Trust.REFUTED
+
+
+def test_a_name_does_not_count_for_a_module_that_came_meanwhile() -> None:
+    rig = named()
+    rig.bench.restart()
+    rig.step_for(5)
+    rig.session.identity.confirm(NO_EXPECTATION, is_named=True)
+    assert identity(rig).trust is Trust.UNPROVEN
+
+
+def test_what_refutes_a_name_does_so_until_it_is_read_again() -> None:
+    """A restart makes all values stale, which is no answer to the question."""
+    rig = named(OF_ANOTHER)
+    rig.bench.restart()
+
+    def is_read_again() -> bool:
+        assert (identity(rig).trust, identity(rig).before) == (Trust.REFUTED, OF_ANOTHER)
+        return identity(rig).now.boot_count == 38
+
+    rig.step_until(is_read_again)
+
+
+def test_a_name_is_asked_about_where_what_may_refute_it_is_not_read_yet() -> None:
+    """A procedure has the line meanwhile."""
+    rig = Rig(OPTIONS)
+    rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=OF_ANOTHER)
+    rig.run(ask(STATUS.query()))
+    rig.step_for(5)
+    assert identity(rig).trust is Trust.UNPROVEN
+    watched(rig)
+    rig.step_for(5)
+    assert identity(rig).trust is Trust.REFUTED
+
+
+def test_a_name_that_fits_is_not_asked_about() -> None:
+    assert identity(named(FOUND)).trust is Trust.PROVEN

@@ -1,4 +1,6 @@
-"""Logs of every kind with known contents: times, tilt, acceleration, arming, landing, altitude."""
+"""Logs of every kind with known contents; implausible sensors, clocks, pauses and numbers are reported and not
+judged.
+"""
 
 from pathlib import Path
 
@@ -7,8 +9,11 @@ import pytest
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import judge_flight
+from app.flight_logs.assembly import Reports, ascending, assembled, flight_of_reports
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
 from app.flight_logs.flight_log import FlightLog
+from app.flight_logs.module_view import RuleReading
+from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
 from app.flight_logs.read_log import find_logs, read_flight_log
 from app.recordings.export import export
 from app.recordings.library import entry_of
@@ -134,3 +139,196 @@ def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
     found = [one.relative_to(tmp_path).as_posix() for one in find_logs([tmp_path])]
     assert found == ["a.ulg", "b/2.BIN", "b/x.csv", folder.relative_to(tmp_path).as_posix()]
     assert list(find_logs([tmp_path / "readme.txt"])) == [tmp_path / "readme.txt"]
+
+
+TIMES = np.arange(0, 200, 0.02)
+LEVEL = np.full(len(TIMES), 5.0)
+REST = np.ones(len(TIMES))
+
+
+def raw_log(*forces: Channel, tilt: Channel | None = None) -> RawLog:
+    raw = RawLog(name="x")
+    raw.tilts_deg = [Channel(TIMES, LEVEL) if tilt is None else tilt]
+    raw.forces_g = list(forces) if forces else [Channel(TIMES, REST)]
+    return raw
+
+
+def problems(log: FlightLog) -> list[str]:
+    return [one.in_english() for one in log.problems]
+
+
+def first_fires(log: FlightLog) -> list[float]:
+    return [one.at_s for reading in RuleReading for one in judge_flight(log, TriggerLimits(), reading).firings]
+
+
+def test_a_stuck_sensor_is_not_a_fall() -> None:
+    force = np.where((TIMES >= 50) & (TIMES < 157), 0.3, 1.0)
+    log = assembled(raw_log(Channel(TIMES, force)))
+    assert first_fires(log) == []
+    assert log.not_judged_s == pytest.approx(107, abs=1.5)
+    (problem,) = problems(log)
+    assert problem.startswith("Acceleration sensor 1 stuck at 0.30 g for 10")
+    assert problem.endswith("not judged.")
+
+
+def test_a_long_fall_is_a_fall() -> None:
+    force = np.where((TIMES >= 50) & (TIMES < 55), 0.3, 1.0)
+    log = assembled(raw_log(Channel(TIMES, force)))
+    assert first_fires(log)[0] == pytest.approx(51.6)
+    assert problems(log) == []
+
+
+@pytest.mark.parametrize("scale", [0.3, 9.80665, 1e-3])
+def test_a_wrong_scale_is_not_judged(scale: float) -> None:
+    log = assembled(raw_log(Channel(TIMES, REST * scale)))
+    assert first_fires(log) == []
+    assert log.judged_s == 0
+    assert "never rests at 1 g" in problems(log)[0]
+
+
+def test_the_plausible_sensor_is_used() -> None:
+    fall = np.where((TIMES >= 50) & (TIMES < 52), 0.1, 1.0)
+    log = assembled(raw_log(Channel(TIMES, REST * 0.3), Channel(TIMES, fall)))
+    assert first_fires(log)[0] == pytest.approx(51.6)
+    assert len(problems(log)) == 1
+
+
+def test_two_sensors_that_disagree_on_a_fall_are_not_judged() -> None:
+    fall = np.where((TIMES >= 50) & (TIMES < 54), 0.1, 1.0)
+    log = assembled(raw_log(Channel(TIMES, fall), Channel(TIMES, REST)))
+    assert first_fires(log) == []
+    assert 3 < log.not_judged_s < 6
+    assert "Acceleration sensors differ by over 0.3 g" in problems(log)[0]
+    log = assembled(raw_log(Channel(TIMES, fall), Channel(TIMES, fall + 0.1)))
+    assert first_fires(log)[0] == pytest.approx(51.6)
+
+
+def test_no_sample_holds_over_a_pause() -> None:
+    """The log pauses in one fall and continues in another."""
+    is_logged = (TIMES < 51) | (TIMES >= 53)
+    force = np.where((TIMES >= 50) & (TIMES < 54), 0.1, 1.0)
+    log = assembled(
+        raw_log(Channel(TIMES[is_logged], force[is_logged]), tilt=Channel(TIMES[is_logged], LEVEL[is_logged]))
+    )
+    assert first_fires(log) == []
+    assert log.not_judged_s == pytest.approx(2.0, abs=0.05)
+    assert problems(log) == ["Pauses: 1, 2.0 s in all, at most 2.0 s."]
+
+
+def test_a_pause_of_a_recording_is_said() -> None:
+    times = np.array([0.0, 0.5, 5.5, 6.0])
+    log = flight_of_reports("session", Reports(times, np.zeros(4), np.ones(4), ()), [])
+    assert problems(log) == ["Pauses: 1, 5.0 s in all, at most 5.0 s."]
+
+
+def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
+    ahead = TIMES.copy()
+    ahead[1000:1010] += 5e6
+    behind = TIMES.copy()
+    behind[5000:] -= 30
+    for times, left_out in ((ahead, 10), (behind, 1500)):
+        log = assembled(raw_log(Channel(TIMES, REST), tilt=Channel(times, LEVEL)))
+        assert problems(log)[0] == f"The clock jumps back; samples left out: {left_out:,}."
+        assert log.duration_s == pytest.approx(199.98)
+        assert first_fires(log) == []
+
+
+def test_two_samples_of_one_time_are_no_jump() -> None:
+    times, tilt = np.repeat(TIMES[::2], 2), LEVEL.copy()
+    tilt[1001::2] = 70.0
+    tilt[1000::2] = 10.0
+    log = assembled(raw_log(tilt=Channel(times, tilt)))
+    assert problems(log) == []
+    assert first_fires(log)[0] == pytest.approx(20.0)  # the newer one is used
+
+
+def test_kept_times_always_ascend() -> None:
+    assert ascending(np.array([0.0, 1, 2, 900, 3, 4])).tolist() == [True, True, True, False, True, True]
+    assert ascending(np.array([5.0, 6, 7, 8, 0, 9])).tolist() == [True, True, True, True, False, True]
+    assert ascending(np.array([1.0, 1.0, 2.0])).tolist() == [False, True, True]
+    assert ascending(np.array([])).tolist() == []
+    random = np.random.default_rng(3)
+    for _ in range(200):
+        times = random.integers(0, 12, random.integers(1, 12)).astype(float)
+        kept = ascending(times)
+        assert kept.any()
+        assert (np.diff(times[kept]) > 0).all()
+
+
+def test_values_that_are_not_numbers_are_left_out() -> None:
+    tilt, times = LEVEL.copy(), TIMES.copy()
+    tilt[100:103] = [np.nan, np.inf, -np.inf]
+    times[200:202] = [np.nan, 1e300]
+    log = assembled(raw_log(tilt=Channel(times, tilt)))
+    assert problems(log) == ["Invalid samples left out: 5."]
+    assert np.isfinite(log.tilt_deg).sum() == len(log.time_s)
+    assert first_fires(log) == []
+
+
+def test_negative_times_are_valid() -> None:
+    log = assembled(raw_log(Channel(TIMES - 500, REST), tilt=Channel(TIMES - 500, np.where(TIMES >= 100, 80.0, 0.0))))
+    assert first_fires(log) == pytest.approx([100.0, 100.2])
+
+
+def test_only_the_time_from_arming_to_landing_is_judged() -> None:
+    carried = np.where((TIMES < 20) | (TIMES > 180), 90.0, 5.0)
+    raw = raw_log(tilt=Channel(TIMES, carried))
+    assert len(first_fires(assembled(raw))) == 4
+    raw.armed = FlagChannel(np.array([25.0, 170.0]), np.array([True, False]), is_changes=True)
+    log = assembled(raw)
+    assert first_fires(log) == []
+    state = FlagChannel(np.array([1.0, 25.0, 170.0]), np.array([False, True, False]))
+    raw.armed = state
+    assert assembled(raw).is_judged.tolist() == log.is_judged.tolist()
+    assert log.not_judged_s == pytest.approx(50.0, abs=0.1)
+    assert problems(log) == ["Not judged: 50.0 s on the ground."]
+
+
+def test_an_aircraft_that_was_disarmed_in_the_air_still_falls() -> None:
+    force = np.where((TIMES >= 100.5) & (TIMES < 104), 0.1, 1.0)
+    raw = raw_log(Channel(TIMES, force))
+    raw.armed = FlagChannel(np.array([10.0, 100.0]), np.array([True, False]), is_changes=True)
+    assert first_fires(assembled(raw))[0] == pytest.approx(102.1)
+    raw.on_ground = FlagChannel(np.array([12.0, 99.0]), np.array([False, True]))
+    assert first_fires(assembled(raw)) == []
+
+
+def test_quaternions_of_no_length_are_no_attitude() -> None:
+    zero, one = np.zeros(2), np.array([1.0, 0.5])
+    assert np.isnan(tilt_of_quaternion(zero, zero, zero, zero)).all()
+    assert tilt_of_quaternion(one, zero, zero, zero).tolist()[0] == 0
+    assert np.isnan(tilt_of_quaternion(one, zero, zero, zero)[1])
+
+
+def test_a_log_without_attitude_and_acceleration_cannot_be_judged() -> None:
+    with pytest.raises(UserError, match="no attitude and no acceleration"):
+        assembled(RawLog(name="x"))
+
+
+def test_two_sensors_of_one_table_and_the_landing_of_a_dataflash_log(tmp_path: Path) -> None:
+    times = np.arange(0, 60, 0.04)
+    fall = np.where((times >= 30) & (times < 32), 0.2, 1.0)
+    rows = made.dataflash_attitude(times, 5.0) + made.dataflash_force(times, 0.3, sensor=0)
+    rows += made.dataflash_force(times, fall, sensor=1)
+    rows += made.dataflash_events((1.0, 10), (2.0, 28), (50.0, 18), (51.0, 11))
+    path = tmp_path / "two.bin"
+    path.write_bytes(made.dataflash_bytes(rows))
+    log = read_flight_log(path)
+    assert first_fires(log)[0] == pytest.approx(31.6, abs=0.05)
+    assert log.is_on_ground is not None
+    assert not log.is_judged[log.time_s > 51.1].any()
+    assert "Acceleration sensor 1 never rests at 1 g" in problems(log)[0]
+
+
+def test_two_sensors_of_a_ulog(tmp_path: Path) -> None:
+    times = np.arange(0, 60, 0.02)
+    rows = made.ulog_attitude(times, 5.0) + made.ulog_force(times, 0.02) + made.ulog_second_force(times, 1.0)
+    rows += made.ulog_landed((0.0, True), (3.0, False), (50.0, True)) + made.ulog_status(
+        (0.0, 1, 4), (2.0, 2, 4), (51.0, 1, 4)
+    )
+    path = tmp_path / "two.ulg"
+    path.write_bytes(made.ulog_bytes(rows))
+    log = read_flight_log(path)
+    assert first_fires(log) == []
+    assert log.judged_s == pytest.approx(49.0, abs=0.1)
+    assert "Acceleration sensor 1 never rests at 1 g" in problems(log)[0]

@@ -1,7 +1,10 @@
-"""The table of conditions, its sentences, and the permit."""
+"""The table of conditions, the permit, every place where a write begins, and the tests that hold docs/safety.md."""
 
+import ast
+import re
 from collections.abc import Iterator
 from itertools import combinations, product
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -308,3 +311,77 @@ def test_a_permit_that_does_not_count_is_named_with_the_reason() -> None:
     assert why(Permit(Act.ZERO, Origin.CONFIRMATION, NOW, is_rehearsal=True)) == "Nothing is sent."
     assert why(Permit(Act.ACTIVATE, Origin.CONFIRMATION, NOW)) == "Not confirmed."
     assert why(Permit(Act.DEPLOY, Origin.CONFIRMATION, NOW), Act.DEPLOY) == "Not armed and held for 2 s."
+
+
+ROOT = Path(__file__).parents[3]
+SENDS = frozenset({"write_all", "write_logged", "write_verified"})
+"""The procedures that set settings; that they refuse what nobody accepted is held by `test_write_all.py`."""
+BEGINNINGS = {
+    "app/cli/settings/set.py": "test_goldens.py::test_what_is_said_and_sent",
+    "app/preflight/provision.py": "test_cli_provision.py::"
+    "test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
+    "app/preflight/run.py": "test_interlocks.py::test_a_check_only_enables",
+    "app/procedures/write_all.py": "test_write_all.py::"
+    "test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it",
+    "ui/pages/fleet/group_jobs.py": "test_fleet_groups.py::"
+    "test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any",
+    "ui/pages/settings/controller.py": "test_settings_page.py::test_against_the_advice_needs_a_second_click",
+}
+"""Files that write settings, and the test that shows how each asks: what is applied, restored or proposed becomes an
+edit of the Settings page and is written there."""
+
+
+def _calls(path: Path) -> set[str]:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return {node.func.id for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}
+
+
+def test_every_place_where_a_write_begins_is_in_the_table() -> None:
+    files = [path for room in ("app", "ui") for path in (ROOT / room).rglob("*.py")]
+    writing = {path.relative_to(ROOT).as_posix() for path in files if _calls(path) & SENDS}
+    assert writing == BEGINNINGS.keys()
+    for file, function in (row.split("::") for row in BEGINNINGS.values()):
+        (path,) = (ROOT / "tests").rglob(file)
+        assert f"def {function}(" in path.read_text(encoding="utf-8")
+
+
+def test_a_check_only_enables() -> None:
+    tree = ast.parse((ROOT / "app/preflight/run.py").read_text(encoding="utf-8"))
+    changes = [ast.unparse(node) for node in ast.walk(tree)
+               if isinstance(node, ast.Call) and ast.unparse(node.func) == "SettingChange"]  # fmt: skip
+    assert changes == ["SettingChange(command, True)"]
+
+
+TESTS = Path(__file__).parents[2]
+PAGE = " ".join((TESTS.parent / "docs" / "safety.md").read_text(encoding="utf-8").split())
+HELD = {
+    promise: re.findall(r"(test_\w+\.py)::(test_\w+)", tests)
+    for promise, _, tests in (
+        part.partition("\n")
+        for part in (Path(__file__).parent / "promises.txt").read_text(encoding="utf-8").split("\n\n")
+    )
+}
+
+
+def functions(file: str) -> set[str]:
+    tree = ast.parse(next(TESTS.rglob(file)).read_text(encoding="utf-8"))
+    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+
+
+def test_each_promise_stands_on_the_page() -> None:
+    assert [promise for promise in HELD if promise not in PAGE] == []
+
+
+def test_each_test_that_is_named_exists() -> None:
+    named = {held for tests in HELD.values() for held in tests}
+    assert named - {(file, name) for file in {file for file, _ in named} for name in functions(file)} == set()
+
+
+@pytest.mark.parametrize("letter", "abcdefghijkl")
+def test_each_requirement_is_held_by_tests(letter: str) -> None:
+    part = PAGE.split(f" ## {letter}. ")[1].split(" ## ")[0]
+    assert sum(len(tests) for promise, tests in HELD.items() if promise in part) >= 3
+
+
+def test_a_test_that_is_gone_is_noticed() -> None:
+    assert "test_that_never_was" not in functions("test_act.py")

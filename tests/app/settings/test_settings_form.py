@@ -1,4 +1,4 @@
-"""The settings form: edits, undo, pending changes, and states that claim no more than the module reported."""
+"""The settings form: values as typed, edits, undo, and states that claim no more than the module reported."""
 
 from dataclasses import replace
 from types import MappingProxyType
@@ -12,7 +12,10 @@ from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.power_cycle import Retention, SettingRetention
 from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
+from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.setting_texts import DEFAULTS, value_text
+from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
+from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
 from protocol.fields import Value
 
@@ -283,3 +286,37 @@ def test_undo_leads_back_to_the_beginning_and_redo_to_the_end(steps: list[tuple[
     while form.can_redo:
         form.redo()
     assert form.rows(view, NOW) == end
+
+
+def parsed(key: str, text: str) -> object:
+    return parse_value(field_of(SETTINGS_BY_KEY[key]), text)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("true", True), ("ON", True), ("yes", True), ("False", False), ("off", False), ("no", False)]
+)
+def test_flags_are_words(text: str, value: bool) -> None:
+    assert parsed("attitude_trigger", text) is value
+
+
+@pytest.mark.parametrize("text", ["", "1", "truth", "enabled"])
+def test_other_words_are_no_flags(text: str) -> None:
+    with pytest.raises(UserError, match="true, false"):
+        parsed("attitude_trigger", text)
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "value"),
+    [("attitude_threshold_deg", "60", 60), ("attitude_threshold_deg", "6e1", 60), ("freefall_time_s", "1.60", 1.6),
+     ("baud_rate", "9600", 9600)],
+)  # fmt: skip
+def test_numbers_are_sent_as_typed(key: str, text: str, value: float) -> None:
+    assert parsed(key, text) == value
+
+
+@pytest.mark.parametrize(
+    "text", ["", "sixty", "nan", "inf", "60.5", "-1", "1e400", "60.00000000000000001", "9" * (MAX_NUMBER_LENGTH + 1)]
+)
+def test_nothing_is_rounded_to_a_value(text: str) -> None:
+    with pytest.raises(UserError):
+        parsed("attitude_threshold_deg", text)

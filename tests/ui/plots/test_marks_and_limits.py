@@ -1,28 +1,34 @@
-"""Marks, limits and axes of the plots: nothing important is hidden, nothing overlaps."""
+"""Marks, limits and axes of the plots, the charts of the link and the picture of a record: nothing overlaps."""
 
 from itertools import combinations, pairwise
 
+import pyqtgraph as pg
 import pytest
-from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtCore import QPointF, QRectF, QSize
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QGraphicsScene
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_statistics import TripClass
 from app.samples.ring_buffers import Series
 from app.samples.step_function import StepFunction
+from protocol.messages import TriggerRecord
 from tests.support.window.contrast import style_all
+from tests.support.window.painted_text import watching
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
 from ui.core.texts import Texts
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
+from ui.plots.link_charts import Histogram, OverTime, Stretch, percent_text
 from ui.plots.overlay import Overlay
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
+from ui.plots.trigger_picture import TriggerPicture
 from ui.style import theme
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
-from ui.style.theme import LIGHT, Choice, Meaning
+from ui.style.theme import LIGHT, SUNLIGHT, Choice, Meaning, Theme
 
 
 @pytest.fixture
@@ -220,3 +226,68 @@ def test_at_its_minimum_height_nothing_covers_the_times(qapp: QApplication, qtbo
     assert labels
     assert any(str(shown.what).startswith("A higher window") for shown in written)
     assert not any(shown.room.intersects(label) for shown in written for label in labels)
+
+
+CLASSES = tuple(TripClass(bound, count) for bound, count in ((1, 0), (2, 90), (4, 10), (8, 0), (16, 0), (None, 0)))
+
+
+@pytest.mark.parametrize(("width_px", "is_said"), [(150, False), (600, True)])
+def test_a_share_is_not_written_across_the_higher_bar_beside_it(qtbot: QtBot, width_px: int, is_said: bool) -> None:
+    chart = Histogram()
+    qtbot.addWidget(chart)
+    chart.show_classes(CLASSES)
+    chart.resize(QSize(width_px, 130))
+    chart.show()
+    QApplication.processEvents()
+    shares = [item.toPlainText() for item in chart.view.addedItems if isinstance(item, pg.TextItem)]
+    assert shares[0] == percent_text(0.9)
+    assert (percent_text(0.1) in shares) == is_said
+
+
+def test_the_ground_is_not_kept_over_a_change_of_theme(qtbot: QtBot) -> None:
+    """The map of flight logs stood on white in the dark theme."""
+    chart = Histogram()
+    qtbot.addWidget(chart)
+    chart.show()
+    assert chart.view.getViewWidget().cacheMode() == pg.GraphicsView.CacheModeFlag.CacheNone
+
+
+@pytest.mark.parametrize("percent", [100, 200])
+def test_over_time_names_each_of_its_bands_at_every_size_of_text(
+    qtbot: QtBot, qapp: QApplication, percent: int
+) -> None:
+    """At 200 % the three labels lay on each other."""
+    looks = Appearance(qapp, Choice.LIGHT)
+    looks.zoom(percent)
+    chart = OverTime()
+    qtbot.addWidget(chart)
+    chart.show_stretch(Stretch(100.0, 60.0, ()))
+    chart.resize(chart.minimumSizeHint())
+    chart.show()
+    QApplication.processEvents()
+    labels = labels_of(chart.axes["left"])
+    looks.zoom(100)
+    assert {text.split("\n")[0] for text, _ in labels} == {"Slowest answer", "Without reply", "Invalid bytes"}
+    assert not any(one.intersects(other) for (_, one), (_, other) in combinations(labels, 2))
+
+
+BOTH = TriggerRecord(8, 100, ("attitude", "freefall"), 70, 0.5, 2.0, True, False, 1.2, 3.9, b"")
+
+
+@pytest.mark.parametrize("theme", [LIGHT, SUNLIGHT], ids=["light", "sunlight"])
+def test_what_is_said_of_one_cause_does_not_reach_into_the_other(
+    qtbot: QtBot, qapp: QApplication, theme: Theme
+) -> None:
+    style_all(qapp, theme)
+    picture = TriggerPicture("picture")
+    qtbot.addWidget(picture)
+    picture.resize(262, 96)
+    picture.show_record(BOTH, "both")
+    with watching() as drawn:
+        picture.grab()
+    style_all(qapp, LIGHT)
+    assert ["fires" in one.text or "rearms" in one.text for one in drawn] == [True, True, False]
+    tilt, fall = drawn[:2], drawn[2]
+    assert min(one.place.left() for one in tilt) >= 0
+    assert max(one.place.right() for one in tilt) <= fall.place.left()
+    assert fall.place.right() <= picture.width()

@@ -1,20 +1,42 @@
-"""Acts on the Commands page: two clicks and one frame, refused with a reason, LOCK at one click."""
+"""Acts on the Commands page: two clicks and one frame, refused with a reason, LOCK at one click; the smallest
+screen.
+"""
 
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.device import StatusSample
+from app.engine.motion import MotionExtremes, MotionWatch
+from app.engine.session import Run
+from app.procedures.act import Performed, perform
 from app.safety.acts import REQUESTS, Act
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
+from app.safety.ritual import Stage
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
+from protocol.catalogue import STATUS
+from protocol.link_states import Presence
+from protocol.messages import Source, Status
+from tests.gestures.gesture_bench import GestureBench
+from tests.gestures.gesture_table import ACTS, go_to
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig, end_watch, settled_rig, watched
+from tests.support.window.controls import place
 from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import let_lay_out, settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
+from ui.acts.outcomes import outcome_meaning
+from ui.acts.ritual_widget import RitualWidget
 from ui.services.storage import Storage
+from ui.style.theme import Choice as Theme
+from ui.style.theme import Meaning
+from ui.widgets.step_button import is_in_sight
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()
 
@@ -144,3 +166,156 @@ def test_a_store_that_cannot_be_had_is_said(qtbot: QtBot, tmp_path: Path) -> Non
     assert not isinstance(storage.store, Store)
     assert str(blocked) in (storage.notice or "")
     assert not storage.journal(None).is_ready
+
+
+def begin(rig: Rig) -> Run[Performed]:
+    permit = Permit(Act.ZERO, Origin.CONFIRMATION, rig.clock())
+    run: Run[Performed] = Run(perform(Act.ZERO, FakeJournal(), permit=permit))
+    rig.session.run(run)
+    return run
+
+
+def end(rig: Rig, run: Run[Performed]) -> Performed:
+    rig.step_until(lambda: run.is_done)
+    assert run.result is not None
+    return run.result
+
+
+@pytest.mark.parametrize("is_streaming", [False, True])
+def test_two_seconds_of_reports_are_asked_for_first(is_streaming: bool) -> None:
+    rig = settled_rig(tilt=4)
+    if is_streaming:
+        watched(rig)
+    before = len(rig.line.requests)
+    done = end(rig, begin(rig))
+    asked = rig.line.requests[before:]
+    assert asked[: asked.index(REQUESTS[Act.ZERO])].count(STATUS.query()) >= 20
+    if is_streaming:
+        end_watch(rig)
+    assert done.outcome is Outcome.CONFIRMED
+    assert (done.sentence, outcome_meaning(done)) == ("Acknowledged. Tilt now 0°.", Meaning.GOOD)
+
+
+def test_a_swinging_module_is_not_zeroed() -> None:
+    rig = settled_rig(tilt=0)
+    run = begin(rig)
+    for turn in range(24):
+        rig.bench.set_tilt(8 if turn % 2 else 2)
+        rig.step_for(0.13)
+    done = end(rig, run)
+    assert done.outcome is Outcome.NOT_SENT
+    assert [one.condition for one in done.refusals] == [Interlock.IS_STILL]
+    assert "It moves: 2–8°" in done.sentence
+    assert rig.bench.module.memory.zero_tilt_deg == 0
+
+
+@pytest.mark.parametrize("tilt", [10, 11, 26])
+def test_only_a_small_mounting_error_is_zeroed(tilt: int) -> None:
+    rig = settled_rig(tilt=tilt)
+    done = end(rig, begin(rig))
+    assert (done.outcome is Outcome.CONFIRMED) is (tilt == 10)
+    assert [one.condition for one in done.refusals] == ([] if tilt == 10 else [Interlock.IS_LEVEL])
+
+
+def test_it_moves_at_the_last_moment() -> None:
+    """What streams in counts as well: it moved, whoever asked."""
+    rig = settled_rig(tilt=3)
+    switch = watched(rig)
+    run = begin(rig)
+    rig.step_for(1.9)
+    rig.bench.set_tilt(7)
+    done = end(rig, run)
+    assert [one.condition for one in done.refusals] == [Interlock.IS_STILL]
+    assert switch is not None
+    end_watch(rig)
+
+
+def test_the_tilt_is_read_afterwards_and_nothing_is_promised() -> None:
+    done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=StatusSample(0.0, 7, 1.0, False, False))
+    assert done.sentence == "Acknowledged. Tilt now 7°, not 0°: check the mounting."
+    assert outcome_meaning(done) is Meaning.ATTENTION
+    unread = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED)
+    assert unread.sentence == "Acknowledged. Could not read the tilt: check it."
+    assert outcome_meaning(unread) is Meaning.ATTENTION
+
+
+def test_the_watch_forgets_what_is_old_and_misses_no_extreme() -> None:
+    watch = MotionWatch()
+    for step in range(4000):
+        tilt = 30 if step == 700 else 5
+        watch.feed(Status(tilt, 0.3 if step == 2600 else 1.0, triggered=False, active=False), step / 1000)
+    assert watch.view(3.0) == MotionExtremes(0.401, 3.999, 5, 30, 0.3, 1.0)
+    later = watch.view(4.0)
+    assert later is not None
+    assert (later.tilt_high_deg, later.acceleration_low_g) == (5, 0.3)
+    assert watch.view(9.0) is None
+
+
+@pytest.mark.parametrize(
+    ("theme", "whole"), [(Theme.LIGHT, (Act.ACTIVATE, Act.ZERO)), (Theme.SUNLIGHT, (Act.ACTIVATE,))], ids=str
+)
+def test_on_the_smallest_screen_the_first_acts_are_whole_and_nothing_moves_them(
+    bench: GestureBench, theme: Theme, whole: tuple[Act, ...]
+) -> None:
+    bench.assembly.appearance.choose(theme)
+    bench.window.resize(960, 540)
+    bench.window.go_to("commands")
+    page = bench.commands
+
+    def places() -> list[QPoint]:
+        bench.refresh()
+        bench.turn()
+        return [place(page.meaning).topLeft(), *(place(row).topLeft() for row in page.acts.values())]
+
+    locked = places()
+    for act in whole:
+        assert is_in_sight(page.acts[act].confirm), act
+    bench.settle_module(is_active=True)
+    assert places() == locked
+    bench.bench.module.fire(Source.SERIAL, bench.clock())
+    bench.until(lambda: bench.device.fresh("triggered", bench.clock()) is True)
+    assert places() == locked
+    bench.bench.change(mute=True)
+    bench.until(lambda: bench.device.presence is not Presence.ONLINE)
+    assert places() == locked
+    assert "ready to fire" in page.meaning.text()
+
+
+@pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.SUNLIGHT])
+def test_the_deploy_panel_keeps_its_place_at_every_step(bench: GestureBench, theme: Theme) -> None:
+    bench.assembly.appearance.choose(theme)
+    bench.window.resize(960, 540)
+    go_to(bench, ACTS[-2])
+    ritual = bench.commands.ritual
+
+    def places() -> tuple[QRect, list[QPoint]]:
+        bench.refresh()
+        bench.turn()
+        steps = (ritual.choose, ritual.rehearse, ritual.arm, ritual.hold, ritual.cancel)
+        return place(ritual), [place(one).topLeft() for one in steps]
+
+    bench.go_and_click(ritual.rehearse)
+    bench.hand_s += 1.0
+    bench.go_and_click(ritual.arm)
+    assert ritual.ritual.stage is Stage.ARMED
+    armed = places()
+    bench.go_and_click(ritual.cancel)
+    assert ritual.notice_bar.notice is not None
+    assert places() == armed
+    ritual._job.dismiss()
+    assert places() == armed
+    bench.go_and_click(ritual.choose)
+    assert ritual.ritual.stage is Stage.CHOSEN
+    assert places() == armed
+    bench.settle_module(is_active=False)
+    assert places() == armed
+
+
+def test_a_new_deploy_panel_shows_only_its_first_step(bench: GestureBench) -> None:
+    ritual = RitualWidget(bench.commands.ritual._services)
+    ritual.show()
+    bench.turn()
+    shown = {one for one in (ritual.rehearse, ritual.choose, ritual.arm, ritual.hold, ritual.cancel, ritual.countdown)
+             if one.isVisible()}  # fmt: skip
+    ritual.close()
+    assert shown == {ritual.rehearse, ritual.choose}
