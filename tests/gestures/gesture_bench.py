@@ -199,8 +199,7 @@ class GestureBench:
     # Time
 
     def turn(self) -> None:
-        """Process the events of the window once, after what the disk is still asked for, and update what is on the
-        screen."""
+        """Process the events of the window once, after what the disk is still asked for, and paint."""
         store = self.assembly.storage.store
         if isinstance(store, Store):
             store.queue.submit(int).result(PATIENCE_S)
