@@ -166,10 +166,11 @@ def test_that_the_first_was_active_outlives_new_module(qtbot: QtBot, bench: Benc
         module.say(active=False)
         qtbot.wait(20)
     assert sorted(bench.left()) == sorted([name, "M-07"]), "what another one reports ends nothing"
-    said = bench.watch.notice()
-    assert said is not None
-    assert said.text.startswith(f"{name or 'The module at /dev/ttyUSB0'}: LOCK not confirmed on ")
-    said.choices[0].act()
+    unproven = f"{name or 'The module at /dev/ttyUSB0'}: LOCK not confirmed on "
+    qtbot.waitUntil(lambda: (said := bench.watch.notice()) is not None and said.text.startswith(unproven))
+    notice = bench.watch.notice()
+    assert notice is not None
+    notice.choices[0].act()
     qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
