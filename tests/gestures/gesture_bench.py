@@ -392,7 +392,7 @@ def gesture_bench(
             made.until(lambda: made.device.presence is Presence.ONLINE)
             made.until(lambda: made.device.known("freefall_time_s", clock()) is not None)
             window.go_to("commands")
-            made.wait(3.0)
+            made.wait(3.0, tick_s=1.0)
             made.refresh()  # what the page's own timer would do later, and move the rows
             yield made
         finally:

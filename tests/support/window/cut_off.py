@@ -42,10 +42,8 @@ def cut_off(root: QWidget) -> list[str]:
     let_lay_out(root)
     found: list[str] = []
     for widget in [root, *root.findChildren(QWidget)]:
-        is_in_sight = not widget.visibleRegion().isEmpty() or _scrolls(widget)
-        if not widget.isVisible() or not is_in_sight:
-            continue
-        found += [f"{_named(widget)}: {fault}" for fault in _faults(widget)]
+        if widget.isVisible() and (not widget.visibleRegion().isEmpty() or _scrolls(widget)):
+            found += [f"{_named(widget)}: {fault}" for fault in _faults(widget)]
     return found
 
 

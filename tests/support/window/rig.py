@@ -33,7 +33,7 @@ from ui.services.port import Ports
 from ui.widgets.gestures import gestures
 
 Made = TypeVar("Made", bound="Rig")
-TURN_S = 0.05
+TURN_S = 0.1
 """Less than the ritual goes without a tick."""
 
 

@@ -66,15 +66,19 @@ def let_lay_out(root: QWidget) -> None:
 
     What an event changes is laid out from child to parent, one step a turn; a scroll bar narrows what made it appear.
     """
-    places = list[QRect]()
+    places = _places(root)
     for _ in range(12):
         QApplication.processEvents()
         for _ in range(12):  # as often as widgets are nested
             QApplication.sendPostedEvents()
-        before, places = places, [one.geometry() for one in root.findChildren(QWidget)]
+        before, places = places, _places(root)
         if places == before:
             return
     raise AssertionError("the layout does not come to rest")
+
+
+def _places(root: QWidget) -> list[QRect]:
+    return [one.geometry() for one in root.findChildren(QWidget) if one.isVisible()]
 
 
 def press(qtbot: QtBot, widget: QWidget | None) -> None:

@@ -128,9 +128,8 @@ class Rig:
         if len(self.connector.connections) > 1:
             others.append(self.pages["fleet"].panel)  # a column for each module
         roots = QApplication.topLevelWidgets()
-        for widget in (
-            one for root in roots for one in _in_sight(root, others)
-        ):  # another module's card shows that one's, under its name
+        # Another module's card shows that one's, under its name.
+        for widget in [one for root in roots for one in _in_sight(root, others)]:
             where = widget.objectName() or type(widget).__name__
             explain(widget)  # as a person who asks what this is
             for role, text in (*texts_of(widget), *_typed(widget)):
@@ -151,8 +150,6 @@ def _typed(widget: QWidget) -> Iterator[tuple[str, str]]:
             yield "typed", widget.text()
         case QPlainTextEdit():
             yield "typed", widget.toPlainText()
-        case _:
-            pass
 
 
 @pytest.fixture
@@ -279,9 +276,10 @@ CHANGES: Final[dict[str, Begin]] = {
     "another port": _to_another_port,
     "behind its port": _behind_its_port,
     "a person's word": _by_a_persons_word,
-    "the board": _on_the_board,
     "after a disconnection": _after_nothing,
+    "the board": _on_the_board,
 }
+"""With the board last, since the ports that it adds stay."""
 
 
 def _look(rig: Rig) -> list[str]:
@@ -295,37 +293,40 @@ def _look_at_once(rig: Rig, seen: list[list[str]], _batch: Batch) -> None:
         seen.append([f"{where}: {text}" for where, text in rig._visible() if OF_A.search(text)])
 
 
-@pytest.mark.parametrize("change", CHANGES)
-def test_nothing_of_the_former_module_is_in_sight(rig: Rig, change: str) -> None:
-    moments = some(MOMENTS.items(), one_in=2, first=list(CHANGES).index(change))  # each at two changes at least
-    for number, (moment, begin) in enumerate(moments):
-        rig.show_a()
-        if not number:
-            before = {one.split(":")[0] for one in _look(rig) if OF_A.search(one)}
-            assert before >= {"live", "settings", "commands", "fleet", "diagnosis"}
-            rig.show_a()
-        begin(rig)
-        rig.settle()
-        workers = [worker for worker in rig.ports.workers if worker.wanted(is_urgent=False)]
-        seen: list[list[str]] = []
-        rig.assembly.window.go_to(("settings", "live", "preflight", "commands")[number % 4])
-        CHANGES[change](rig)
-        connection = rig.connector.batch.connect(partial(_look_at_once, rig, seen))
-        rig.answer(B)
-        rig.connector.batch.disconnect(connection)
-        assert seen == [[]], (change, moment, "as the first value was drawn")
-        for worker in workers:
-            worker.end_jobs()
-        rig.settle()
-        rig.answer(B)
-        now = _look(rig)
-        is_elsewhere = rig.connector.current.target == PORT_B
-        left = [one for one in now if OF_A.search(one) or (is_elsewhere and PORT_A.device[5:] in one)]
-        assert not left, "\n".join((change, moment, *left))
-        assert not rig.pages["settings"].as_found.isEnabled(), (change, moment)
-        assert rig.assembly.window._services.pending_edits.find_foreign() == (), (change, moment)
-        shown = " ".join(one for one in now if one.startswith(("settings:", "live:")))
-        assert [value for value in OF_B if value not in shown] == [], (change, moment)
+def test_nothing_of_the_former_module_is_in_sight(rig: Rig) -> None:
+    """One window for all changes, since it takes a second to make; each moment at two changes at least."""
+    rig.show_a()
+    before = {one.split(":")[0] for one in _look(rig) if OF_A.search(one)}
+    assert before >= {"live", "settings", "commands", "fleet", "diagnosis"}
+    for first, change in enumerate(CHANGES):
+        for number, moment in enumerate(some(MOMENTS, one_in=2, first=first)):
+            _change_at(rig, change, moment, ("settings", "live", "preflight", "commands")[number % 4])
+
+
+def _change_at(rig: Rig, change: str, moment: str, page: str) -> None:
+    rig.show_a()
+    MOMENTS[moment](rig)
+    rig.settle()
+    workers = [worker for worker in rig.ports.workers if worker.wanted(is_urgent=False)]
+    seen: list[list[str]] = []
+    rig.assembly.window.go_to(page)
+    CHANGES[change](rig)
+    connection = rig.connector.batch.connect(partial(_look_at_once, rig, seen))
+    rig.answer(B)
+    rig.connector.batch.disconnect(connection)
+    assert seen == [[]], (change, moment, "as the first value was drawn")
+    for worker in workers:
+        worker.end_jobs()
+    rig.settle()
+    rig.answer(B)
+    now = _look(rig)
+    is_elsewhere = rig.connector.current.target == PORT_B
+    left = [one for one in now if OF_A.search(one) or (is_elsewhere and PORT_A.device[5:] in one)]
+    assert not left, "\n".join((change, moment, *left))
+    assert not rig.pages["settings"].as_found.isEnabled(), (change, moment)
+    assert rig.assembly.window._services.pending_edits.find_foreign() == (), (change, moment)
+    shown = " ".join(one for one in now if one.startswith(("settings:", "live:")))
+    assert [value for value in OF_B if value not in shown] == [], (change, moment)
 
 
 def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> None:
