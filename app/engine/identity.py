@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
 
-from app.engine.device import Device, Known, StaleReason
+from app.engine.device import READ_BACK, Device, How, Known, StaleReason
 from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS, ChangedSetting, changed_settings
 from protocol.events import Event, FellSilent, Received, Restarted, Role, WentOffline
 from protocol.fields import Value
@@ -214,8 +214,10 @@ class IdentityCheck:
         if self._expected is not None:
             self._is_said &= not isinstance(event, FellSilent | Restarted | WentOffline)
             return
-        is_named = self._identity.is_named
-        known = evidence_of(device.view(now).values, is_fresh=False) if _may_tell(event) else UNKNOWN
+        if not _may_tell(event):
+            return
+        is_named, values = self._identity.is_named, device.view(now).values
+        known = evidence_of(values, is_fresh=False)
         match event:
             case Restarted():
                 is_in_doubt = is_named
@@ -227,6 +229,10 @@ class IdentityCheck:
                 boots = int(reading.value)
                 is_other_start = is_named and known.boot_count not in (None, boots)
                 is_in_doubt = is_other_start or went_back(known.boot_count, boots)
+            case Received(message=Reading(command=command, value=value)) if command.key in values:
+                before = values[command.key]  # read, then a silence in which nothing was set
+                is_read_again = (before.how, before.stale_reason) == (How.READ, StaleReason.LINK_LOST)
+                is_in_doubt = self._is_attended and is_read_again and before.value != value
             case _:
                 return
         if is_in_doubt:
@@ -235,5 +241,6 @@ class IdentityCheck:
 
 def _may_tell(event: Event) -> bool:
     if isinstance(event, Received):
-        return event.role is Role.ANSWER and isinstance(event.message, Reading) and event.message.command is BOOT_COUNT
+        message = event.message
+        return event.role is Role.ANSWER and isinstance(message, Reading) and message.command.key in READ_BACK
     return isinstance(event, FellSilent | Restarted | WentOffline)

@@ -27,7 +27,7 @@ from app.engine.procedure import (
 )
 from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
-from app.procedures.settings_reading import is_in_doubt, is_refuted, read_settings
+from app.procedures.settings_reading import is_another, is_refuted
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome, durable
@@ -47,8 +47,6 @@ from protocol.translatable import marked
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
 ALIVE_AGAIN_S = 0.5
 READING_PAUSE_S = 0.15
-REFRESHES = 2
-"""After a silence the settings are read again, and the status once more."""
 READINGS = 2
 """Reports in a row that must agree before a trigger is said not to have happened."""
 
@@ -221,13 +219,10 @@ def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
     yield from _ask_threshold(act)
     if act is Act.ZERO:
         yield from _watch_motion()
-    for _ in range(REFRESHES):
-        yield from ask_status()
-        view: EngineView = yield Inspect()
-        is_slow = view.device.lag_s is not None and view.device.lag_s >= QUICK_S
-        if is_slow or not is_in_doubt(begin, view):
-            break
-        yield from read_settings()
+    yield from ask_status()
+    view: EngineView = yield Inspect()
+    if view.device.lag_s is None or view.device.lag_s < QUICK_S:  # else the permit would expire meanwhile
+        yield from is_another(begin)
     if (yield from _ask_threshold(act)):  # a silence meanwhile cast doubt on it
         yield from ask_status()
     return not is_refuted(begin, (yield Inspect()))

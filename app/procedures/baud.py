@@ -14,6 +14,7 @@ from enum import Enum
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.procedures.act import Armed, begin_act
 from app.procedures.find import look_for
+from app.procedures.settings_reading import is_refuted, read_settings
 from app.procedures.write import SetReply, acknowledged
 from app.safety.acts import Act
 from app.safety.interlocks import Refusal
@@ -94,6 +95,10 @@ def change_baud(
         changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
     else:
         rate = yield from look_for(new_rate, old_rate)
+        if rate not in (None, new_rate):
+            yield from read_settings()
+            if is_refuted(view, (yield Inspect())):
+                rate = None  # another module answers
         end = _end(old_rate, new_rate, rate, reply.heard)
         changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=rate)
     if changed.end is not BaudEnd.LOST:

@@ -12,6 +12,7 @@ from enum import Enum
 from app.engine.identity import Trust, evidence_of, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
 from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
+from app.procedures.ask_status import ask_status
 from app.procedures.write import ReadBack, read_back, restarted_since
 from protocol.catalogue import Command
 from protocol.fields import Value
@@ -21,6 +22,8 @@ HEARTBEAT_WAITS_S = (0.5, 1.0)
 """For the heartbeat after an unanswered question."""
 MAX_STARTS = 3
 """More in the seconds of one procedure are another module's."""
+REREADINGS = 2
+"""After a silence, and after one during the first of them."""
 
 
 class ReadFault(Enum):
@@ -83,7 +86,18 @@ def read_settings() -> Procedure[SettingsReading]:
     )
 
 
-def is_in_doubt(begin: EngineView, view: EngineView) -> bool:
+def is_another(begin: EngineView, *, written: Collection[str] = ()) -> Procedure[bool]:
+    """Whether what is read refutes that the module of `begin` answers. After a break it is read again first, and the
+    status after it. `written`: keys set since."""
+    for _ in range(REREADINGS):
+        if not _is_in_doubt(begin, (yield Inspect())):
+            break
+        yield from read_settings()
+        yield from ask_status()
+    return is_refuted(begin, (yield Inspect()), written=written)
+
+
+def _is_in_doubt(begin: EngineView, view: EngineView) -> bool:
     """Whether a break made stale what tells that it is the module of `begin`, and no person is asked about it."""
     before, now = evidence_of(begin.device.values, is_fresh=False), evidence_of(view.device.values, is_fresh=True)
     has_count = now.boot_count is not None or before.boot_count is None
@@ -92,7 +106,7 @@ def is_in_doubt(begin: EngineView, view: EngineView) -> bool:
 
 
 def is_refuted(begin: EngineView, view: EngineView, *, written: Collection[str] = ()) -> bool:
-    """Whether what was read since a break refutes that it is the module of `begin`; `written`: keys set since."""
+    """Without reading anything again; see `is_another`."""
     before = evidence_of(begin.device.values, is_fresh=False)
     kept = {key: value for key, value in before.settings.items() if key not in written}
     read = {key: known for key, known in view.device.values.items() if known.at >= begin.now}

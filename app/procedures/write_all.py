@@ -18,7 +18,7 @@ from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.settings_reading import SettingsReading, is_in_doubt, is_refuted, read_settings
+from app.procedures.settings_reading import SettingsReading, is_another, read_settings
 from app.procedures.write import SetReply, WriteFault, Written, write_verified
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
@@ -133,7 +133,8 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
         return WriteReport(results=_all_refused(ordered), refusals=refused)
     if context.store_snapshot is not None:
         yield from _store_snapshot(context.store_snapshot)
-    progress = _WriteProgress(replace(context, begin=context.begin or begin))
+    begin = context.begin or begin
+    progress = _WriteProgress(replace(context, begin=begin))
     try:
         for done, change in enumerate(ordered):
             yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
@@ -144,7 +145,7 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
             progress.restarts.append(view.device.restarts)
         is_sent = any(written.heard is not SetReply.NOT_SENT for written in progress.results)
         if is_sent:
-            report = yield from _last_reading(progress, before)
+            report = yield from _last_reading(progress, begin, before)
         else:
             report = WriteReport(results=tuple(progress.results), refusals=progress.refused)
     except BaseException:
@@ -214,22 +215,30 @@ def settle_writes(journal: Journal, entries: Mapping[Command, Entry], results: I
         journal.settle(entry, _outcome(written), {} if written is None else _result(written))
 
 
-def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
-    """Read everything once more after a pause: only values that are still there, without a restart, are verified."""
+def _last_reading(progress: _WriteProgress, begin: EngineView, before: SettingsReading) -> Procedure[WriteReport]:
+    """Read everything once more after a pause: only values that are still there, without a restart, are verified, and
+    none that another module may have."""
     yield Pause(SETTLE_S)
     for _ in range(LAST_READINGS):
         last = yield from read_settings()
         is_spoiled = last.boot_count is None or not last.faults.keys() <= before.faults.keys()
         if last.is_silent or not is_spoiled:
             break
+    sent = {written.command.key for written in progress.results if written.heard is not SetReply.NOT_SENT}
+    is_other = yield from is_another(begin, written=sent)
     view: EngineView = yield Inspect()
-    if last.boot_count is None:
+    if is_other or not view.is_settled:
+        last = replace(last, values={})
+        results = [
+            _unconfirmed(written) if written.command.reads_back and written.command.key in sent else written
+            for written in progress.results
+        ]
+    elif last.boot_count is None:
         results = unconfirmed(progress.results)
     else:
         results = [_read_again(written, last.values) for written in progress.results]
     results = _invalidated(results, progress.restarts, now=view.device.restarts)
-    written_keys = {written.command.key for written in progress.results if written.heard is not SetReply.NOT_SENT}
-    stood = {key: value for key, value in before.values.items() if key not in written_keys}
+    stood = {key: value for key, value in before.values.items() if key not in sent}
     return WriteReport(
         results=tuple(results),
         refusals=progress.refused,
@@ -288,16 +297,12 @@ def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tupl
 def _refusals(context: WriteContext, written: Collection[str]) -> Procedure[tuple[Refusal, ...]]:
     """The conditions that are not met; asks for the status if it is not proven to be recent."""
     for has_been_asked in (False, True):
+        is_other = yield from is_another(context.begin or (yield Inspect()), written=written)
         view: EngineView = yield Inspect()
-        begin = context.begin or view
-        if is_in_doubt(begin, view):
-            yield from read_settings()
-            yield from ask_status()
-            view = yield Inspect()
         armed = context.armed.act if context.armed is not None else None
         inputs = replace(
             interlock_inputs(view.device, view.now, must_be_proven=True),
-            is_identity_settled=view.is_settled and not is_refuted(begin, view, written=written),
+            is_identity_settled=view.is_settled and not is_other,
             armed=armed, is_unlocked=context.is_unlocked,
         )  # fmt: skip
         unmet = refusals(Act.WRITE, inputs)

@@ -3,13 +3,15 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from app.engine.procedure import EngineView, Inspect, Procedure
+from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.ask_status import ask_status
 from app.procedures.find import WAITS_S, answers_here, find_rate, proofs
 from app.procedures.handshake import handshake
 from app.procedures.history import History, read_history
 from app.procedures.lock import Locked, lock
 from app.procedures.read import Everything, read_everything
-from app.procedures.settings_reading import SettingsReading, read_settings
+from app.procedures.settings_reading import SettingsReading, is_another, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import ReadBack, read_back, write_verified
 from protocol.catalogue import BY_NAME, LOCK, SERIAL_OUTPUT
@@ -56,6 +58,14 @@ def _no_reading_lie(reading: SettingsReading, cell: Cell) -> list[str]:
     return _value_lies(reading.values, cell) if reading.is_complete else []
 
 
+def _is_another() -> Procedure[bool]:
+    """Struck after the first reading."""
+    yield from read_settings()
+    begin: EngineView = yield Inspect()
+    yield from ask_status()
+    return (yield from is_another(begin))
+
+
 ROWS: tuple[Row, ...] = (
     Row("handshake.handshake", handshake, lambda _result, _cell: []),
     Row("ask_status.ask_status", ask_status, lambda _result, _cell: []),
@@ -82,6 +92,12 @@ ROWS: tuple[Row, ...] = (
         runs_for_s=3.0,
     ),
     Row("settings_reading.read_settings", read_settings, _no_reading_lie),
+    Row(
+        "settings_reading.is_another",
+        _is_another,
+        lambda is_other, _cell: ["it is the same one"] if is_other else [],
+        strikes_at=2 * (len(READABLE_SETTINGS) + 2),
+    ),
     Row("write.read_back", lambda: read_back(THRESHOLD), _no_back_lie),
     Row("write.write_verified", lambda: write_verified(THRESHOLD, WANTED_DEG), written_lies),
     *ACT_ROWS,

@@ -70,7 +70,7 @@ def test_a_repeated_run_is_identical(desk: Desk) -> None:
 
 
 def no_last_reading(patch: pytest.MonkeyPatch) -> None:
-    def skipped(course: Any, before: Any) -> Procedure[Any]:
+    def skipped(course: Any, *_: Any) -> Procedure[Any]:
         from app.procedures.write_all import WriteReport
 
         yield Inspect()

@@ -4,13 +4,17 @@ from collections.abc import Callable
 
 import pytest
 
+from app.engine.identity import Trust
 from app.engine.procedure import Procedure
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
 from app.procedures.act import perform
+from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.light_calibration import measure_light
+from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME
@@ -58,12 +62,44 @@ def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin,
         assert rig.line.to_second == [], frame
 
 
+@pytest.mark.parametrize("boots", [37, 90])
+def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
+    """What was written to that one is unknown: it is neither verified nor refused."""
+    changes = [SettingChange(BY_NAME[name], value) for name, value in EDITS.items()]
+    for frame in range(14, 37):
+        rig, journal = ExchangedRig(frame, boots=boots), FakeJournal()
+        report = rig.run(write_all(changes, WriteContext(journal=journal)))
+        assert rig.line.is_exchanged
+        assert (report.changed, {*journal.outcomes.values()}) == ((), {Outcome.UNKNOWN}), frame
+        assert not any(written.verified or written.read_back for written in report.results), frame
+
+
+@pytest.mark.parametrize("boots", [37, 90])
+def test_its_baud_rate_is_not_said_of_the_first_one(boots: int) -> None:
+    """That one is searched for at the next start."""
+    for frame in range(1, 6):
+        rig, journal = ExchangedRig(frame, boots=boots), FakeJournal()
+        permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
+        changed = rig.run(change_baud(57600, journal, permit=permit))
+        assert (rig.line.is_exchanged, rig.line.to_second) == (True, [])
+        assert changed.end is (BaudEnd.NOT_SENT if frame < 3 else BaudEnd.LOST), frame
+        assert not journal.outcomes, frame
+
+
 @pytest.mark.parametrize(("frame", "boots"), [*((at, 90) for at in range(1, 26)), *((at, 37) for at in range(4, 26))])
 def test_records_of_both_are_not_read_as_those_of_one(frame: int, boots: int) -> None:
     rig = ExchangedRig(frame, boots=boots)
     with pytest.raises(UserError, match="The module restarted"):
         rig.run(read_triggers())
     assert rig.line.is_exchanged
+
+
+@pytest.mark.parametrize("frame", range(1, 16))
+def test_a_person_is_asked_which_module_it_is_where_settings_differ_after_the_silence(frame: int) -> None:
+    """It is shorter than one after which anybody is asked whatever is read."""
+    rig = ExchangedRig(frame, boots=37)
+    rig.run(read_everything())
+    rig.step_until(lambda: rig.session.identity.identity.trust is Trust.REFUTED, limit_s=10)
 
 
 @pytest.mark.parametrize("frame", [1, 10, 20])

@@ -12,7 +12,7 @@ from app.engine.procedure import Cancelled, EngineView, Inspect, Procedure
 from app.engine.worker import Job
 from app.preflight.module_checks import RecordsWord
 from app.procedures.history import read_history
-from app.procedures.settings_reading import is_in_doubt, is_refuted, read_settings
+from app.procedures.settings_reading import is_another
 from app.procedures.write import read_back
 from app.records.check_store import CheckStore, SeenRecord, Visit
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, say_new
@@ -59,11 +59,10 @@ def read_triggers() -> Procedure[TriggersReading]:
         boots = int(BOOT_COUNT.reply.decode(back.raw))
     if history.is_line_dead:
         return TriggersReading(history, boots)
-    if is_in_doubt(begin, (yield Inspect())):
-        yield from read_settings()
+    is_other = yield from is_another(begin)
     end: EngineView = yield Inspect()
     is_asked_about = end.device.breaks != begin.device.breaks and not end.is_settled
-    if is_asked_about or end.device.restarts != begin.device.restarts or is_refuted(begin, end):
+    if is_asked_about or end.device.restarts != begin.device.restarts or is_other:
         raise UserError(marked("The module restarted. Read again."))
     return TriggersReading(history, boots)
 
