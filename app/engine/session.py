@@ -69,6 +69,8 @@ class Session:
         self._rate_before: int | None = None
         """The port's rate when an urgent procedure overtook another one, which continues at it."""
         self._proven_rate: int | None = None
+        self._counted_before = self._link.counters.copy()
+        """Of the former module."""
         self._events: list[Event] = []
 
     def run(self, run: Run[Any], *, is_urgent: bool = False) -> None:
@@ -123,6 +125,7 @@ class Session:
     def treat_as_new(self, *, is_named: bool, before: IdentityEvidence = UNKNOWN) -> None:
         """A person said that it is another module than before."""
         self.device.forget(self.identity.since)
+        self._counted_before = self._link.counters.copy()
         self.confirm_identity(None, is_named=is_named, before=before)
 
     def run_in_background(self, procedure: Procedure[None]) -> None:
@@ -139,7 +142,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
-        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, lag_s)
+        return LinkView(self._link.counters - self._counted_before, trips.minimum_s, trips.median_s, lag_s)
 
     def step(self, longest_s: float = MAX_STEP_S) -> None:
         """Wait at most `longest_s` for bytes, and do what is due."""

@@ -32,7 +32,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT
-from protocol.events import Answered, OutcomeUnknown, Received, Role, Unanswered, WentOnline
+from protocol.events import Answered, Counters, OutcomeUnknown, Received, Role, Unanswered, WentOnline
 from protocol.messages import Reading
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, watched
@@ -135,6 +135,7 @@ def test_of_the_former_module_nothing_is_known_once_a_person_says_that_it_is_ano
     assert view.values["baud_rate"].value == 115200, "which answered at it"
     assert not set(view.values) & {*FOUND.settings, "cell_voltage_v", "charging"}
     assert view.motion is None
+    assert rig.session.link_view().counters == Counters()
     assert trust(rig) is Trust.UNNAMED
 
 
