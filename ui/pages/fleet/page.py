@@ -65,12 +65,14 @@ class FleetPage(Page):
         self._services, self._connector = services, services.connector
         self.ask_profile: AskOpen = ask_profile
         self.ask_report: AskPath = ask_path
+        self.result = JobNotice(self)
         self.members = FleetMembers(services, self)
+        for is_over in (self.members.replaced, self._connector.removed):
+            is_over.connect(self.result.dismiss)  # before a check that ends with it says what came of the others
         self.checks = GroupChecks(services, self.members, self)
         self.profile = GroupProfile(services, self.members, self)
         self._widgets: dict[Port, CardWidget] = {}
         self.turns = BatchTurns(services, self)
-        self.result = JobNotice(self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
         self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s reports", self)
         self._make_controls()

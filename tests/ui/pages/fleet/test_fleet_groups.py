@@ -133,6 +133,24 @@ def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> Non
     assert known == {"M-1": True, "M-2": True}
 
 
+@pytest.mark.parametrize("change", ["another module", "disconnected"])
+def test_what_was_said_of_a_set_ends_with_any_of_its_modules(desk: Desk, change: str) -> None:
+    desk.plug_in(2)
+    desk.click(desk.page.check)
+    for _, worker in desk.modules:
+        worker.end_jobs(Cancelled())
+    desk.wait(lambda: desk.page.notice_bar.notice is not None and not desk.page.checks.is_running)
+    port, worker = desk.modules[1]
+    assert port is not desk.services.connector.current
+    if change == "another module":
+        port.module.treat_as_new()
+    else:
+        desk.page.members.disconnect_port(port)
+    worker.hand_over()
+    desk.settle()
+    assert desk.page.notice_bar.notice is None
+
+
 def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path) -> None:
     desk.plug_in(2)
     assert not desk.page.report.isEnabled()  # nothing was checked
