@@ -81,7 +81,7 @@ class Command:
     write: Field | None = None
     """Meaning of D4 in a set; None where it cannot be set."""
     write_key: str | None = None
-    write_hazards: dict[int, Hazard] = field(default_factory=dict, hash=False)
+    write_hazards: dict[int, Hazard] = field(default_factory=dict)
     """Hazard of a set by D4, where it is not CHANGES."""
     extra_reply_codes: frozenset[int] = frozenset()
     """Further codes of its reply (E3, E4)."""
@@ -92,6 +92,10 @@ class Command:
     default: int | None = None
     """D4 as delivered, where the table gives it. Never shown as the module's value."""
     advice: Advice | None = None
+
+    def __hash__(self) -> int:
+        """Requests are looked up in every turn, and hashing all fields would cost a twelfth of it."""
+        return self.code
 
     @property
     def key(self) -> str:

@@ -198,7 +198,9 @@ class Hardware:
         """Time of its next spontaneous event; infinity for none."""
         if not self.is_on:
             return math.inf
-        return max(self._sampled_s, min(self.pwm_at_s, self._booted_s + (self.setup.restart_at_s or math.inf)))
+        runs_s = self.setup.restart_at_s
+        at_s = min(self.pwm_at_s, self._booted_s + runs_s) if runs_s else self.pwm_at_s
+        return max(self._sampled_s, at_s)
 
     def do_event(self, at_s: float) -> None:
         """The event of `event_s`."""
@@ -212,6 +214,10 @@ class Hardware:
         """Advance the time of its sensor and its triggers; sends nothing."""
         while (event_s := self.event_s()) <= now_s:
             self.do_event(event_s)
+        self._watch(now_s)
+
+    def _watch(self, now_s: float) -> None:
+        """Advance to a time before which there is no event."""
         if not (self.is_on and self.state.is_active):
             self._sampled_s = now_s
         watch_until_s = min(now_s, self._sampled_s + MAX_WATCH_S)
@@ -252,7 +258,7 @@ class Hardware:
                 sent.append(self._transmit(heapq.heappop(self._due)))
             else:
                 self._stream_one(at_s)
-        self.advance(now_s)
+        self._watch(now_s)
         return sent
 
     def next_due(self, now_s: float) -> float | None:
@@ -286,7 +292,7 @@ class Hardware:
     def _stream_one(self, at_s: float) -> None:
         self._stream_step += 1
         self._stream_due_s = self._stream_base_s + self._stream_step / self.setup.rate
-        self.advance(at_s)
+        self._watch(at_s)
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A frame is skipped if the line is a whole frame behind, so that the queue stays bounded.
         if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:

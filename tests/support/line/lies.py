@@ -201,7 +201,8 @@ class LyingModule(SimulatedModule):
         heapq.heappush(self._plans, (at_s, next(self._numbers), act))
 
     def event_s(self) -> float:
-        return min(super().event_s(), self._plans[0][0] if self._plans and self.is_on else math.inf)
+        event_s = super().event_s()
+        return min(event_s, self._plans[0][0]) if self._plans and self.is_on else event_s
 
     def do_event(self, at_s: float) -> None:
         if self._plans and self._plans[0][0] <= at_s:
