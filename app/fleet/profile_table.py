@@ -86,7 +86,7 @@ class AppliedProfile:
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
     """Verified only if everything that can be read back was read back equal."""
-    if report.refusals:
+    if report.is_refused:
         return AppliedProfile(Applied.REFUSED, refusals=report.refusals)
     parts = (
         (marked("Not as written: {names}."), tuple(result.command for result in report.results if not result.is_fine)),
@@ -95,7 +95,7 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
     )
     failed = tuple((text, commands) for text, commands in parts if commands)
     if failed:
-        return AppliedProfile(Applied.FAILED, failed)
+        return AppliedProfile(Applied.FAILED, failed, report.refusals)
     unproven = tuple(result.command for result in report.results if result.verified is None)
     if unproven:
         return AppliedProfile(Applied.ACKNOWLEDGED, ((NOT_READ_BACK, unproven),))

@@ -85,6 +85,11 @@ class WriteReport:
     def is_fine(self) -> bool:
         return all(written.is_fine for written in self.results) and not self.changed and not self.unread
 
+    @property
+    def is_refused(self) -> bool:
+        """Nothing was sent."""
+        return bool(self.refusals) and all(written.heard is SetReply.NOT_SENT for written in self.results)
+
 
 def why_not_verified(written: Written, refusals: Sequence[Refusal]) -> UserMessage | None:
     """What to say of a setting; None where it is as written."""

@@ -20,6 +20,7 @@ from app.preflight.findings import Person
 from app.preflight.verdict import Verdict, Void, assess
 from app.procedures.lock import Locked
 from app.procedures.read import read_everything
+from app.procedures.write import SetReply
 from app.procedures.write_all import WriteContext, write_all
 from app.records.filing import Filed, file_check
 from app.records.report_files import record_in
@@ -33,6 +34,7 @@ from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.fields import Value
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
+from tests.support.line.exchange import ExchangedRig
 from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import Checked, check
 
@@ -244,6 +246,17 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
     rig = rigs["a"]
     again = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
     assert [change.command.name for change in again.changes] == []
+
+
+def test_a_profile_of_which_a_part_was_written_is_not_called_refused() -> None:
+    """Another module answers after the first setting."""
+    rig = ExchangedRig(14)
+    table = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
+    report = rig.run(write_all(table.changes, WriteContext(journal=FakeJournal())))
+    assert {written.heard for written in report.results} > {SetReply.NOT_SENT}
+    applied = outcome_of(report)
+    assert applied.state is Applied.FAILED
+    assert applied.why.startswith("Module not proven: only queries are sent. Not as written: ")
 
 
 def tr_title(name: str) -> str:

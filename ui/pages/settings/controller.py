@@ -180,7 +180,7 @@ class SettingsController(QObject):
             return
         report = job.outcome()
         self.form.on_written(report.results, self._connector.current.device, self._connector.clock())
-        if report.refusals:
+        if report.is_refused:
             self.job.set_notice(partial(self._refused_notice, report.refusals, accepted))
         else:
             self.job.set_notice(partial(self._written_notice, report))
@@ -258,8 +258,9 @@ class SettingsController(QObject):
             parts.append(tr("Not verified, but read as set since: {count}.", count=since))
         if doubtful:
             parts.append(tr("In doubt since: {count}; see the rows.", count=doubtful))
+        parts += [refusal.sentence for refusal in report.refusals]
         test = Choice("survives", tr("Survives a power cycle?"), self.test_power_cycle)
-        is_bad = bad or moved or doubtful or report.unread
+        is_bad = bad or moved or doubtful or report.unread or report.refusals
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
         return Notice(meaning, join_sentences(parts), (test,) if verified else (), self.job.dismiss)
 

@@ -16,7 +16,9 @@ from app.engine.target import Target
 from app.procedures.read import Everything
 from app.procedures.write import SetReply, WriteFault, Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport
+from app.safety.interlocks import Interlock, Refusal
 from app.settings.form import FormRow, RowState
+from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.fake_ports import FakePorts, FakeWorker
@@ -167,6 +169,21 @@ def test_only_what_is_verified_now_is_called_verified(
         }
     desk.end(WriteReport(results=(TILT_HEARD, TIME_HEARD)), **values)
     assert (desk.states, desk.says) == (states, says)
+
+
+@pytest.mark.parametrize("is_begun", [False, True])
+def test_nothing_was_written_is_said_only_where_nothing_was_sent(desk: Desk, is_begun: bool) -> None:
+    """It became active, or may be another module, after the first setting."""
+    refused = Refusal(Interlock.MAY_WRITE, UserMessage("ACTIVE."))
+    tilt, time = (
+        Written(command=command, target=WANTED[command.key], heard=SetReply.NOT_SENT, fault=WriteFault.NOT_ALLOWED)
+        for command in (TILT, TIME)
+    )
+    desk.write()
+    results = (TILT_HEARD if is_begun else tilt, time)
+    desk.end(WriteReport(results=results, refusals=(refused,)), **{TILT.key: 70 if is_begun else 60})
+    assert desk.says == f"{'Read back as written: 1.' if is_begun else 'Nothing was written.'} ACTIVE."
+    assert desk.work.count_unsent() == (1 if is_begun else 2)
 
 
 @pytest.mark.parametrize(
