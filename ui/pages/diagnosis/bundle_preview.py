@@ -77,8 +77,13 @@ class BundlePreview(QWidget):
         self._where = named(TickingLabel(), "bundle_log_path", "small")
         self._where.hide()
         self._lay_out()
-        VisibilityTimer(self, self.make, retranslate=self._retranslate, restyle=self._apply_theme)
+        self._timer = VisibilityTimer(self, self.make, retranslate=self._retranslate, restyle=self._apply_theme)
         self._apply_theme()
+
+    def begin_again(self) -> None:
+        """What is shown is of the former module."""
+        self.text.clear()
+        self._timer.refresh_seen()
 
     def make(self) -> None:
         """Makes the bundle in the background from the present state."""

@@ -100,6 +100,7 @@ class DiagnosisPage(StreamPage):
         self.traffic.clear_rows()
         self.traffic_buffer.clear()
         self.files.refresh()
+        self.bundle.begin_again()
 
     def _show_capture(self, opened: Opened) -> None:
         self.opened = opened

@@ -290,3 +290,23 @@ def test_a_capture_dropped_on_the_window_is_opened(qtbot: QtBot, qapp: QApplicat
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         drop(assembly.window, path)
         qtbot.waitUntil(lambda: page.opened is not None)
+
+
+def test_the_support_bundle_in_sight_is_made_anew_for_another_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("former"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        connect(qtbot, assembly, "sim://former")
+        port, bundle = assembly.connector.current, page.bundle
+        qtbot.waitUntil(lambda: "boot_count" in port.device.values, timeout=WAIT_MS)
+        page.go_to("bundle")
+        qtbot.waitUntil(lambda: bundle.bundle is not None and bundle.save.isEnabled(), timeout=WAIT_MS)
+        former = bundle.bundle
+        assert former is not None
+        bundle.parts.setCurrentRow([part.name for part in former.preview()].index("module.json"))
+        assert "boot_count" in bundle.text.toPlainText()
+        port.module.treat_as_new()
+        assert (bundle.text.toPlainText(), bundle.save.isEnabled()) == ("", False)
+        qtbot.waitUntil(bundle.save.isEnabled, timeout=WAIT_MS)
+        assert bundle.bundle is not former
+        assert "boot_count" not in bundle.text.toPlainText()
