@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from app.engine.identity import went_back
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
 from app.engine.setting_changes import BOOTS
 from app.procedures.write import RESTART_SHOWS_S, read_back
@@ -88,6 +89,8 @@ def survives_power_cycle(
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break
         yield Pause(POLL_EVERY_S)
+    if went_back(boots_before, boots):  # another module was plugged in
+        return PowerCycleResult(ending=Ending.UNPROVEN, stamps={}, boots_before=boots_before, boots_after=boots)
     yield Pause(RESTART_SHOWS_S)  # until the restart's second heartbeat has passed
     stamps: dict[str, SettingRetention] = {}
     for command in SETTINGS:
