@@ -1,5 +1,8 @@
-"""Records are sealed and chained, alterations are found; reports are escaped and fit one page."""
+"""Records are sealed and chained, alterations are found; reports are escaped and fit one page; what stands on a
+label.
+"""
 
+import base64
 import json
 import re
 import time
@@ -14,6 +17,7 @@ from typing import Any
 import pytest
 
 from app import version
+from app.records.labels import MAX_NAME_LENGTH, Label, label_body
 from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, seal
 from app.records.report_files import check_target, suggested_name, write_report
 from app.records.report_html import body
@@ -333,3 +337,33 @@ def test_a_simulated_module_is_no_evidence() -> None:
 def test_times_have_the_local_zone() -> None:
     assert "UTC+08:00" in body(_record())
     assert "00:00:00 UTC<" in body(_record(at=datetime(2026, 1, 2, tzinfo=UTC)))
+
+
+LABELLED_AT = datetime(2026, 11, 24, tzinfo=UTC)
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("M-07", "M-07"),
+        ("伞仓 07", "伞仓 07"),
+        (" <b>&\x1b[31m\u202e ", "&lt;b&gt;&amp;[U+001B][31m[U+202E]"),
+        ("M" * MAX_NAME_LENGTH, "M" * MAX_NAME_LENGTH),
+    ],
+)
+def test_a_label_has_name_date_code_and_a_picture(name: str, shown: str) -> None:
+    body = label_body(Label(name, LABELLED_AT, "K7QF-3M2X"))
+    assert f"<b>{shown}</b>" in body
+    assert "<br>2026-11-24<br>K7QF-3M2X<" in body
+    picture = re.search(r'src="data:image/png;base64,([^"]+)"', body)
+    assert picture is not None
+    assert base64.b64decode(picture[1]).startswith(b"\x89PNG")
+    assert "<br>2026-11-24</td>" in label_body(
+        Label(name, LABELLED_AT)
+    )  # no code is better than one of half the settings
+
+
+@pytest.mark.parametrize("name", ["", "   ", "M" * (MAX_NAME_LENGTH + 1)])
+def test_a_name_that_no_scanner_reads_has_no_label(name: str) -> None:
+    with pytest.raises(UserError, match="at most: 60"):
+        label_body(Label(name, LABELLED_AT))
