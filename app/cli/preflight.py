@@ -139,7 +139,7 @@ class _PortCheck:
         performed, evidence = conversation.run(activate_ready(filed.assessment, journal, permit))
         self.is_refused = performed.outcome is Outcome.NOT_SENT
         (console.note if performed.outcome is Outcome.CONFIRMED else console.notify)(performed.sentence)
-        if not self.is_refused:
+        if evidence is not filed.assessment.case.evidence:
             self._evidence, self._filed, self._past = evidence, None, filed.assessment.case.past
 
 

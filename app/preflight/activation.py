@@ -10,8 +10,11 @@ from app.preflight.reread import read_state
 from app.preflight.verdict import Assessment, Void, void_of_reading, void_reason
 from app.procedures.act import Performed, perform
 from app.safety.acts import Act
+from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Journal, Outcome
 from app.safety.permit import Permit
+from app.text.messages import message
+from protocol.translatable import marked
 
 ASK_EVERY_S = 0.05
 SETTLE_S = 0.6
@@ -30,10 +33,16 @@ def await_while_asking(future: Future[Result]) -> Procedure[Result]:
 def activate_ready(ready: Assessment, journal: Journal, permit: Permit) -> Procedure[tuple[Performed, Evidence]]:
     """Activate a module that is READY, once, and read everything again.
 
-    Returns the evidence to be judged: that of READY where nothing was sent; void where something else changed, or
-    where the module does not report that it is active.
+    Returns the evidence to be judged: that of READY where an interlock refused it; void where READY no longer held, so
+    that nothing was sent, where something else changed, or where the module does not report that it is active.
     """
     evidence = ready.case.evidence
+    begin: EngineView = yield Inspect()
+    void = void_reason(ready, begin.device, begin.now, opened_at=begin.opened_at)
+    if void is not None:
+        refusal = Refusal(Interlock.IS_IDENTITY_SETTLED, message(marked("Void: {why}."), why=void.message))
+        refused = Performed(act=Act.ACTIVATE, outcome=Outcome.NOT_SENT, refusals=(refusal,))
+        return refused, replace(evidence, disturbance=void.reason)
     performed = yield from perform(Act.ACTIVATE, journal, permit=permit)
     if performed.outcome is Outcome.NOT_SENT:
         return performed, evidence

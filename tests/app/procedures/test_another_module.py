@@ -4,10 +4,14 @@ from collections.abc import Callable
 
 import pytest
 
-from app.engine.identity import Trust
-from app.engine.procedure import Procedure
-from app.preflight.evidence import Evidence
+from app.engine.identity import IdentityCheck, Trust
+from app.engine.procedure import Procedure, ask_report
+from app.limits.past import Past
+from app.preflight.activation import activate_ready
+from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
+from app.preflight.verdict import Verdict, assess
 from app.procedures.act import perform
 from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.light_calibration import measure_light
@@ -17,6 +21,7 @@ from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
+from app.settings.profiles import NO_PROFILE
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME
 from tests.support.journals import FakeJournal
@@ -61,6 +66,25 @@ def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin,
         rig.run(begin(rig))
         assert rig.line.is_exchanged
         assert rig.line.to_second == [], frame
+
+
+@pytest.mark.parametrize("boots", [37, 90])
+def test_it_is_not_activated_because_the_first_one_was_ready(boots: int) -> None:
+    """On the command line, while the check is being stored."""
+    rig, evidence = ExchangedRig(0, boots=boots), Evidence(port="sim")
+    rig.session.identity = IdentityCheck()
+    rig.run(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
+    person = Person(who="R. Tanaka", are_records_reviewed=True)
+    ready = assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past(module=None), person=person))
+    assert ready.verdict is Verdict.READY
+    rig.line.at = 1
+    for _ in range(3):
+        rig.run(ask_report())
+    permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, rig.clock())
+    performed, after = rig.run(activate_ready(ready, FakeJournal(), permit))
+    assert (rig.line.is_exchanged, rig.line.to_second) == (True, [])
+    assert performed.sentence == "Nothing was sent. Void: no reply for a moment."
+    assert after.disturbance is Disturbance.BROKEN
 
 
 @pytest.mark.parametrize("boots", [37, 90])
