@@ -298,7 +298,7 @@
         <translation>不符之处：{time} 时另一触发条件已满足，但记录中没有该触发源。</translation>
     </message>
     <message>
-        <source>Against the vendor's advice: {advice}</source>
+        <source>Vendor advises: {advice}</source>
         <translation>与厂家建议不符：{advice}</translation>
     </message>
     <message>

@@ -54,7 +54,7 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     advice = command.advice
     if advice is None or is_advised(command, value):
         return explained
-    text = marked("Against the vendor's advice: {advice}")
+    text = marked("Vendor advises: {advice}")
     return (*explained, Consequence(message(text, advice=message(advice.text)), Weight.AGAINST_ADVICE))
 
 

@@ -31,7 +31,7 @@ from ui.widgets.sliders import WheelGuard
 
 ROW_PX: Final = 44
 NAME_PX: Final = 160
-WIDE_NAME_PX: Final = 212
+WIDE_NAME_PX: Final = 190
 WIDE_VALUE_PX: Final = 136
 """Where the pane leaves the table room for them."""
 EDITOR_PX: Final = 192

@@ -1,6 +1,7 @@
 """The Settings page through real clicks and keys, the frames are counted, and what is called verified is what the
 module holds."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -295,7 +296,7 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
         assert not cut_off(page)
 
 
-@pytest.mark.parametrize("size", [(1366, 768), (960, 540)])
+@pytest.mark.parametrize("size", [(1366, 768), (1024, 600), (960, 540)])
 def test_in_sunlight_values_and_chosen_flags_are_whole(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, size: tuple[int, int]
 ) -> None:
@@ -312,6 +313,10 @@ def test_in_sunlight_values_and_chosen_flags_are_whole(
         assert not [fault for fault in cut_off(page) if command.name in fault]
         rows = page.rows.values()
         assert sum(is_in_sight(row) for row in rows) >= (7 if size == (1366, 768) else 5)
+        advised = page.rows["attitude_threshold_deg"]
+        advised.show_row(replace(row, command=advised.command, edited=30), 0.0, is_editable=True, is_chosen=False)
+        let_lay_out(page)
+        assert advised.reason.text().endswith("more.") or size == (960, 540)
         heights = [row.height() for row in rows]
         assert max(heights) - min(heights) <= 1  # fields are as high as buttons
         bold, small = QFontMetricsF(font(Size.BODY, is_bold=True)), QFontMetricsF(font(Size.SMALL))
