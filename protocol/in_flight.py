@@ -8,8 +8,6 @@ from protocol.messages import Message
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """The request in flight and its progress."""
-
     request: Request
     waits_s: tuple[float, ...]
     attempt: int = 0

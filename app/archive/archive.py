@@ -73,7 +73,6 @@ class Archive:
         return export_facts(self.facts, path, on_page=on_page)
 
     def import_file(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
-        """Import what this computer lacks."""
         return import_facts(self.facts, path, on_page=on_page)
 
     def status(self, url: str | None) -> ArchiveStatus:

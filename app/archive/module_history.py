@@ -163,7 +163,6 @@ def _read_act(fact: Fact, end: Fact | None) -> AuditEntry | None:
 
 
 def _act(act: AuditEntry) -> UserMessage:
-    """A setting with its value."""
     request = decode_request(act.frame)
     if act.act not in (Act.WRITE, Act.CHANGE_BAUD) or request.command.write is None:
         return message(TITLES[act.act])

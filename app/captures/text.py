@@ -82,8 +82,6 @@ class LineFault(NamedTuple):
 
 
 class TimedLines:
-    """Reads lines with times, one by one."""
-
     def __init__(self) -> None:
         self.faults: list[LineFault] = []
         """The first `MAX_FAULTS`."""

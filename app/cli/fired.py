@@ -60,17 +60,14 @@ def run(args: argparse.Namespace) -> int:
                 why = join_sentences((why, "--column time_s=NAME"))
             console.notify(labelled(log.path, why))
     if args.must or args.must_not:
-        (_print_all if args.json else console.write_lines)(
-            _proposal_lines([flight for _, flight in read], is_must=args.must)
-        )
+        proposal = _proposal_lines([flight for _, flight in read], is_must=args.must)
+        if args.json:
+            console.notify("\n".join(proposal))
+        else:
+            console.write_lines(proposal)
     if len(read) < len(logs):
         return console.USAGE_ERROR
     return console.PARTIAL if any(log.judged[0].firings for log, _ in read) else console.SUCCESS
-
-
-def _print_all(lines: Sequence[str]) -> None:
-    for line in lines:
-        console.notify(line)
 
 
 def parse_limits(words: Sequence[str]) -> TriggerLimits:

@@ -51,7 +51,6 @@ def _is_later(totals: Counters, before: Counters) -> bool:
 
 
 def _counted(events: Iterable[Event]) -> Counters:
-    """Counts of these events."""
     grown = Counters()
     for event in events:
         match event:

@@ -39,8 +39,6 @@ _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 @dataclass(frozen=True, slots=True)
 class BundleFile:
-    """One file of the bundle, as it is written."""
-
     name: str
     text: str
 

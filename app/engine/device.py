@@ -211,7 +211,6 @@ class Device:
         self._baud_rate = baud_rate
 
     def apply(self, event: Event) -> None:
-        """Take in one event of the link."""
         if isinstance(event, Received):
             self._on_frame(event)
             return

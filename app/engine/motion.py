@@ -25,7 +25,6 @@ class MotionExtremes(NamedTuple):
         return self.tilt_high_deg - self.tilt_low_deg
 
     def joined(self, other: "MotionExtremes") -> "MotionExtremes":
-        """The extremes of both."""
         return MotionExtremes(
             min(self.since, other.since),
             max(self.until, other.until),

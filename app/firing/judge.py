@@ -55,8 +55,6 @@ class TriggerLimits:
 
 
 class SampleVerdict(NamedTuple):
-    """Effect of one sample."""
-
     fired: Source
     """Triggers that fire with this sample."""
     standing: Source

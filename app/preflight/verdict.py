@@ -67,7 +67,6 @@ def verdict_of(*, is_fine: bool, is_active: bool | None) -> Verdict:
 
 
 def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
-    """What follows from a verdict."""
     match verdict:
         case Verdict.GO:
             return message(marked("fit to fly"))
@@ -80,7 +79,6 @@ def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
 
 
 def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
-    """The verdict with what follows from it."""
     word = UserMessage(VERDICT_WORDS[verdict])
     return message(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
 
@@ -144,7 +142,6 @@ def blocks_go(item: ManualLine) -> bool:
 
 
 def assess(case: Case) -> Assessment:
-    """Judge all checks."""
     soft = softened(case.profile)
     judged = tuple(Judged(check, _shown(check.judge(case), soft.get(check.id))) for check in CHECKS)
     softer = tuple(check.id for check in CHECKS if check.id in soft)

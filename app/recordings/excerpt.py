@@ -74,7 +74,6 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None =
 
 
 def part_count(excerpt: Excerpt) -> int:
-    """Number of parts of `csv_parts`."""
     return excerpt.row_count // ROWS_AT_ONCE + 2
 
 

@@ -67,7 +67,6 @@ class RecordingEntry:
 
     @property
     def is_simulated(self) -> bool:
-        """Recorded from a simulated module."""
         return self.port.startswith(SIMULATED)
 
 
@@ -91,7 +90,6 @@ class RecordingLibrary:
         )
 
     def next_sequence(self) -> int:
-        """`Opening.sequence` of the next recording."""
         from app.recordings.old_recordings import highest_sequence
 
         return 1 + max((*(entry.sequence for entry in self.entries()), highest_sequence(self.folder)))

@@ -93,7 +93,6 @@ class MarkerTracker:
         self._presence = Presence.UNKNOWN
         self._restarts = 0
         self._new: list[Marker] = []
-        """Markers of the current batch."""
 
     def on_batch(self, batch: Batch) -> list[Marker]:
         """Markers of this batch, in the order of detection; times may differ slightly from that order."""

@@ -21,7 +21,6 @@ class LimitSteps:
         self.fires, self.rearms, self.falls, self.fall_times, self.lights = self._steps
 
     def put(self, at: float, limits: ModuleLimits) -> None:
-        """Sets the limits from `at` on."""
         for steps, value in zip(self._steps, limits, strict=True):
             steps.put(at, value)
 

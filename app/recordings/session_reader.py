@@ -201,7 +201,6 @@ class _Walk:
             file.end_ns, file.last_progress = max(file.end_ns, self._progress.log_ns), self._progress.data
 
     def _chunk_messages(self) -> Iterator[list[FileMessage]]:
-        """The messages of each whole chunk."""
         place: int | None = len(MCAP_MAGIC)
         while place is not None:
             for kind, begin, end in self._records(place):

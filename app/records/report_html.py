@@ -40,7 +40,6 @@ _VOID_WHY: Mapping[str, str] = {disturbance.name.lower(): disturbance.value for 
 
 
 def body(record: Record) -> str:
-    """What is printed."""
     checks = [check for check in list_in(record, "checks") if isinstance(check, Mapping)][:_MAX_ROWS]
     manual = [item for item in list_in(record, "manual") if isinstance(item, Mapping)][:_MAX_ROWS]
     is_crowded = (

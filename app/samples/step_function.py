@@ -24,7 +24,6 @@ class StepFunction:
         return len(self._changes)
 
     def clear(self) -> None:
-        """Forget everything."""
         self._changes.clear()
 
     @property

@@ -23,7 +23,7 @@ from app.procedures.power_cycle import SettingRetention
 from app.procedures.write import WriteFault, Written
 from app.procedures.write_all import SettingChange
 from app.safety.consequences import Consequence, consequences
-from app.settings.setting_texts import DEFAULTS, value_text
+from app.settings.setting_texts import value_text
 from app.settings.settings_watch import SettingsWatch
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
@@ -181,10 +181,6 @@ class SettingsForm:
     def fill(self, values: Mapping[str, Value]) -> None:
         """Edits all of these in one step; keys that are not rows of the form are ignored."""
         self._change({**self._drafts.now, **{key: value for key, value in values.items() if key in _BY_KEY}})
-
-    def fill_defaults(self) -> None:
-        """Edits all settings with a vendor's default to that default."""
-        self.fill(DEFAULTS)
 
     def revert(self, key: str | None = None) -> None:
         """Removes the edit of one row, or all edits."""

@@ -24,8 +24,6 @@ Clock = Callable[[], float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BenchState:
-    """State of the bench at one moment, for the panel."""
-
     tilt_deg: float
     """Of the body, before zeroing and wobble."""
     is_falling: bool
@@ -175,11 +173,9 @@ class SimulatedBench:
             self.module.change(**values)
 
     def end_faults(self) -> None:
-        """End all line faults."""
         self.change(**{option.name: option.default for option in OPTIONS if option.group is Group.FAULTS})
 
     def state(self) -> BenchState:
-        """The present state."""
         with self._act() as now_s:
             module, world = self.module, self.world
             return BenchState(

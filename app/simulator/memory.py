@@ -32,7 +32,6 @@ class Memory:
         return BAUD.values[self.baud_code]
 
     def reset_settings(self) -> None:
-        """Reset the settings to their defaults."""
         fresh = Memory()
         for name in ("light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"):
             setattr(self, name, getattr(fresh, name))

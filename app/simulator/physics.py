@@ -29,8 +29,6 @@ _NOISE_LENGTH = 1021  # a prime, so that the four channels below never fall into
 
 
 class SensedMotion(NamedTuple):
-    """Reading of the motion sensor."""
-
     tilt_deg: float
     """Signed angle of the aircraft against the horizontal plane, before zeroing."""
     acceleration_g: float
@@ -106,7 +104,6 @@ class Physics:
         return self._fall is not None and self._fall.begins_s <= now_s < self._fall.ends_s
 
     def motion(self, at_s: float) -> SensedMotion:
-        """Reading of the motion sensor."""
         tilt, acceleration = self.tilt_deg, 1.0
         if self.is_lifelike:
             tilt += 4.0 + 2.4 * math.sin(0.83 * at_s) + 1.1 * math.sin(2.27 * at_s + 1.0)

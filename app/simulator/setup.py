@@ -98,7 +98,6 @@ member of the default's enumeration."""
 
 
 def _option(group: Group, default: Any, text: str, kind: Kind = None) -> Any:
-    """A field of `Setup`."""
     make = partial(Option, group=group, text=text, default=default)
     if isinstance(default, Enum):
         kind = {str(member.value): member for member in type(default)}

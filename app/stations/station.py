@@ -133,7 +133,6 @@ def _make(path: Path) -> None:
 
 
 def encoded(data: bytes) -> str:
-    """Encode as base64."""
     return base64.b64encode(data).decode()
 
 

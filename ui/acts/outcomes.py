@@ -61,7 +61,6 @@ class OutcomeWatch:
 
 
 def outcome_meaning(done: Performed) -> Meaning:
-    """Severity of the outcome of an act."""
     if done.is_rehearsal:
         return Meaning.INFORMATION
     match done.outcome:

@@ -18,8 +18,6 @@ _CIRCLE_PX = 20
 
 
 class StepPlace(Enum):
-    """State of a step."""
-
     LATER = "later"
     NOW = "now"
     DONE = "done"

@@ -54,8 +54,6 @@ _WHO_PX: Final = 160
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """Data of the tables."""
-
     states: tuple[ModuleToday, ...]
     conflicts: tuple[Conflict, ...]
 

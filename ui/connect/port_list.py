@@ -37,7 +37,6 @@ class PortChoice:
 
 
 def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool) -> PortChoice:
-    """The row of a listed port."""
     name = port.device.removeprefix("/dev/")
     serial = tr("serial number {number}", number=port.serial_number) if port.serial_number else ""
     # Drivers often repeat the manufacturer in the product name.

@@ -39,10 +39,6 @@ class _Entry(Generic[_Value]):
         preferences.settings.setValue(self._key, self._write(value))
 
 
-def settings_file() -> Path:
-    return user_config_path(APPLICATION, appauthor=False) / "window.ini"
-
-
 def _text(value: object) -> str:
     return value if isinstance(value, str) else ""
 
@@ -94,7 +90,8 @@ class Preferences:
     """Where the docks are."""
 
     def __init__(self, path: Path | None = None) -> None:
-        self.settings = QSettings(str(path or settings_file()), QSettings.Format.IniFormat)
+        self.settings = QSettings(str(path or user_config_path(APPLICATION, appauthor=False) / "window.ini"),
+                                  QSettings.Format.IniFormat)  # fmt: skip
 
     def save(self) -> None:
         self.settings.sync()

@@ -93,7 +93,6 @@ class GuideViewer(DocumentWindow):
             block = block.next()
 
     def _show_block(self, block: QTextBlock) -> None:
-        """Scrolls `block` to the top."""
         cursor = self.text.textCursor()
         cursor.setPosition(block.position())
         self.text.setTextCursor(cursor)

@@ -14,8 +14,6 @@ from ui.style.theme import Meaning
 
 
 class Span(NamedTuple):
-    """A time span."""
-
     start_s: float
     end_s: float
 

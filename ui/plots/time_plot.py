@@ -89,7 +89,6 @@ class TimePlot(QWidget):
         self._head.refresh()
 
     def apply_theme(self) -> None:
-        """Applies the theme in use."""
         self.setMinimumHeight(scaled(_LEAST_PX))
         self.canvas.apply_theme()
         self._redraw()

@@ -50,7 +50,6 @@ class SessionRecording:
         self._is_in_doubt = False
         """It is in doubt which module answers."""
         self._module = ""
-        """The name of the module that is connected."""
 
     @cached_property
     def library(self) -> "RecordingLibrary":
@@ -75,7 +74,6 @@ class SessionRecording:
 
     @property
     def sign(self) -> RecordingState:
-        """State of the recording."""
         recorder = self._recorder
         if recorder is None:
             return RecordingState()

@@ -35,7 +35,6 @@ _PX: Final = re.compile(r"(\d+)px")
 
 
 def style_sheet(theme: Theme) -> str:
-    """The style sheet of a theme, in the size in use."""
     grown_px = 2 - theme.border_px
     sheet = _template().substitute(
         {field.name: getattr(theme, field.name) for field in fields(theme)},

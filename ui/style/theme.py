@@ -114,7 +114,6 @@ class Theme:
         return self.meanings[Meaning.INFORMATION]
 
     def tint(self, meaning: Meaning) -> Tint:
-        """The colours of a meaning."""
         return self.meanings[meaning]
 
     def ink(self, meaning: Meaning | None) -> QColor:

@@ -88,7 +88,6 @@ class StepButton(QPushButton):
         self.update()
 
     def cancel_press(self) -> None:
-        """Cancels a press in progress."""
         self._is_pressed = False
         self.setDown(False)
 

@@ -105,7 +105,7 @@ def test_typing_is_one_undo_step_until_the_field_is_left() -> None:
 
 def test_defaults_and_revert_are_steps_too() -> None:
     form = SettingsForm()
-    form.fill_defaults()
+    form.fill(DEFAULTS)
     wanted = {one.command.key: one.edited for one in form.rows(DeviceView(), NOW) if one.edited is not None}
     assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
     assert LIGHT not in wanted  # the table names no default for it
@@ -271,7 +271,7 @@ def test_undo_leads_back_to_the_beginning_and_redo_to_the_end(steps: list[tuple[
             case ("revert",):
                 form.revert()
             case ("defaults",):
-                form.fill_defaults()
+                form.fill(DEFAULTS)
             case _:
                 form.end_typing()
         for one in form.rows(view, NOW):

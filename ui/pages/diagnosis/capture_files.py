@@ -43,8 +43,6 @@ def ask_capture(parent: QWidget, folder: Path, then: ThenPath) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A capture that is shown."""
-
     path: Path
     rows: CaptureRows
     statistics: LinkStatistics

@@ -75,7 +75,6 @@ class DiagnosisPage(StreamPage):
         VisibilityTimer(self, self._refresh_strip, every_ms=_PROGRESS_EVERY_MS)
 
     def on_batch(self, batch: Batch) -> None:
-        """Collects a batch."""
         if batch.events:
             self.traffic_buffer.feed(batch.events)
         self.traffic.on_batch(batch)
@@ -89,7 +88,6 @@ class DiagnosisPage(StreamPage):
         self.tabs.setCurrentIndex(keys.index(key))
 
     def open_file(self, path: Path) -> None:
-        """Opens a capture."""
         self.go_to("traffic")
         self.files.open_file(path)
 

@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -236,10 +235,6 @@ class FlightsWork(QObject):
         if limits != self.limits:
             self.limits = limits
             self.thresholds_changed.emit()
-
-    def choose_values(self, **values: float) -> None:
-        """Changes some thresholds, by field of `TriggerLimits`."""
-        self.choose(replace(self.limits, **values))  # type: ignore[arg-type]
 
     def choose_reading(self, reading: RuleReading) -> None:
         if reading is not self.reading:

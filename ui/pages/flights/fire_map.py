@@ -133,10 +133,6 @@ class FireMapView(StaticPlot):
         self.announce(text)
         self._move_cross()
 
-    def place_of(self, tilt_deg: float, time_s: float) -> QPointF:
-        """Where thresholds are in the widget."""
-        return QPointF(self.view.mapViewToScene(QPointF(time_s, tilt_deg)))
-
     def thresholds_at(self, place: QPointF) -> tuple[float, float]:
         """Thresholds at a position: whole degrees, steps of 0.05 s."""
         at = self.view.mapSceneToView(place)

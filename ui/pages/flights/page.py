@@ -1,6 +1,7 @@
 """Flight logs page: which thresholds would have fired in which flights. It never sends anything to a module."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -253,7 +254,7 @@ class FlightsPage(Page):
         self.thresholds.chosen.connect(work.choose)
         self.thresholds.reading_chosen.connect(work.choose_reading)
         self.map.chosen.connect(
-            lambda tilt, time_s: work.choose_values(attitude_threshold_deg=tilt, freefall_time_s=time_s)
+            lambda tilt, time_s: work.choose(replace(work.limits, attitude_threshold_deg=tilt, freefall_time_s=time_s))
         )
         self.map.opened.connect(self._show_fired)
         self.fired_only.toggled.connect(lambda is_on: self._filter(is_wanted=is_on))

@@ -49,7 +49,6 @@ _RANKS: Final = {kind: rank for rank, kind in enumerate(_MARKS)}
 
 
 def mark_of(marker: Marker) -> Mark:
-    """The mark that shows `marker` in the plots."""
     word, icon, meaning = _MARKS[marker.kind]
     return Mark(marker.time_s, word, icon, meaning, _RANKS[marker.kind])
 

@@ -108,12 +108,7 @@ class WhatIfPanel(QFrame):
         self.release()
         self._measured, self._wall_offset_s = measured, wall_offset_s
 
-    @property
-    def is_judging(self) -> bool:
-        return self._judging.is_running
-
     def release(self) -> None:
-        """Stops judging."""
         self._judging.cancel()
         self._measured = self._asked = self.finding = None
 

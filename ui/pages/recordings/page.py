@@ -37,8 +37,6 @@ _FRAME_PX: Final = 8
 
 
 class OutlineDelegate(QStyledItemDelegate):
-    """Paints the outline of a recording."""
-
     def __init__(self, outlines: Outlines, parent: QTableView) -> None:
         super().__init__(parent)
         self._outlines = outlines

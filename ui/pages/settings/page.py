@@ -233,7 +233,7 @@ class SettingsPage(Page):
         for part in (self.code, self.undo, self.redo, self.read):
             self.header.add(part)
         self.defaults = self.header.add_rare(
-            "settings_defaults", marked("Load defaults"), lambda: work.edit(form.fill_defaults)
+            "settings_defaults", marked("Load defaults"), lambda: work.edit(partial(form.fill, DEFAULTS))
         )
         self.as_found = self.header.add_rare("settings_as_found", marked("Restore initial"), work.restore_initial)
         self.header.add_rare("settings_measure", marked("Measure the light threshold"), self._measure)

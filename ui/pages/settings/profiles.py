@@ -63,7 +63,7 @@ class ProfileCompare(QWidget):
         self.note = text_label("profile_note", "small")
         self._rows = {command.key: _CompareRow(command, texts) for command in (*FORM_COMMANDS, BAUD_RATE)}
         for key, row in self._rows.items():
-            row.tick.clicked.connect(partial(self._set_touched, key))
+            row.tick.clicked.connect(partial(self._is_touched.add, key))
         self.apply = control(QPushButton(), texts, "profile_apply", picture=Icon.CHECK, role="primary",
                              slot=self._apply)  # fmt: skip
         self.close_button = control(QPushButton(), texts, "profile_close", "Back", key="Esc",
@@ -104,9 +104,6 @@ class ProfileCompare(QWidget):
         """The ticked values of the profile, by key."""
         settings = {} if self.profile is None else self.profile.settings
         return {key: settings[key] for key, row in self._rows.items() if key in settings and row.tick.isChecked()}
-
-    def _set_touched(self, key: str) -> None:
-        self._is_touched.add(key)
 
     def _apply(self) -> None:
         self.applied.emit(self.ticked)

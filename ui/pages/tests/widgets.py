@@ -53,8 +53,6 @@ def step_pictures() -> QSvgRenderer:
 
 
 class GuidedPicture(PaintedWidget):
-    """Picture of the current step."""
-
     usual: ClassVar = QSize(280, 170)
 
     def __init__(self) -> None:
@@ -303,8 +301,6 @@ COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
 
 
 class ResultView(QWidget):
-    """Shows one outcome."""
-
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         named(self, "tests_result")

@@ -233,7 +233,7 @@ def test_a_place_is_dotted_where_the_readings_differ_in_either_group() -> None:
 def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
     desk.add(tilted("turn", 50))
     page = desk.page
-    place = page.map.place_of(40, 1.0).toPoint()
+    place = page.map.view.mapViewToScene(QPointF(1.0, 40)).toPoint()
     desk.qtbot.mouseClick(page.map, Qt.MouseButton.LeftButton, pos=place)
     limits = page.work.limits
     assert abs(limits.attitude_threshold_deg - 40) <= 1

@@ -72,7 +72,7 @@ def retype(bench: Bench, name: str, text: str) -> None:
 def judged(bench: Bench) -> None:
     """Until what is shown answers the question."""
     bench.page.refresh()
-    bench.qtbot.waitUntil(lambda: not bench.page.fired.is_judging)
+    bench.qtbot.waitUntil(lambda: not bench.page.fired._judging.is_running)
     bench.page.refresh()
 
 
