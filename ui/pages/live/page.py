@@ -7,29 +7,85 @@ or not. A recording is shown here too, with its plots above those of the module,
 
 from typing import Final, cast
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QWindow
-from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QStackedWidget, QWidget
 
+from app.diagnosis.link_state import Phase, link_text
+from app.engine.target import Target
 from app.engine.worker import Batch
 from app.recordings.excerpt import Excerpt
 from app.recordings.recording import Recording
 from app.system.wall_clock import WallClock
+from app.text.i18n import tr
+from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
+from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_footer
 from ui.pages.live.data import LiveData, lanes
-from ui.pages.live.empty import EmptyPage
 from ui.pages.live.panel import LivePanel
 from ui.pages.live.recorded_view import RecordedBanner, origin_of, recorded_plot, show_moment
 from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
-from ui.services.page import StreamPage
+from ui.services.page import Page, StreamPage
+from ui.style.icons import Icon, icon
 from ui.style.theme import Space
-from ui.widgets.controls import Shortcut, named
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import Shortcut, control, named, set_role
+from ui.widgets.labels import EmptyState
+from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.visibility_timer import VisibilityTimer
+
+_BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)
+
+
+class EmptyPage(EmptyState):
+    """Shown until there are values: state of the link, and the first steps; what helps in trouble is in the notice."""
+
+    def __init__(self, services: Services, page: Page) -> None:
+        texts = services.texts
+        super().__init__("live_empty", Icon.LIVE, texts)
+        self._connector = services.connector
+        self._way = control(QLabel(), texts, "live_empty_way",
+                            "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's "
+                            "advice.\n3. Pre-flight: check and activate before each flight, until it says GO.",
+                            role="muted")  # fmt: skip
+        self._way.setWordWrap(True)
+        self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", key="Ctrl+K",
+                              picture=Icon.PLUG, role="primary", slot=page.ports_wanted)  # fmt: skip
+        self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",
+                                picture=Icon.SIMULATOR, slot=self._simulate)  # fmt: skip
+        self.recordings = control(QPushButton(), texts, "live_recordings", "Recordings",
+                                  picture=Icon.RECORDINGS,
+                                  slot=lambda: page.page_wanted.emit("recordings"))  # fmt: skip
+        self._buttons = (self.choose, self.simulate, self.recordings)
+        for button in self._buttons:
+            retain_size(button)
+        self.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
+        middle = Qt.AlignmentFlag.AlignCenter
+        self._row = in_row(1, *((button, middle) for button in self._buttons), 1, spacing=Space.S)
+        self.column.insertLayout(5, self._row)
+
+    def refresh(self) -> None:
+        state = self._connector.current.state
+        state_text = link_text(state, self._connector.clock())
+        is_idle = state.phase is Phase.CLOSED
+        self.title.setText(tr("No module connected") if is_idle else state_text.word)
+        self.text.setText(state_text.next_step)
+        self.text.setVisible(is_idle)
+        set_role(self.choose, "primary" if is_idle else "")
+        self.choose.setIcon(icon(Icon.PLUG, is_on_primary=is_idle))
+        for button in self._buttons:
+            button.setVisible(state.phase not in _BUSY)
+        self._way.setVisible(is_idle)
+        is_narrow = sum(button.sizeHint().width() + Space.S for button in self._buttons) > self.width()
+        direction = QBoxLayout.Direction
+        self._row.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
+
+    def _simulate(self) -> None:
+        self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
+
 
 DRAW_EVERY_MS: Final = 150
 """While no batches come: ages and the time line go on."""
