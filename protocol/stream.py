@@ -53,7 +53,7 @@ _SHORT_LENGTH = Layout.SHORT.value
 _AFTER_A_FRAME = (b"", MODULE_HEADER, HOST_HEADER)
 
 _NO_HEADER = Fault(Reason.NO_HEADER, marked("no frame header"))
-_INCOMPLETE = Fault(Reason.INCOMPLETE, marked("the frame broke off"))
+_INCOMPLETE = Fault(Reason.INCOMPLETE, marked("broken off"))
 _TO_HOST = Direction.MODULE_TO_HOST
 
 Piece = Frame | Noise

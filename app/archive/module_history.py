@@ -186,9 +186,9 @@ def _judgement(fact: Fact) -> UserMessage:
     value = fact.content.get("judgement")
     if value is None:
         return message(marked("Judgement taken back."))
+    judged = message(marked("Judged: {judgement}."), judgement=message(JUDGEMENT_WORDS[Judgement(value)]))
     note = _text(fact, "note")
-    text = marked("Judged: {judgement}; “{note}”.") if note else marked("Judged: {judgement}.")
-    return message(text, judgement=message(JUDGEMENT_WORDS[Judgement(value)]), note=note)
+    return joined((judged, UserMessage(f"“{note}”")), " ") if note else judged
 
 
 def _text(fact: Fact, key: str) -> str:

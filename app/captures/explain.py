@@ -53,7 +53,7 @@ def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
 def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
     """One line for people, in the language in use; for rejected bytes the reason."""
     if isinstance(piece, Noise):
-        return tr("no frame: {why}", why=tr(piece.fault.text, **piece.fault.values))
+        return labelled(tr("no frame"), tr(piece.fault.text, **piece.fault.values))
     if piece.direction is Direction.HOST_TO_MODULE:
         return _request_text(decode_request(piece.raw))
     return _message_text(read_reply(piece.raw, asked), asked)
@@ -164,8 +164,8 @@ def _request_text(request: Request) -> str:
     if command.name == "heartbeat":
         return _inside(command.title)
     if request.is_set:
-        return tr("set: {what}", what=_value_text(command, command.write, request.data))
-    return tr("query: {what}" if request.is_repeatable else "set: {what}", what=_inside(command.title))
+        return labelled(tr("set"), _value_text(command, command.write, request.data))
+    return labelled(tr("query") if request.is_repeatable else tr("set"), _inside(command.title))
 
 
 def _message_text(message: Message, asked: Asked) -> str:
@@ -186,10 +186,10 @@ def _message_text(message: Message, asked: Asked) -> str:
             return labelled(_inside(TRIGGER_RECORDS.title), tr("none"))
         case Reading():
             if _is_value_open(message, asked):
-                return tr("reply: {what}", what=f"{_inside(message.command.title)} ?")
+                return labelled(tr("reply"), f"{_inside(message.command.title)} ?")
             possible = _may_answer(message, asked) or (message.command,)
             values = (_value_text(command, command.reply, message.raw) for command in possible)
-            return tr("reply: {what}", what=" / ".join(values))
+            return labelled(tr("reply"), " / ".join(values))
         case Acknowledgement():
             return _acknowledgement_text(message, asked)
 
@@ -197,10 +197,10 @@ def _message_text(message: Message, asked: Asked) -> str:
 def _acknowledgement_text(message: Acknowledgement, asked: Asked) -> str:
     command = message.request.command
     if _is_only_received(message, asked):
-        return tr("acknowledged: {what}", what=_inside(command.title))
+        return labelled(tr("acknowledged"), _inside(command.title))
     if message.is_accepted:
-        return tr("acknowledged: {what}", what=_value_text(command, command.reply, message.raw))
-    return tr("not acknowledged: {what}", what=f"{_inside(command.title)} ({message.raw:02X})")
+        return labelled(tr("acknowledged"), _value_text(command, command.reply, message.raw))
+    return labelled(tr("not acknowledged"), f"{_inside(command.title)} ({message.raw:02X})")
 
 
 def _value_text(command: Command, field: Field | None, raw: int) -> str:

@@ -143,7 +143,7 @@ def _exchange(
         "damaged": [_refused_json(fact) for fact in done.damaged],
     }, lambda done: [_counts(done)])  # fmt: skip
     if done.refused_count:
-        console.notify(tr("Unreadable or altered, left out: {count}.", count=done.refused_count))
+        console.notify(tr("Left out, unreadable or altered: {count}.", count=done.refused_count))
         _notify_refused(done.refused)
     if done.damaged:
         console.notify(tr("Damaged and not sent: {count}.", count=len(done.damaged)))

@@ -47,10 +47,9 @@ _WAIT_S = 0.1
 def run(args: argparse.Namespace) -> int:
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
     is_one = len(ports) == 1
-    if args.module is not None and not is_one:
-        raise console.Refused(tr("--module takes one port only."))
-    if args.activate and not is_one:
-        raise console.Refused(tr("--activate takes one port only."))
+    if not is_one and (args.activate or args.module is not None):
+        option = "--module" if args.module is not None else "--activate"
+        raise console.Refused(tr("{option} takes one port only.", option=option))
     if args.activate and not args.yes:
         console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
         return console.refuse_without("--yes")

@@ -65,7 +65,7 @@ class LiveTable:
         tilt, acceleration = (np.array([sample[column] for sample in samples], np.float32) for column in (1, 2))
         flags = [TRIGGERED * sample.triggered | ACTIVE * sample.active for sample in samples]
         cell, light = (self._reading(batch, key) for key in POLLED)
-        news = Excerpt(-math.inf, batch.at, Window(times, tilt), Window(times, acceleration), np.array(flags, np.uint8),
+        news = Excerpt(-math.inf, Window(times, tilt), Window(times, acceleration), np.array(flags, np.uint8),
                        cell, light, markers)  # fmt: skip
         self._news += [news] if news.row_count else []
 

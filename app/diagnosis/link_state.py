@@ -173,7 +173,7 @@ def _silent_text(state: LinkState) -> LinkText:
     silence = state.silence or Silence.NOTHING
     explanation = explain(NoAnswer(state.port, state.baud_rate, silence))
     words = {Silence.GARBAGE: tr("Wrong rate?"), Silence.ECHO: capitalised(tr("echo"))}
-    return LinkText(words.get(silence, tr("No answer")), explanation.what, explanation.next_step, explanation.step)
+    return LinkText(words.get(silence, tr("No reply")), explanation.what, explanation.next_step, explanation.step)
 
 
 def _failed_text(trouble: PortError | None, absence: Absence | None) -> LinkText:

@@ -9,6 +9,7 @@ from app.firing.what_if import NearFall, NearTilt, WhatIfFinding
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, ATTITUDE_TRIGGER, FREEFALL_TRIGGER, TITLES, Question
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from protocol.catalogue import Command
 from protocol.messages import Source
 from protocol.translatable import marked
@@ -162,19 +163,18 @@ def _freefall_line(finding: WhatIfFinding, question: Question, clock: Clock) -> 
 
 
 def _off(trigger: Command, *, is_open: bool) -> str:
-    name = tr(trigger.title)
-    return tr("{setting}: not judged.", setting=name) if is_open else tr("{setting}: disabled.", setting=name)
+    return labelled(tr(trigger.title), tr("not judged") if is_open else tr("disabled"))
 
 
 def _unjudged_lines(finding: WhatIfFinding, question: Question, clock: Clock) -> list[str]:
-    lines = [tr("{setting}: enter a value.", setting=tr(TITLES[command.key])) for command in question.unknown]
+    lines = [labelled(tr(TITLES[command.key]), tr("enter a value")) for command in question.unknown]
     for trigger in question.assumed:
         is_judged = {
             ATTITUDE_TRIGGER: finding.limits.attitude_is_enabled, FREEFALL_TRIGGER: finding.limits.freefall_is_enabled,
         }[trigger]  # fmt: skip
         if is_judged:
-            lines.append(tr("{setting}: assumed enabled.", setting=tr(trigger.title)))
-    lines += [tr("{setting}: may have changed.", setting=tr(TITLES[command.key])) for command in question.stale]
+            lines.append(labelled(tr(trigger.title), tr("assumed enabled")))
+    lines += [labelled(tr(TITLES[command.key]), tr("may have changed")) for command in question.stale]
     if finding.firing_count > len(finding.firings):
         lines.append(tr("First {count} only.", count=len(finding.firings)))
     if finding.pauses.count:

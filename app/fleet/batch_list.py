@@ -51,7 +51,7 @@ def check_batch_target(path: Path) -> None:
     check_target(path, lambda _file: True)
     for file in (path, path.with_suffix(".csv")):
         if file.exists() and not _is_ours(file):
-            raise UserError(marked("{file} exists and is of no batch: choose another name."), file=file)
+            raise UserError(marked("{file} exists and is another kind of file: choose another name."), file=file)
 
 
 def _is_ours(path: Path) -> bool:

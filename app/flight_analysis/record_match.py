@@ -43,7 +43,6 @@ class Moment:
 class RecordMatch:
     """`moments` in order of time, the first `MAX_MOMENTS`. `why_none` says why there is none."""
 
-    limits: TriggerLimits
     moments: tuple[Moment, ...] = ()
     has_more: bool = False
     why_none: UserMessage | None = None
@@ -67,7 +66,7 @@ def match_record(record: TriggerRecord, log: FlightLog) -> RecordMatch:
         named |= IN_LOGS.get(name, Source(0))
     why_none = _why_hopeless(record, named, log)
     if why_none is not None:
-        return RecordMatch(limits, why_none=why_none)
+        return RecordMatch(why_none=why_none)
     judged = {reading: judge_flight(log, limits, reading) for reading in RuleReading}
     moments: list[Moment] = []
     for reading in RuleReading:
@@ -80,8 +79,8 @@ def match_record(record: TriggerRecord, log: FlightLog) -> RecordMatch:
                 moments[moments.index(same)] = Moment(same.firing, same.readings | {reading}, same.unnamed_s)
     moments.sort(key=lambda moment: moment.firing.at_s)
     if moments:
-        return RecordMatch(limits, tuple(moments[:MAX_MOMENTS]), has_more=len(moments) > MAX_MOMENTS)
-    return RecordMatch(limits, why_none=_why_none(log, named, judged[RuleReading.DIRECT]))
+        return RecordMatch(tuple(moments[:MAX_MOMENTS]), has_more=len(moments) > MAX_MOMENTS)
+    return RecordMatch(why_none=_why_none(log, named, judged[RuleReading.DIRECT]))
 
 
 def _firings(
@@ -145,9 +144,7 @@ def moment_message(moment: Moment, record: TriggerRecord) -> UserMessage:
                         time=moment_text(firing.at_s), what=measured_text(firing)))  # fmt: skip
     powered_s = firing.at_s - record.uptime_s
     if record.uptime_s < MAX_UPTIME_S:
-        words = (marked("The module was then powered on {seconds:.0f} s before the start of the log.") if powered_s < 0
-                 else marked("The module was then powered on {seconds:.0f} s after the start of the log."))  # fmt: skip
-        sentences.append(message(words, seconds=abs(powered_s)))
+        sentences.append(message(marked("The module was then powered on at {seconds:.0f} s."), seconds=powered_s))
     if moment.unnamed_s is not None:
         words = marked("Against it: at {time} the other trigger was met; the record does not name it.")
         sentences.append(message(words, time=moment_text(moment.unnamed_s)))

@@ -34,14 +34,6 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
-        <source>--activate takes one port only.</source>
-        <translation>--activate 只能用于一个端口。</translation>
-    </message>
-    <message>
-        <source>--module takes one port only.</source>
-        <translation>--module 只能用于一个串口。</translation>
-    </message>
-    <message>
         <source>.mcap, .csv, or - for the table on standard output</source>
         <translation>.mcap、.csv，或 - 表示将表格写到标准输出</translation>
     </message>
@@ -1018,10 +1010,6 @@
         <translation>到期</translation>
     </message>
     <message>
-        <source>Due again on</source>
-        <translation>下次日期</translation>
-    </message>
-    <message>
         <source>Duplicate replies</source>
         <translation>重复应答</translation>
     </message>
@@ -1104,10 +1092,6 @@
     <message>
         <source>Enable both triggers of each module</source>
         <translation>启用每个模块的两项触发</translation>
-    </message>
-    <message>
-        <source>Enable it now.</source>
-        <translation>立即启用。</translation>
     </message>
     <message>
         <source>Enable now</source>
@@ -1358,10 +1342,6 @@
         <translation>禁止串口触发</translation>
     </message>
     <message>
-        <source>Forget</source>
-        <translation>移除</translation>
-    </message>
-    <message>
         <source>Format {format} needs a newer version of this program.</source>
         <translation>格式 {format} 需要本程序的更新版本。</translation>
     </message>
@@ -1538,10 +1518,6 @@
         <translation>下次日期不能是完成当天或更早。</translation>
     </message>
     <message>
-        <source>It could not be read.</source>
-        <translation>无法读取。</translation>
-    </message>
-    <message>
         <source>It did not rearm: other directions not tested.</source>
         <translation>未复位：其他方向未测试。</translation>
     </message>
@@ -1632,10 +1608,6 @@
     <message>
         <source>Judged: {judgement}.</source>
         <translation>已复核：{judgement}。</translation>
-    </message>
-    <message>
-        <source>Judged: {judgement}; “{note}”.</source>
-        <translation>已复核：{judgement}；“{note}”。</translation>
     </message>
     <message>
         <source>Judgement taken back.</source>
@@ -2118,6 +2090,10 @@
         <translation>未上报锁定，请按已激活对待：{names}</translation>
     </message>
     <message>
+        <source>NOT verified ({why})</source>
+        <translation>未验证（{why}）</translation>
+    </message>
+    <message>
         <source>Name</source>
         <translation>名称</translation>
     </message>
@@ -2228,10 +2204,6 @@
     <message>
         <source>No acceleration: free-fall trigger not judged.</source>
         <translation>没有加速度数据：不判断失重触发。</translation>
-    </message>
-    <message>
-        <source>No answer</source>
-        <translation>无应答</translation>
     </message>
     <message>
         <source>No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find the baud rate”.</source>
@@ -2464,10 +2436,6 @@
     <message>
         <source>Not found. Switch the module off and on, then “Find the baud rate”.</source>
         <translation>未找到。请将模块关机再开机，然后“查找波特率”。</translation>
-    </message>
-    <message>
-        <source>Not judged</source>
-        <translation>未判断</translation>
     </message>
     <message>
         <source>Not judged: before {time}.</source>
@@ -2932,10 +2900,6 @@
     <message>
         <source>Put this label on the module that is plugged in, then say so: scan it, type it or press.</source>
         <translation>请把该标签贴到已接入的模块上，然后确认：扫码、输入或按按钮。</translation>
-    </message>
-    <message>
-        <source>Qt needs system libraries that are not here. Type: {command}</source>
-        <translation>缺少 Qt 所需的系统库。请输入：{command}</translation>
     </message>
     <message>
         <source>Qt needs system libraries that are not here: {names}.</source>
@@ -3774,10 +3738,6 @@
         <translation>最近九次触发及当时的参数和读数。</translation>
     </message>
     <message>
-        <source>The link was lost.</source>
-        <translation>通信中断。</translation>
-    </message>
-    <message>
         <source>The log has no acceleration.</source>
         <translation>日志中没有加速度。</translation>
     </message>
@@ -3886,12 +3846,8 @@
         <translation>模块已关机。</translation>
     </message>
     <message>
-        <source>The module was then powered on {seconds:.0f} s after the start of the log.</source>
-        <translation>据此，模块在日志开始后 {seconds:.0f} s 开机。</translation>
-    </message>
-    <message>
-        <source>The module was then powered on {seconds:.0f} s before the start of the log.</source>
-        <translation>据此，模块在日志开始前 {seconds:.0f} s 开机。</translation>
+        <source>The module was then powered on at {seconds:.0f} s.</source>
+        <translation>据此，模块上电于 {seconds:.0f} s。</translation>
     </message>
     <message>
         <source>The parachute is spent.</source>
@@ -4306,10 +4262,6 @@
         <translation>无法读取的行：{count}。</translation>
     </message>
     <message>
-        <source>Unreadable or altered, left out: {count}.</source>
-        <translation>无法读取或被改动，已略去：{count}。</translation>
-    </message>
-    <message>
         <source>Unsaved edits.</source>
         <translation>有未保存的修改。</translation>
     </message>
@@ -4420,10 +4372,6 @@
     <message>
         <source>What was done</source>
         <translation>维护内容</translation>
-    </message>
-    <message>
-        <source>When</source>
-        <translation>时间</translation>
     </message>
     <message>
         <source>Whether external power charges it.</source>
@@ -4618,6 +4566,10 @@
         <translation>已应答</translation>
     </message>
     <message>
+        <source>acknowledged (cannot be read back)</source>
+        <translation>已应答（无法回读）</translation>
+    </message>
+    <message>
         <source>acknowledged {time} ago</source>
         <translation>{time}前应答</translation>
     </message>
@@ -4628,10 +4580,6 @@
     <message>
         <source>acknowledged, still at the old rate: restart the module</source>
         <translation>已应答，仍为原波特率：请重启模块</translation>
-    </message>
-    <message>
-        <source>acknowledged: {what}</source>
-        <translation>已应答：{what}</translation>
     </message>
     <message>
         <source>activate before the flight</source>
@@ -4728,6 +4676,10 @@
     <message>
         <source>as read with the bay open</source>
         <translation>等于伞仓打开时的读数</translation>
+    </message>
+    <message>
+        <source>assumed enabled</source>
+        <translation>假定启用</translation>
     </message>
     <message>
         <source>at rest it is 1 g</source>
@@ -4926,12 +4878,12 @@
         <translation>文件头损坏</translation>
     </message>
     <message>
-        <source>day on which it is due again</source>
-        <translation>下次日期</translation>
-    </message>
-    <message>
         <source>day on which it was done [today]</source>
         <translation>完成日期 [今天]</translation>
+    </message>
+    <message>
+        <source>decided by</source>
+        <translation>决定人</translation>
     </message>
     <message>
         <source>delete one permanently</source>
@@ -4950,6 +4902,10 @@
         <translation>不同</translation>
     </message>
     <message>
+        <source>disabled</source>
+        <translation>已禁用</translation>
+    </message>
+    <message>
         <source>do not fly</source>
         <translation>检查未通过</translation>
     </message>
@@ -4958,12 +4914,20 @@
         <translation>已完成</translation>
     </message>
     <message>
+        <source>done by</source>
+        <translation>完成人</translation>
+    </message>
+    <message>
         <source>doubled</source>
         <translation>重复</translation>
     </message>
     <message>
         <source>due after N days [{days}]</source>
         <translation>N 天后到期 [{days}]</translation>
+    </message>
+    <message>
+        <source>due again on</source>
+        <translation>下次日期</translation>
     </message>
     <message>
         <source>duplicate checks: {checks}</source>
@@ -5004,6 +4968,10 @@
     <message>
         <source>end after S seconds</source>
         <translation>S 秒后结束</translation>
+    </message>
+    <message>
+        <source>enter a value</source>
+        <translation>请输入</translation>
     </message>
     <message>
         <source>entries</source>
@@ -5286,6 +5254,10 @@
         <translation>可能已执行</translation>
     </message>
     <message>
+        <source>may have changed</source>
+        <translation>可能已改变</translation>
+    </message>
+    <message>
         <source>measuring… {done}</source>
         <translation>正在测量… {done}</translation>
     </message>
@@ -5312,10 +5284,6 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
-    </message>
-    <message>
-        <source>name of the person who decides</source>
-        <translation>作出认定的人员姓名</translation>
     </message>
     <message>
         <source>name of the profile</source>
@@ -5382,12 +5350,12 @@
         <translation>未接外接供电</translation>
     </message>
     <message>
-        <source>no frame header</source>
-        <translation>没有帧头</translation>
+        <source>no frame</source>
+        <translation>不是有效帧</translation>
     </message>
     <message>
-        <source>no frame: {why}</source>
-        <translation>不是有效帧：{why}</translation>
+        <source>no frame header</source>
+        <translation>没有帧头</translation>
     </message>
     <message>
         <source>no header</source>
@@ -5486,8 +5454,8 @@
         <translation>不是有效的参数校验码。</translation>
     </message>
     <message>
-        <source>not acknowledged: {what}</source>
-        <translation>未得到正确应答：{what}</translation>
+        <source>not acknowledged</source>
+        <translation>未得到正确应答</translation>
     </message>
     <message>
         <source>not allowed with argument %s</source>
@@ -5520,6 +5488,10 @@
     <message>
         <source>not in the profile</source>
         <translation>配置文件中没有</translation>
+    </message>
+    <message>
+        <source>not judged</source>
+        <translation>未判断</translation>
     </message>
     <message>
         <source>not kept</source>
@@ -5592,6 +5564,10 @@
     <message>
         <source>not up to {angle:.0f}°</source>
         <translation>到 {angle:.0f}° 仍未触发</translation>
+    </message>
+    <message>
+        <source>not written (dry run)</source>
+        <translation>未写入（试运行）</translation>
     </message>
     <message>
         <source>nothing due</source>
@@ -5678,10 +5654,6 @@
         <translation>已暂停，落后 {time}</translation>
     </message>
     <message>
-        <source>person who did it</source>
-        <translation>执行人姓名</translation>
-    </message>
-    <message>
         <source>pinned</source>
         <translation>已固定</translation>
     </message>
@@ -5758,8 +5730,8 @@
         <translation>推荐全部不触发的阈值</translation>
     </message>
     <message>
-        <source>query: {what}</source>
-        <translation>查询：{what}</translation>
+        <source>query</source>
+        <translation>查询</translation>
     </message>
     <message>
         <source>read</source>
@@ -5810,8 +5782,8 @@
         <translation>替换该文件</translation>
     </message>
     <message>
-        <source>reply: {what}</source>
-        <translation>应答：{what}</translation>
+        <source>reply</source>
+        <translation>应答</translation>
     </message>
     <message>
         <source>reports in 2 s: only {count}</source>
@@ -5894,8 +5866,8 @@
         <translation>序列号 {number}</translation>
     </message>
     <message>
-        <source>set: {what}</source>
-        <translation>写入：{what}</translation>
+        <source>set</source>
+        <translation>写入</translation>
     </message>
     <message>
         <source>settle whether two modules are one</source>
@@ -5968,10 +5940,6 @@
     <message>
         <source>the following arguments are required: %s</source>
         <translation>缺少以下参数：%s</translation>
-    </message>
-    <message>
-        <source>the frame broke off</source>
-        <translation>帧不完整</translation>
     </message>
     <message>
         <source>the list of the batch, and FILE.csv</source>
@@ -6100,6 +6068,10 @@
     <message>
         <source>unasked</source>
         <translation>主动</translation>
+    </message>
+    <message>
+        <source>unchanged</source>
+        <translation>未变</translation>
     </message>
     <message>
         <source>unclear</source>
@@ -6306,16 +6278,8 @@
         <translation>{file} 已存在且是其他类型的文件：请换一个文件名。</translation>
     </message>
     <message>
-        <source>{file} exists and is of no batch: choose another name.</source>
-        <translation>{file} 已存在且不属于批次：请另选名称。</translation>
-    </message>
-    <message>
-        <source>{file} exists: use --append or --force.</source>
-        <translation>{file} 已存在：请使用 --append 或 --force。</translation>
-    </message>
-    <message>
-        <source>{file} exists: use --force.</source>
-        <translation>{file} 已存在：请使用 --force。</translation>
+        <source>{file} exists: use {options}.</source>
+        <translation>{file} 已存在：请使用 {options}。</translation>
     </message>
     <message>
         <source>{file} has other columns or is no recording.</source>
@@ -6462,16 +6426,16 @@
         <translation>{name}：{why}。</translation>
     </message>
     <message>
-        <source>{name}; rows: {rows}.</source>
-        <translation>{name}；行数：{rows}。</translation>
-    </message>
-    <message>
         <source>{new} new of {total}</source>
         <translation>{total} 条中有 {new} 条新记录</translation>
     </message>
     <message>
         <source>{n} of {all} rows copied.</source>
         <translation>已复制 {all} 行中的 {n} 行。</translation>
+    </message>
+    <message>
+        <source>{option} takes one port only.</source>
+        <translation>{option} 只能用于一个端口。</translation>
     </message>
     <message>
         <source>{option}={text}: expected {expected}</source>
@@ -6554,28 +6518,8 @@
         <translation>模块上的{setting}：{value}</translation>
     </message>
     <message>
-        <source>{setting}: assumed enabled.</source>
-        <translation>{setting}：假定启用。</translation>
-    </message>
-    <message>
         <source>{setting}: command {code}</source>
         <translation>{setting}：命令 {code}</translation>
-    </message>
-    <message>
-        <source>{setting}: disabled.</source>
-        <translation>{setting}：已禁用。</translation>
-    </message>
-    <message>
-        <source>{setting}: enter a value.</source>
-        <translation>{setting}：请输入。</translation>
-    </message>
-    <message>
-        <source>{setting}: may have changed.</source>
-        <translation>{setting}：可能已改变。</translation>
-    </message>
-    <message>
-        <source>{setting}: not judged.</source>
-        <translation>{setting}：未判断。</translation>
     </message>
     <message>
         <source>{slowest:.1f} ms, median {median:.1f} ms</source>
@@ -6694,28 +6638,8 @@
         <translation>{value}，低 {margin}</translation>
     </message>
     <message>
-        <source>{value}: NOT verified ({why})</source>
-        <translation>{value}：未验证（{why}）</translation>
-    </message>
-    <message>
-        <source>{value}: acknowledged (cannot be read back)</source>
-        <translation>{value}：已应答（无法回读）</translation>
-    </message>
-    <message>
-        <source>{value}: not written (dry run)</source>
-        <translation>{value}：未写入（试运行）</translation>
-    </message>
-    <message>
         <source>{value}: the nearest steps are {low} and {high}</source>
         <translation>{value}：最近的步进值为 {low} 和 {high}</translation>
-    </message>
-    <message>
-        <source>{value}: unchanged</source>
-        <translation>{value}：未变</translation>
-    </message>
-    <message>
-        <source>{value}: verified</source>
-        <translation>{value}：已验证</translation>
     </message>
     <message>
         <source>{value}: {why}</source>
@@ -6748,18 +6672,6 @@
     <message>
         <source>{voltage} may be the charger's</source>
         <translation>{voltage} 可能是充电器的电压</translation>
-    </message>
-    <message>
-        <source>{volts:.2f} V</source>
-        <translation>{volts:.2f} V</translation>
-    </message>
-    <message>
-        <source>{volts:.2f} V, charge unknown</source>
-        <translation>{volts:.2f} V，充电未知</translation>
-    </message>
-    <message>
-        <source>{volts:.2f} V, charging</source>
-        <translation>{volts:.2f} V，充电中</translation>
     </message>
     <message>
         <source>{wanted} was sent: {why}.</source>

@@ -232,7 +232,7 @@ def _last_tested(kind: GuidedKind, last: LastTested | None) -> UserMessage:
 
 
 _SETTING = marked("Write it on the Settings page.")
-_TRIGGER = marked("Enable it now.")
+_TRIGGER = marked("Enable now.")
 
 
 def _setting(name: str, advice: str) -> Callable[[Case], Finding]:

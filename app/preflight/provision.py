@@ -39,7 +39,7 @@ def provision(
         if before.is_complete and presence == (yield from _presence()):
             break
     else:
-        return Provisioned(presence=presence, why=message(marked("It could not be read.")))
+        return Provisioned(presence=presence, why=message(marked("Cannot be read.")))
     settings, status = before.settings, before.status
     done = Provisioned(presence=presence, boot_count=settings.boot_count)
     if status is None or status.active:

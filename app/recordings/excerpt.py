@@ -26,7 +26,6 @@ class Excerpt:
     """Immutable. Times are monotonic seconds."""
 
     start_s: float
-    end_s: float
     tilt: Window
     acceleration: Window
     """Its times are those of `tilt`."""

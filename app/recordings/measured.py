@@ -53,4 +53,4 @@ class Measured(LimitSteps):
             series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
         )
         markers = tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s)
-        return Excerpt(start_s, end_s, tilt, acceleration, flags, cell, light, markers, is_whole)
+        return Excerpt(start_s, tilt, acceleration, flags, cell, light, markers, is_whole)

@@ -57,7 +57,6 @@ class SeenRecord:
 class Visit:
     """One reading of a module's records. `new`: ids of the records added by it; None for the first visit."""
 
-    id: int
     records: tuple[SeenRecord, ...]
     new: frozenset[int] | None
 
@@ -125,10 +124,10 @@ class CheckStore:
                 "port": clean(port), "boot_count": boot_count, "slots": [raw.hex() for raw in kept],
                 "is_confirmed": is_confirmed, "known": len(merged.all) if module is not None else 0,
             }  # fmt: skip
-            number = self._facts.add(FactKind.VISIT, content, module=module)
+            self._facts.add(FactKind.VISIT, content, module=module)
             records = self.records(module)
             new = None if last is None else frozenset(record.id for record in records[len(known) :])
-            return Visit(number, records, new)
+            return Visit(records, new)
 
     def records(self, module: str | None) -> tuple[SeenRecord, ...]:
         """Every stored record of this module, the oldest first."""

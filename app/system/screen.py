@@ -16,6 +16,7 @@ from app.system.qt_libraries import (
     wanted_libraries,
 )
 from app.text.i18n import tr
+from app.text.sentences import join_sentences
 
 ASKED: Final = "system-libraries.txt"
 """In a bundle: the required system libraries, one name per line."""
@@ -42,12 +43,12 @@ def missing_libraries() -> str | None:
     lacking = missing(_libraries()) if sys.platform.startswith("linux") else ()
     if not lacking:
         return None
-    manager = package_manager()
+    names = ", ".join(library.soname for library in lacking)
+    what, manager = tr("Qt needs system libraries that are not here: {names}.", names=names), package_manager()
     if manager is None:
-        names = ", ".join(library.soname for library in lacking)
-        return tr("Qt needs system libraries that are not here: {names}.", names=names)
+        return what
     command = f"sudo {INSTALL[manager]} {' '.join(package_names(lacking, manager))}"
-    return tr("Qt needs system libraries that are not here. Type: {command}", command=command)
+    return join_sentences((what, tr("Type: {command}", command=command)))
 
 
 def _is_bundle() -> bool:

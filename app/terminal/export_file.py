@@ -40,7 +40,7 @@ def refuse_unwritable(path: Path, *, appends: bool, replaces: bool) -> None:
     if not path.exists() or replaces:
         return
     if not appends:
-        raise Refused(tr("{file} exists: use --append or --force.", file=path))
+        raise Refused(tr("{file} exists: use {options}.", file=path, options="--append, --force"))
     try:
         with path.open("rb") as file:
             first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")

@@ -29,7 +29,7 @@ class StepMark(PaintedWidget):
     def __init__(self, name: str, texts: Texts, number: int, english: str) -> None:
         super().__init__()
         named(self, name)
-        self._number, self._english, self._text = number, english, ""
+        self._number, self._text = number, ""
         self._place, self._meaning = StepPlace.LATER, Meaning.DANGER
         self.setSizePolicy(QSizePolicy.Policy.Minimum, QSizePolicy.Policy.Fixed)
         texts.bind(self._name, english)

@@ -353,7 +353,7 @@ def _state_text(not_shared: int, last_at: str | None, server: str | None, done: 
     if done is not None:
         parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
         if done.refused_count:
-            text = tr("Unreadable or altered, left out: {count}.", count=done.refused_count)
+            text = tr("Left out, unreadable or altered: {count}.", count=done.refused_count)
             parts += [text, *(fact.sentence().translated() for fact in done.refused[:3])]
         if done.damaged:
             parts.append(tr("Damaged and not sent: {count}.", count=len(done.damaged)))

@@ -78,9 +78,10 @@ class BackgroundTask(QObject, Generic[Result]):
         self,
         act: Callable[[Running], Result],
         then: Callable[[Result], object],
-        failed: Callable[[Exception], object],
+        failed: Callable[[Exception], object] | None = None,
     ) -> None:
-        """Returns at once. `act` touches nothing that belongs to the window's thread."""
+        """Returns at once. `act` touches nothing that belongs to the window's thread. An error is raised in that
+        thread, unless `failed` takes it."""
         running = self._begin(then, failed)
         work = partial(self._work, running, partial(act, running))
         self._thread = threading.Thread(target=work, name=self._name, daemon=not self._finished_at_close)
@@ -125,7 +126,7 @@ class BackgroundTask(QObject, Generic[Result]):
             self.stop()
         self._clear()
 
-    def _begin(self, then: Callable[[Result], object], failed: Callable[[Exception], object]) -> Running:
+    def _begin(self, then: Callable[[Result], object], failed: Callable[[Exception], object] | None) -> Running:
         self.stop()
         self._running, self._then, self._failed = Running(), then, failed
         return self._running
@@ -149,7 +150,8 @@ class BackgroundTask(QObject, Generic[Result]):
         then, failed = self._then, self._failed
         self._clear()
         if ended.error is not None:
-            if failed is not None:
-                failed(ended.error)
+            if failed is None:
+                raise ended.error
+            failed(ended.error)
         elif then is not None:
             then(ended.result)  # type: ignore[arg-type]  # what `act` of the same `run` returned

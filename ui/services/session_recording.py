@@ -80,10 +80,6 @@ class SessionRecording:
         trouble = None if recorder.is_recording else recorder.trouble
         return RecordingState(recorder.started_at, recorder.dropped, trouble)
 
-    def settle(self, deadline_s: float) -> bool:
-        """Wait until all batches are on disk; whether that was so within the time."""
-        return self._recorder is None or self._recorder.settle(deadline_s)
-
     def stop(self, deadline_s: float) -> bool:
         """End the recording and its thread; whether that was done in time. What was written before is safe in any
         case."""

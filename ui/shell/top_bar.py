@@ -12,7 +12,6 @@ from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import parts_of
 from protocol.catalogue import BY_NAME, Command
 from ui.core.texts import Texts
 from ui.services.port import LockControl, Ports
@@ -227,8 +226,7 @@ class TopBar(QFrame):
         )
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
-        charging = parts_of(tr("{volts:.2f} V, charging", volts=4.0))[1]
-        self.cell.reserve((tr("{volts:.2f} V", volts=4.0),), below=(*ages, charging))
+        self.cell.reserve(("4.00 V",), below=(*ages, tr("charging")))
         self.activation.name_unknown(tr("Activation"))
         self.trigger.name_unknown(tr("Trigger"))
         self.cell.name_unknown(tr("Cell"))
@@ -278,14 +276,15 @@ class TopBar(QFrame):
             self.cell.show_unknown()
             return
         volts = float(voltage.value)
+        word = f"{volts:.2f} V"
         if charging is not None and charging.value is True:
             # The voltage is then the charger's, so a level would be a guess.
-            word, picture = tr("{volts:.2f} V, charging", volts=volts), Icon.BOLT
+            word, picture = tr("{value}, {fault}", value=word, fault=tr("charging")), Icon.BOLT
         elif charging is None:
-            word, picture = tr("{volts:.2f} V, charge unknown", volts=volts), battery(None)
+            word, picture = tr("{value}, {fault}", value=word, fault=tr("charger unknown")), battery(None)
         else:
             level = (volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V)
-            word, picture = tr("{volts:.2f} V", volts=volts), battery(level)
+            picture = battery(level)
         age, outside = age_of(voltage, now), value_outside("cell_voltage_v", device, now, self._in_use)
         if outside is None:
             self.cell.show_state(word, picture, stale_age=age)

@@ -141,10 +141,6 @@ class IconLabel(QLabel):
         named(self, name)
         self._fit()
 
-    @property
-    def icon(self) -> Icon | None:
-        return None if self._shown is None else self._shown[0]
-
     def show_icon(self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False) -> None:
         """Shows `picture` in the colour of its meaning, of muted text, or of plain text."""
         if self._shown != (picture, meaning, is_muted):

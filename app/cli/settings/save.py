@@ -47,7 +47,7 @@ class ModuleSettings:
 def run(args: argparse.Namespace) -> int:
     path = Path(args.file)
     if args.file != STANDARD_OUTPUT and path.exists() and not args.force:
-        raise console.Refused(tr("{file} exists: use --force.", file=path))
+        raise console.Refused(tr("{file} exists: use {options}.", file=path, options="--force"))
     module = read_module(args.port, args.baud)
     text = text_of(module, args.module or (path.stem if args.file != STANDARD_OUTPUT else module.port))
     if args.file == STANDARD_OUTPUT:

@@ -30,7 +30,7 @@ from app.terminal.interruption import Interruption
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import join_names
+from app.text.sentences import join_names, labelled
 from protocol.catalogue import Command
 from protocol.fields import Value
 
@@ -62,8 +62,8 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
         key: _result(target, old, error=None if old == target else "not written: dry run") for key, old, target in rows
     }
     lines = [
-        (key, tr("{value}: unchanged", value=typed(target)) if old == target
-         else tr("{value}: not written (dry run)", value=f"{typed(old)} → {typed(target)}"))
+        (key, labelled(typed(target), tr("unchanged")) if old == target
+         else labelled(f"{typed(old)} → {typed(target)}", tr("not written (dry run)")))
         for key, old, target in rows
     ]  # fmt: skip
     console.emit(args, unwritten, lambda results: {"results": results, "changed": {}, "unread": []},
@@ -222,11 +222,11 @@ def _sentence(written: Written, before: Value | None, why: UserMessage | None) -
     shown = typed(written.target)
     if why is not None:
         read_back = "" if written.read_back is None else f" → {typed(written.read_back)}"
-        return tr("{value}: NOT verified ({why})", value=shown, why=why.translated() + read_back)
+        return labelled(shown, tr("NOT verified ({why})", why=why.translated() + read_back))
     if before is not None and before != written.target:
         shown = f"{typed(before)} → {shown}"
     if written.heard is SetReply.UNNEEDED:
-        return tr("{value}: unchanged", value=shown)
+        return labelled(shown, tr("unchanged"))
     if written.verified:
-        return tr("{value}: verified", value=shown)
-    return tr("{value}: acknowledged (cannot be read back)", value=shown)
+        return labelled(shown, tr("verified"))
+    return labelled(shown, tr("acknowledged (cannot be read back)"))

@@ -9,6 +9,7 @@ from app.__main__ import main
 from app.system import qt_libraries, screen
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE")
+MISSING = "Qt needs system libraries that are not here:"
 COMMAND = "Type: sudo apt-get install"
 
 
@@ -40,7 +41,7 @@ def test_all_that_is_missing_is_named_in_one_command(lacking: set[str], monkeypa
     assert screen.window_obstacle() is None, "importing Qt will tell whether it is missed"
     lacking |= {"libxcb-cursor.so.0"}
     said = screen.window_obstacle()
-    assert said == f"Qt needs system libraries that are not here. {COMMAND} libegl1 libxcb-cursor0"
+    assert said == f"{MISSING} libEGL.so.1, libxcb-cursor.so.0. {COMMAND} libegl1 libxcb-cursor0"
     monkeypatch.setattr(screen, "package_manager", lambda: None)
     assert (screen.window_obstacle() or "").endswith("here: libEGL.so.1, libxcb-cursor.so.0.")
     monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
@@ -68,7 +69,7 @@ def test_qt_that_cannot_be_imported_is_that_sentence_too(
     monkeypatch.setattr("app.__main__._open_window", fail)
     lacking |= {"libEGL.so.1"}
     assert main(["gui"]) == 3
-    assert capsys.readouterr().err == f"Qt needs system libraries that are not here. {COMMAND} libegl1\n"
+    assert capsys.readouterr().err == f"{MISSING} libEGL.so.1. {COMMAND} libegl1\n"
     lacking.clear()
     assert main(["gui"]) == 1
     assert "Unexpected error" in capsys.readouterr().err

@@ -26,5 +26,5 @@ def excerpt(
     )
     flags = np.full(len(samples), ACTIVE) if active is None else np.array(list(active)) * np.uint8(ACTIVE)
     none = Window(times[:0], np.empty(0, np.float32))
-    start_s, end_s = (float(times[0]), float(times[-1])) if len(times) else (0.0, 0.0)
-    return Excerpt(start_s, end_s, tilts, accelerations, flags.astype(np.uint8), none, none, markers, is_whole)
+    start_s = float(times[0]) if len(times) else 0.0
+    return Excerpt(start_s, tilts, accelerations, flags.astype(np.uint8), none, none, markers, is_whole)

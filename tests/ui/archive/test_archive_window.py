@@ -99,7 +99,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         stick.write_text(stick.read_text(encoding="utf-8").replace("NO-GO", "GO"), encoding="utf-8")
         dialog.import_.click()
         _wait(qtbot, dialog)
-        assert "Unreadable or altered, left out: 1." in dialog.state.text()
+        assert "Left out, unreadable or altered: 1." in dialog.state.text()
 
 
 def test_an_empty_archive_says_what_fills_it(

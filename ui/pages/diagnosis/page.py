@@ -14,7 +14,7 @@ from app.captures.text import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
 from app.engine.worker import Batch
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, labelled
 from protocol.translatable import marked
 from ui.pages.diagnosis.bundle_preview import BundlePreview
 from ui.pages.diagnosis.capture_files import OPENED_SUFFIXES, CaptureFiles, Opened
@@ -115,7 +115,7 @@ class DiagnosisPage(StreamPage):
 
     def _capture_notice(self, opened: Opened) -> Notice:
         parts = [
-            tr("{name}; rows: {rows}.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
+            labelled(opened.path.name, tr("rows: {rows}.", rows=f"{len(opened.rows):,}")),
             *(self._reporting_faults(opened)),
         ]
         back = Choice("capture_leave", tr("Back to live"), self._close_capture)

@@ -225,7 +225,7 @@ class WhyPanel(QScrollArea):
     # Making
 
     def _lay_out(self) -> None:
-        card = self.card = named(QFrame(), "why_card", "card")
+        card = named(QFrame(), "why_card", "card")
         button = in_row(self.act, 1)
         lines = in_column(self.what, self.next_step, self.silence, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=card, spacing=Space.L, margins=Space.L)

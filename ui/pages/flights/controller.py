@@ -264,12 +264,9 @@ class FlightsWork(QObject):
             self._proposing.cancel()
             self.proposal_changed.emit()
             return
-        self._proposing.run(lambda _running: propose(*flights), self._on_proposal, self._fail)
+        self._proposing.run(lambda _running: propose(*flights), self._on_proposal)
         self.proposal_changed.emit()
 
     def _on_proposal(self, proposal: ThresholdProposal) -> None:
         self.proposal = proposal
         self.proposal_changed.emit()
-
-    def _fail(self, error: Exception) -> None:
-        raise error

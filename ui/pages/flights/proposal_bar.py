@@ -132,9 +132,8 @@ class ProposalBar(QFrame):
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:
-            faults = refusal  # the name of an except clause ends with it
-            self._result.notify(Meaning.ATTENTION,
-                   lambda: labelled(path.name, faults.sentences[0]))  # fmt: skip
+            fault = refusal.faults[0].placed
+            self._result.notify(Meaning.ATTENTION, lambda: labelled(path.name, fault.translated()))
             return
         settings = {**profile.settings, **thresholds}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)

@@ -146,14 +146,10 @@ class WhatIfPanel(QFrame):
         def judge(_running: Running) -> WhatIfFinding:
             return judge_excerpt(excerpt, asked.limits, counts_locked=asked.counts_locked)
 
-        self._judging.run(judge, self._on_judged, self._on_error)
+        self._judging.run(judge, self._on_judged)
 
     def _on_judged(self, finding: WhatIfFinding) -> None:
         self.finding, self._took_s = finding, perf_counter() - self._asked_at_s
-
-    @staticmethod
-    def _on_error(error: Exception) -> None:
-        raise error
 
     def _standing(self) -> dict[str, SettingSource]:
         """The module's settings by key, now or when it was recorded."""

@@ -140,7 +140,7 @@ def _verdict_icon(check: CheckLine) -> QIcon:
 
 
 _COLUMNS: Final = (
-    TableColumn[CheckLine](marked("When"), lambda check: local_time(check.at), widest=lambda: "0000-00-00 00:00:00"),
+    TableColumn[CheckLine](marked("Time"), lambda check: local_time(check.at), widest=lambda: "0000-00-00 00:00:00"),
     TableColumn[CheckLine](marked("Verdict"), _verdict, picture=_verdict_icon, widest=_widest_verdict),
     TableColumn[CheckLine](marked("Module"), lambda check: check.module or "—", stretches=True),
     TableColumn[CheckLine](marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True, is_spare=True),
@@ -286,7 +286,7 @@ class StationsRow(QWidget):
         self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.known)
-        self.forget = control(QPushButton(), texts, "stations_forget", "Forget", slot=self._remove)
+        self.forget = control(QPushButton(), texts, "stations_forget", "Remove", slot=self._remove)
         in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
 
     def refresh(self) -> None:

@@ -165,10 +165,6 @@ class PreflightController(QObject):
             return None
         return max(0.0, VALID_FOR_S - (self._connector.clock() - ended_at))
 
-    def result(self, id_: str) -> CheckResult | None:
-        assessment = self.assessment
-        return None if assessment is None else assessment.result(id_)
-
     # What a person does
 
     def check(self, stated: Person | None = None, *, is_enabling: bool = False) -> None:

@@ -255,8 +255,7 @@ class PreflightPage(Page):
         try:
             record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
         except StoreTrouble as error:
-            trouble = error  # the name of an except clause ends with it
-            self.result.notify(Meaning.DANGER, lambda: trouble.sentence)
+            self.result.notify(Meaning.DANGER, error.message.translated)
             return
         if record is not None and record.get("void") is None:
             self.show_check()

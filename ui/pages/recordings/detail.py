@@ -28,7 +28,7 @@ WIDTH_PX: Final = 328
 _LOWEST_PX: Final = 24
 _HIGHEST_PX: Final = 160
 _FACTS: Final = {
-    "when": marked("When"),
+    "when": marked("Time"),
     "port": marked("Port"),
     "duration": marked("Duration"),
     "samples": marked("Samples"),

@@ -51,7 +51,7 @@ COLUMNS: Final = (
         marked("Tilt"), lambda _entry: "", lambda entry: entry.started_at.timestamp(), fixed_px=_OUTLINE_PX
     ),
     TableColumn[RecordingEntry](
-        marked("When"),
+        marked("Time"),
         lambda entry: f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
         lambda entry: entry.started_at.timestamp(),
         picture=_remark_icon,

@@ -169,7 +169,6 @@ class CalibrationPanel(QWidget):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("calibration_panel")
-        self._services = services
         self._bands: dict[str, Band] = {}
         self._job = RunningJob(services.connector, self)
         self._measuring = ""
@@ -227,7 +226,7 @@ class CalibrationPanel(QWidget):
                 self.detail.setText("")
             case _:
                 self.result.setText("")
-                self.detail.setText(tr("The link was lost.") if self._is_link_lost else "")
+                self.detail.setText(tr("Link lost.") if self._is_link_lost else "")
 
     def _side_text(self, name: str) -> str:
         if self._job.is_running and self._measuring == name:

@@ -275,8 +275,7 @@ class TestsPage(Page):
         except UserError as refused:
             self.exported.notify(Meaning.ATTENTION, partial(error_text, refused))
         except (OSError, RuntimeError) as error:
-            fault = error  # the name of an except clause ends with it
-            self.exported.notify(Meaning.DANGER, lambda: not_saved_text(path, fault))
+            self.exported.notify(Meaning.DANGER, partial(not_saved_text, path, error))
         else:
             self.exported.notify(Meaning.GOOD, lambda: tr("Saved to {path}.", path=path))
 

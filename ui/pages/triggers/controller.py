@@ -345,7 +345,7 @@ def _unstored_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
 def _broken_off(error: BaseException) -> str:
     if isinstance(error, UserError):
         return error.sentence
-    what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("The link was lost.")
+    what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("Link lost.")
     return join_sentences((what, tr("Not kept.")))
 
 

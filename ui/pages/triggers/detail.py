@@ -56,7 +56,7 @@ class TriggersDetail(QFrame):
         self.picture = TriggerPicture("triggers_picture")
         self.cause = text_label("triggers_cause", "strong", is_selectable=True)
         self.facts = FactRows(
-            texts, "triggers", {"when": marked("When")} | {key: COLUMNS[column].title for key, column in _FACTS.items()}
+            texts, "triggers", {"when": marked("Time")} | {key: COLUMNS[column].title for key, column in _FACTS.items()}
         )
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)

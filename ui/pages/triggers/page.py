@@ -201,8 +201,7 @@ class TriggersPage(Page):
         try:
             write(path)
         except OSError as error:
-            fault = error  # the name of an except clause ends with it
-            self.work.job.notify(Meaning.DANGER, lambda: not_saved_text(path, fault))
+            self.work.job.notify(Meaning.DANGER, partial(not_saved_text, path, error))
             return
         self._folder = path.parent
         self.work.job.notify(Meaning.GOOD, lambda: tr("Saved to {path}. Rows: {rows}.", rows=count, path=path))

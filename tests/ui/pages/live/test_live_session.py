@@ -69,7 +69,7 @@ class Bench:
 
     def listed(self) -> list[tuple[str, str, int]]:
         """Port, module and number of reports of all recordings, oldest first."""
-        assert self.sessions.settle(WAIT_S)
+        assert self.sessions._recorder is None or self.sessions._recorder.settle(WAIT_S)
         return [(one.port, one.module, one.sample_count) for one in reversed(self.sessions.library.entries())]
 
 
@@ -154,7 +154,9 @@ def test_a_failing_recorder_does_not_affect_the_link(bench: Bench, tmp_path: Pat
     qtbot.addWidget(sign)
     told = QSignalSpy(sign.troubled)
     bench.say(some(1.0))
-    bench.sessions.settle(WAIT_S)
+    recorder = bench.sessions._recorder
+    assert recorder is not None
+    recorder.settle(WAIT_S)
     bench.say(some(2.0))
     sign.refresh()
     sign.refresh()
@@ -204,7 +206,7 @@ def test_the_sign_shows_since_when(bench: Bench, qtbot: QtBot) -> None:
 
 def _is_a_warning(sign: RecordingSign) -> bool:
     shown = find(sign, IconLabel)
-    return shown.icon is Icon.WARNING
+    return shown._shown is not None and shown._shown[0] is Icon.WARNING
 
 
 # In the window
