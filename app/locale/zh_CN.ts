@@ -1654,10 +1654,6 @@
         <translation>已知站点</translation>
     </message>
     <message>
-        <source>Known stations cannot be written: {why}.</source>
-        <translation>无法写入已知站点：{why}。</translation>
-    </message>
-    <message>
         <source>LABEL: {module}?</source>
         <translation>标签是 {module} 吗？</translation>
     </message>
@@ -1904,10 +1900,6 @@
     <message>
         <source>Lowest acceleration</source>
         <translation>最小加速度</translation>
-    </message>
-    <message>
-        <source>MCAP (*.mcap)</source>
-        <translation>MCAP (*.mcap)</translation>
     </message>
     <message>
         <source>MCAP…</source>
@@ -3026,10 +3018,6 @@
         <translation>{time} 的数据记录</translation>
     </message>
     <message>
-        <source>Recording of {when}, {length}</source>
-        <translation>{when} 的数据记录，时长 {length}</translation>
-    </message>
-    <message>
         <source>Recordings</source>
         <translation>数据记录</translation>
     </message>
@@ -3248,10 +3236,6 @@
     <message>
         <source>Saving…</source>
         <translation>正在保存…</translation>
-    </message>
-    <message>
-        <source>Saving… {percent} %</source>
-        <translation>正在保存… {percent} %</translation>
     </message>
     <message>
         <source>Scroll left</source>
@@ -6448,10 +6432,6 @@
     <message>
         <source>{path} is not an archive file.</source>
         <translation>{path} 不是归档文件。</translation>
-    </message>
-    <message>
-        <source>{path} was not saved: {why}.</source>
-        <translation>{path} 未能保存：{why}。</translation>
     </message>
     <message>
         <source>{port} cannot be reached.</source>

@@ -106,7 +106,7 @@ def save_or_say_why_not(path: Path, profile: Profile, *, source: Path | None = N
         why = UserMessage(error_text(error))
     else:
         return None
-    return message(marked("{path} was not saved: {why}."), path=path, why=why)
+    return message(marked("{file} cannot be written: {why}."), file=path, why=why)
 
 
 def profile_text(profile: Profile, source: str = "") -> str:

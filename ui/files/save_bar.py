@@ -133,7 +133,7 @@ class SaveNote(QWidget):
         """Shows the progress; called by the page's timer."""
         if self.is_saving:
             percent = f"{(self._saving.share or 0.0) * 100:.0f}"
-            self._show(lambda: tr("Saving… {percent} %", percent=percent))
+            self._show(lambda: tr("{what}: {percent} %", what=tr("Saving…"), percent=percent))
 
     def _ask(
         self, title: str, place: Path, kinds: str, make_parts: Callable[[Path], Iterable[bytes]], count: int = 1,

@@ -2,10 +2,14 @@
 is left, or another module is connected."""
 
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from app.text.i18n import tr
+from app.text.sentences import error_text, not_written
+from app.text.user_error import UserError
 from ui.services.announcer import announcer
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -30,6 +34,19 @@ class JobNotice(QObject):
 
     def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:
         self.set_notice(lambda: Notice(meaning, make(), dismiss=self.dismiss))
+
+    def write_file(self, path: Path, write: Callable[[], object], saved: Callable[[], str]) -> bool:
+        """Writes a file and says what came of it; whether it was written."""
+        try:
+            write()
+        except UserError as refused:
+            self.notify(Meaning.ATTENTION, partial(error_text, refused))
+        except (OSError, RuntimeError) as error:
+            self.notify(Meaning.DANGER, partial(not_written, path, error))
+        else:
+            self.notify(Meaning.GOOD, saved)
+            return True
+        return False
 
     def dismiss(self) -> None:
         self.set_notice(None)

@@ -63,14 +63,11 @@ class RecordedBanner(Banner):
         if self._recording is None:
             return
         entry, damage = self._recording.entry, self._recording.damage
-        began = tr(
-            "Recording of {when}, {length}",
-            when=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
-            length=duration(entry.duration_s),
-        )
+        began = tr("Recording of {time}", time=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}")
         parts = (
             damage.translated() if damage is not None else "",
             began,
+            duration(entry.duration_s),
             entry.module,
             entry.port,
             remarks(entry),

@@ -19,8 +19,7 @@ from app.stations.station import fingerprint_of
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import error_text, join_sentences
-from app.text.user_error import UserError
+from app.text.sentences import error_text, join_sentences, not_written
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, AskText, ThenPath, ask_open, ask_path, ask_text
 from ui.files.report_printer import print_report
@@ -63,22 +62,18 @@ class RecordFiles(QObject):
         self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"), write)
 
     def _write_report(self, record: Record, path: Path) -> None:
-        try:
+        written: list[Path] = []
+
+        def write() -> None:
             check_target(path)
-            written = write_report(path, record, self.printer)
-        except UserError as refused:
-            self._result.notify(Meaning.ATTENTION, partial(error_text, refused))
-        except (OSError, RuntimeError) as error:
-            fault = error
-            self._result.notify(
-                Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(fault))
-            )
-        else:
-            self._folder = path.parent
+            written.extend(write_report(path, record, self.printer))
+
+        def saved() -> str:
             names = ", ".join(file.name for file in reversed(written))
-            self._result.notify(
-                Meaning.GOOD, lambda: tr("Written to {folder}: {names}.", folder=path.parent, names=names)
-            )
+            return tr("Written to {folder}: {names}.", folder=path.parent, names=names)
+
+        if self._result.write_file(path, write, saved):
+            self._folder = path.parent
 
     # Verifying
 
@@ -140,10 +135,7 @@ class RecordFiles(QObject):
         try:
             Stations(self._storage.folder).trust(public, name)
         except OSError as error:
-            fault = error
-            self._result.notify(
-                Meaning.DANGER, lambda: tr("Known stations cannot be written: {why}.", why=error_text(fault))
-            )
+            self._result.notify(Meaning.DANGER, partial(not_written, tr("Known stations"), error))
             return
         self.stations_changed.emit()
         self.verify(path)

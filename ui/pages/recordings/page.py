@@ -180,7 +180,7 @@ class RecordingsPage(Page):
             return
         entry = chosen[0]
         name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
-        kinds = tr("Table (*.csv)") if kind is ExportKind.CSV else tr("MCAP (*.mcap)")
+        kinds = tr("Table (*.csv)") if kind is ExportKind.CSV else tr("Session (*.mcap)")
         title = tr("Recording of {time}", time=when_text(entry))
 
         def export(path: Path) -> None:

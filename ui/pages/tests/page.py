@@ -29,7 +29,6 @@ from PySide6.QtWidgets import (
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult
 from app.procedures.lock import SENTENCES
-from app.recordings.export import not_saved_text
 from app.records.labels import A4
 from app.records.record import Record, as_text
 from app.records.report_files import check_target
@@ -40,8 +39,6 @@ from app.safety.ritual import Input
 from app.system.files import write_whole
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import error_text
-from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_guard import RitualGuard
@@ -268,16 +265,12 @@ class TestsPage(Page):
         self.ask_path(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), partial(self._write_report, record))
 
     def _write_report(self, record: Record, path: Path) -> None:
-        try:
+        def write() -> None:
             check_target(path, _may_replace)
             write_whole(path.with_suffix(".json"), as_text(record).encode())
             write_whole(path, print_pages([guided_body(record)], A4))
-        except UserError as refused:
-            self.exported.notify(Meaning.ATTENTION, partial(error_text, refused))
-        except (OSError, RuntimeError) as error:
-            self.exported.notify(Meaning.DANGER, partial(not_saved_text, path, error))
-        else:
-            self.exported.notify(Meaning.GOOD, lambda: tr("Saved to {path}.", path=path))
+
+        self.exported.write_file(path, write, lambda: tr("Saved to {path}.", path=path))
 
     def _commit_names(self) -> None:
         self._connector.current.module.choose(self.module.currentText())

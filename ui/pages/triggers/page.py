@@ -23,7 +23,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.recordings.export import not_saved_text
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
@@ -198,13 +197,9 @@ class TriggersPage(Page):
         self.ask_path(self, title, self._folder / csv_name(name), tr("Table (*.csv)"), save)
 
     def _save_to(self, write: Callable[[Path], object], count: int, path: Path) -> None:
-        try:
-            write(path)
-        except OSError as error:
-            self.work.job.notify(Meaning.DANGER, partial(not_saved_text, path, error))
-            return
-        self._folder = path.parent
-        self.work.job.notify(Meaning.GOOD, lambda: tr("Saved to {path}. Rows: {rows}.", rows=count, path=path))
+        saved = partial(tr, "Saved to {path}. Rows: {rows}.", rows=count, path=path)
+        if self.work.job.write_file(path, partial(write, path), saved):
+            self._folder = path.parent
 
     def _use_filter(self) -> None:
         self.table.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))

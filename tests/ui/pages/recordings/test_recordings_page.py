@@ -135,7 +135,7 @@ def test_a_recording_is_shown_whole_and_never_as_live(opened: Desk) -> None:
     assert not live.plot.time_range.is_live
     assert live.plot.time_range.is_recorded
     assert live.banner.isVisible()
-    assert live.banner.label.text().startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M}, ")
+    assert live.banner.label.text().startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M} · ")
     assert live.banner.label.text().endswith("not live")
     assert "Left wing" in live.banner.label.text()
     words = [one.word for one in live.plot.canvas.marks]
