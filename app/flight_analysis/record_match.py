@@ -144,7 +144,9 @@ def moment_message(moment: Moment, record: TriggerRecord) -> UserMessage:
                         time=moment_text(firing.at_s), what=measured_text(firing)))  # fmt: skip
     powered_s = firing.at_s - record.uptime_s
     if record.uptime_s < MAX_UPTIME_S:
-        sentences.append(message(marked("The module was then powered on at {seconds:.0f} s."), seconds=powered_s))
+        words = (marked("The module was then powered on {seconds:.0f} s before the start of the log.") if powered_s < 0
+                 else marked("The module was then powered on {seconds:.0f} s after the start of the log."))  # fmt: skip
+        sentences.append(message(words, seconds=abs(powered_s)))
     if moment.unnamed_s is not None:
         words = marked("Against it: at {time} the other trigger was met; the record does not name it.")
         sentences.append(message(words, time=moment_text(moment.unnamed_s)))

@@ -3830,8 +3830,12 @@
         <translation>模块已关机。</translation>
     </message>
     <message>
-        <source>The module was then powered on at {seconds:.0f} s.</source>
-        <translation>据此，模块上电于 {seconds:.0f} s。</translation>
+        <source>The module was then powered on {seconds:.0f} s after the start of the log.</source>
+        <translation>据此，模块在日志开始后 {seconds:.0f} s 开机。</translation>
+    </message>
+    <message>
+        <source>The module was then powered on {seconds:.0f} s before the start of the log.</source>
+        <translation>据此，模块在日志开始前 {seconds:.0f} s 开机。</translation>
     </message>
     <message>
         <source>The parachute is spent.</source>

@@ -30,16 +30,13 @@ def remarks(entry: "RecordingEntry") -> str:
     """Anything unusual about the recording."""
     if entry.trouble is not None:
         return tr("cannot be read")
-    words = []
-    if entry.is_running:
-        words.append(tr("being recorded"))
-    if entry.was_triggered:
-        words.append(tr("triggered"))
-    if entry.was_cut_off:
-        words.append(tr("cut off"))
-    if entry.is_simulated:
-        words.append(tr("simulated"))
-    return " · ".join(words)
+    words = (
+        (tr("being recorded"), entry.is_running),
+        (tr("triggered"), entry.was_triggered),
+        (tr("cut off"), entry.was_cut_off),
+        (tr("simulated"), entry.is_simulated),
+    )
+    return " · ".join(word for word, holds in words if holds)
 
 
 def entry_text(entry: "RecordingEntry") -> str:

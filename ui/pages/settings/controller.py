@@ -20,7 +20,7 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.settings.form import RowState, SettingsForm
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_names, join_sentences
 from protocol.catalogue import Command
 from protocol.events import Received
 from protocol.fields import Value
@@ -242,22 +242,18 @@ class SettingsController(QObject):
         acknowledged = sum(result.is_fine and result.verified is None for result in report.results)
         bad = sum(row.state is RowState.FAILED for row in rows.values())
         moved = sum(row.state is RowState.CHANGED for row in rows.values())
-        parts = []
-        if verified:
-            parts.append(tr("Read back as written: {count}.", count=verified))
-        if acknowledged:
-            parts.append(tr("Acknowledged, cannot be read: {count}.", count=acknowledged))
-        if bad:
-            parts.append(tr("NOT as set: {count}; see the rows.", count=bad))
-        if moved:
-            parts.append(tr("Changed without being written: {count}; see the rows.", count=moved))
+        counts = (
+            (marked("Read back as written: {count}."), verified),
+            (marked("Acknowledged, cannot be read: {count}."), acknowledged),
+            (marked("NOT as set: {count}; see the rows."), bad),
+            (marked("Changed without being written: {count}; see the rows."), moved),
+            (marked("Not verified, but read as set since: {count}."), since),
+            (marked("In doubt since: {count}; see the rows."), doubtful),
+        )
+        parts = [tr(text, count=count) for text, count in counts if count]
         if report.unread:
-            titles = ", ".join(tr(command.title) for command in report.unread)
+            titles = join_names(tr(command.title) for command in report.unread)
             parts.append(tr("Not read back: {names}.", names=titles))
-        if since:
-            parts.append(tr("Not verified, but read as set since: {count}.", count=since))
-        if doubtful:
-            parts.append(tr("In doubt since: {count}; see the rows.", count=doubtful))
         parts += [refusal.sentence for refusal in report.refusals]
         test = Choice("survives", tr("Survives a power cycle?"), self.test_power_cycle)
         is_bad = bad or moved or doubtful or report.unread or report.refusals
