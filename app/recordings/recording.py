@@ -16,9 +16,10 @@ from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import KIND_OF_WORD, NO_LIMITS, Marker, MarkerKind, ModuleLimits
 from app.recordings.measured import Measured
 from app.recordings.reports import ReportColumns, ReportFinder
-from app.recordings.session_format import EVENTS, RX, TX, is_time, json_fields
+from app.recordings.session_format import EVENTS, RX, TX, is_time
 from app.recordings.session_reader import FileMessage, SessionFile, read_blocks
 from app.samples.ring_buffers import RecordedSeries, bucket_firsts
+from app.store.facts import object_in
 from app.system.gil_yield import GilYield
 from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
@@ -120,7 +121,7 @@ class Recording(Measured):
         limits: list[tuple[float, ModuleLimits]],
     ) -> None:
         for _, log_ns, data in filter(lambda message: message.topic == EVENTS, messages):
-            fields, at_s = json_fields(data), file.opening.mono_s(log_ns)
+            fields, at_s = object_in(data), file.opening.mono_s(log_ns)
             match fields.get("event"):
                 case "reading":
                     for key, polled in self._polled.items():

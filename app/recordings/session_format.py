@@ -131,12 +131,3 @@ def opening_of(fields: Mapping[str, str]) -> Opening:
 
 def json_bytes(value: object) -> bytes:
     return json.dumps(value, ensure_ascii=False).encode("utf-8", "backslashreplace")
-
-
-def json_fields(data: bytes) -> dict[str, object]:
-    """Empty for anything but an object."""
-    try:
-        value = json.loads(data)
-    except (ValueError, RecursionError):
-        return {}
-    return value if isinstance(value, dict) else {}

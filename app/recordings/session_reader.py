@@ -25,9 +25,9 @@ from app.recordings.session_format import (
     PROGRESS,
     Opening,
     is_whole,
-    json_fields,
     opening_of,
 )
+from app.store.facts import object_in
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -75,13 +75,13 @@ class SessionFile:
     @property
     def reports(self) -> int:
         """Status reports up to `end_ns`, as counted when they were written."""
-        reports = json_fields(self.last_progress).get("reports")
+        reports = object_in(self.last_progress).get("reports")
         return reports if isinstance(reports, int) and 0 <= reports <= self.size_bytes * MAX_REPORTS_A_BYTE else 0
 
     @property
     def was_triggered(self) -> bool:
         """A report said so."""
-        return json_fields(self.last_progress).get("triggered") is True
+        return object_in(self.last_progress).get("triggered") is True
 
     def note_gap(self, until_ns: int) -> None:
         """Something after `end_ns` is damaged or missing."""

@@ -10,7 +10,7 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import FlightGroup
 from app.flight_analysis.judged_flight import judge_flight
 from app.flight_analysis.proposal import ThresholdProposal, propose
-from app.flight_analysis.record_match import MAX_MOMENTS, match_record, measured_text, moment_message, record_limits
+from app.flight_analysis.record_match import MAX_MOMENTS, match_record, measured_text, moment_message
 from app.flight_analysis.summary import summarise
 from app.flight_logs.flight_log import REPORT_HZ, FlightLog
 from app.flight_logs.module_view import RuleReading
