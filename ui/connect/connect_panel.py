@@ -96,7 +96,7 @@ class ConnectPanel(QScrollArea):
         self._build()
         self._name()
         self.list.chosen_changed.connect(self._choose)
-        self.list.activated_choice.connect(lambda _choice: self.connect_chosen())
+        self.list.activated_choice.connect(self._connect_choice)
         self.other.textEdited.connect(self._type)
         self.other.returnPressed.connect(self.connect_chosen)
         ports.listed.connect(self.refresh)
@@ -240,6 +240,9 @@ class ConnectPanel(QScrollArea):
         if self.other.text():
             self.list.clearSelection()
         self._show_state()
+
+    def _connect_choice(self, _choice: PortChoice) -> None:
+        self.connect_chosen()
 
     def _show_state(self) -> None:
         state = self._connector.current.state

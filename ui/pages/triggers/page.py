@@ -155,6 +155,9 @@ class TriggersPage(Page):
         note = noted if finding in noted else " · ".join(filter(None, (finding, noted)))
         self.work.judge(row.seen.id, judgement, note)
 
+    def _show_records(self) -> None:
+        self._views.setCurrentWidget(self._records)
+
     def _show_list(self) -> None:
         """The list with the details, or why it is empty."""
         content = self.table if self.table.filter.rowCount() else self.no_match
@@ -239,7 +242,7 @@ class TriggersPage(Page):
         self.detail.judged.connect(self.work.judge)
         self.detail.beside.clicked.connect(self.choose_log)
         self.beside.judged.connect(self._judge_beside)
-        self.beside.closed.connect(partial(self._views.setCurrentWidget, self._records))
+        self.beside.closed.connect(self._show_records)
         Shortcut("triggers_read_key", self, self.read)
         Shortcut("triggers_copy_key", self, self.copy)
         self.saving = Shortcut("triggers_save_key", self, self.save_page)
