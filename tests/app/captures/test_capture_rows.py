@@ -17,7 +17,7 @@ from app.captures.explained import Explained
 from app.captures.rows import CaptureRows
 from app.captures.traffic_buffer import MAX_BYTES, MAX_ENTRIES, PART_ENTRIES, TrafficBuffer
 from app.system import gil_yield as pace
-from app.text.i18n import tr
+from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_CODE, BY_NAME, COMMANDS, SET, STATUS, Command, Request
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.fields import Flag
@@ -245,17 +245,12 @@ def test_a_record_in_one_sentence() -> None:
     assert sentence(Frame(Direction.MODULE_TO_HOST, unused)) == "trigger records: none"
 
 
-def test_rejected_bytes_are_explained_by_their_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rejected_bytes_are_explained_by_their_reason() -> None:
     (noise,) = StreamParser().feed(bytes.fromhex("41 75 20 01 3C 50"))
     assert isinstance(noise, Noise)
     assert sentence(noise) == "no frame: checksum 50, the sum is 5D"
-    chinese = {"no frame: {why}": "不是帧：{why}", noise.fault.text: "校验 {found}，应为 {expected}"}
-
-    def in_chinese(text: str, /, **values: object) -> str:
-        return chinese.get(str(text), str(text)).format(**values)
-
-    monkeypatch.setattr("app.captures.explain.tr", in_chinese)
-    assert sentence(noise) == "不是帧：校验 50，应为 5D"
+    set_language(CHINESE)
+    assert sentence(noise) == "不是有效帧：校验为 50，累加和应为 5D"
 
 
 FREEFALL_TIME = BY_NAME["freefall_time"]
@@ -301,14 +296,8 @@ def test_an_acknowledgement_says_no_more_than_it_knows(
     assert sentence(reply(code, raw), asked) == words
 
 
-def test_sentences_are_translated_and_meanings_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    chinese = {"query: {what}": "查询：{what}", "Cell voltage": "电芯电压"}
-
-    def translated(text: str, /, **values: object) -> str:
-        return chinese.get(text, text).format(**values)
-
-    assert tr("query: {what}", what="x") == "query: x"
-    monkeypatch.setattr("app.captures.explain.tr", translated)
+def test_sentences_are_translated_and_meanings_are_not() -> None:
+    set_language(CHINESE)
     assert sentence(frame("42 61 34 01 00 35")) == "查询：电芯电压"
     assert meaning(frame("42 61 34 01 00 35")) == {"command": "cell_voltage"}
 

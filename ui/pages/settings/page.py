@@ -51,7 +51,7 @@ from ui.pages.settings.row import (
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, scaled
+from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -67,6 +67,7 @@ _REST_PX: Final = 120
 """Of a row: a reason, the gaps and the margins."""
 _GAPS_PX: Final = 71
 _WIDEST_STATE_PX: Final = 121
+_LARGE_NAME_PX: Final = 172
 _SIDE_PX: Final = (154, 300)
 """Minimum and maximum width of the pane beside the table."""
 _TABLE_PX: Final = 800
@@ -346,7 +347,7 @@ class SettingsPage(Page):
         is_wide = table_px >= _WIDE_FROM_PX
         room_px = table_px - WIDE_NAME_PX - scaled(EDITOR_PX) - scaled(STATE_PX) - _REST_PX
         value_px = max(WIDE_VALUE_PX, min(scaled(WIDE_VALUE_PX), room_px)) if is_wide else VALUE_PX
-        name_px = WIDE_NAME_PX if is_wide else NAME_PX
+        name_px = NAME_PX if not is_wide else _LARGE_NAME_PX if is_text_large() else WIDE_NAME_PX
         rest_px = name_px + value_px + scaled(_WIDEST_STATE_PX) + _GAPS_PX
         editor_px = max(EDITOR_PX, min(scaled(EDITOR_PX), table_px - rest_px)) if is_wide else EDITOR_PX
         rows = self.rows.values()
