@@ -16,7 +16,7 @@ from app.simulator.memory import record_frame
 from app.terminal.console import ANSWER_NO, NO_LINK, PARTIAL, SUCCESS, USAGE_ERROR
 from protocol.fields import Value
 from tests.adversary.program import Ran
-from tests.support.line.truth import KEYS, Heard, Truth, settings_keys
+from tests.support.line.truth import KEYS, Heard, Truth, flag_in, settings_keys
 
 NEAR_S: Final = 1.5
 """A final read must be this recent at the end, so that later changes would have been seen."""
@@ -130,7 +130,7 @@ def _says(key: str, heard: Heard, value: object) -> bool:
     from protocol.catalogue import BY_CODE
 
     if key in ("active", "triggered"):
-        return bool(heard.raw[6 if key == "active" else 5] & 1) is value
+        return flag_in(key, heard.raw) is value
     command = next(one for one in BY_CODE.values() if one.key == key)
     return command.reply is not None and _agrees(key, command.reply.decode(heard.raw[4]), value)
 

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app.procedures.write_all import SettingChange
 from protocol.catalogue import LOCK, Request
 from tests.gestures.gesture_bench import GestureBench
+from tests.support.line.truth import flag_in
 from ui.pages.preflight.controller import Standing
 from ui.widgets.gestures import gestures
 
@@ -281,7 +282,7 @@ class Observer:
     def _could_know(self) -> bool:
         """A module that turns ACTIVE after it was asked cannot be known to be: the answer is on its way."""
         told = self.bench.truth.last_heard("active")
-        return told is not None and (bool(told.raw[6] & 1) or self.bench.clock() - told.at > TOLD_S)
+        return told is not None and (flag_in("active", told.raw) or self.bench.clock() - told.at > TOLD_S)
 
     def _feed_lock(self) -> str:
         if self._owes_lock and self.bench.clock() > self._locked_at + LOCKS_FOR_S:

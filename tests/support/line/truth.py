@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
-from protocol.catalogue import BY_CODE, RECORD_CODE, STATUS_CODE, Hazard, Request
+from protocol.catalogue import BY_CODE, BY_NAME, RECORD_CODE, STATUS_CODE, Hazard, Layout, Request
 from protocol.fields import Value
 from protocol.frame import Direction, Frame, decode_request
 from protocol.stream import StreamParser
@@ -39,6 +39,11 @@ class Heard(NamedTuple):
 
 
 _CODES: Final = tuple(KEYS.values())
+
+
+def flag_in(key: str, raw: bytes) -> bool:
+    """Return "active" or "triggered" in a status report, or in the answer to the question for it alone."""
+    return bool(raw[(5 if key == "triggered" else 6) if len(raw) == Layout.STATUS.value else 4] & 1)
 
 
 class Truth:
@@ -145,7 +150,10 @@ class Truth:
 
     def last_heard(self, key: str) -> Heard | None:
         """Return the last answer for this key that arrived."""
-        if key in ("active", "triggered", "tilt_deg", "acceleration_g"):
+        if key in ("active", "triggered"):
+            answers = [*self.heard.get(STATUS_CODE, []), *self.heard.get(BY_NAME[key].code, [])]
+            return max(answers, default=None)
+        if key in ("tilt_deg", "acceleration_g"):
             code = STATUS_CODE
         elif key == "cell_voltage_v":
             both = [*self.heard.get(0x34, []), *(one for one in self.heard.get(0x35, []) if len(one.raw) == 6)]
