@@ -98,7 +98,7 @@ class Accidents:
             self.bench.bench.module.memory.reset_settings()
 
     def slip(self) -> None:
-        """The plug slips out and in again; the port is opened anew."""
+        """The plug slips out and in again; the port is opened again."""
         self.bench.bench.unplug()
         self.bench.wait(self._dice.choice((0.02, 0.3)))
         self.bench.bench.plug()

@@ -121,7 +121,7 @@ class GestureBench:
         self._event_ms = 0
 
     def exchange(self, options: Mapping[str, Any]) -> None:
-        """Another module hangs at the port, which is opened anew."""
+        """Another module hangs at the port, which is opened again."""
         self.bench: SimulatedBench = lying_bench(options, self.clock)
         self.truth = Truth(self.bench, self.clock)
 

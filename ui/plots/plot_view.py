@@ -146,7 +146,7 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         return span, limits, [None if sample is None else min(sample.time_s, span.end_s) for sample in newest]
 
     def draw(self) -> None:
-        """Draws all anew, unless it is hidden."""
+        """Draws all again, unless it is hidden."""
         time_range, span, cursor_s = self.time_range, self.time_range.span, self.time_range.cursor_s
         marks = [mark for mark in self.marks if span.start_s <= mark.time_s <= span.end_s]
         self.readings = [] if cursor_s is None else [reading(lane.lane, cursor_s) for lane in self.all_lanes]

@@ -62,7 +62,7 @@ class StaticPlot(PaintedWidget):
         self.column.insertWidget(self.head_rows, canvas, 1)
 
     def redraw(self) -> None:
-        """Draws all anew, in the theme and language in use; a hidden chart is drawn when it is shown."""
+        """Draws all again, in the theme and language in use; a hidden chart is drawn when it is shown."""
         if not self.isVisible():
             return
         if self.view is None:

@@ -114,7 +114,7 @@ class TimePlot(QWidget):
         self._head.refresh()
 
     def _show_menu(self, place: QPoint) -> None:
-        """Made anew each time, in the language in use."""
+        """Made again each time, in the language in use."""
         menu, time_range = self.menu, self.time_range
         menu.clear()
         menu.addAction(tr("Save picture…"), self.save_picture_wanted.emit)

@@ -164,7 +164,7 @@ def _least_size(layout: QLayout) -> QSize:
 
 
 def _last_width(layout: QLayout) -> int:
-    """Where it has to be laid out anew, Qt has forgotten its width."""
+    """Where it has to be laid out again, Qt has forgotten its width."""
     parent = layout.parentWidget()
     last_px = layout.last_px if isinstance(layout, FlowRow) else 0
     return layout.geometry().width() or last_px or (0 if parent is None else parent.width())

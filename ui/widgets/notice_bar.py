@@ -107,7 +107,7 @@ class NoticeBar(Banner):
     def show_notice(self, notice: Notice | Callable[[], Notice] | None) -> None:
         """Replaces the notice; None hides the bar. An equal notice changes nothing.
 
-        A function is called at once, and again when the language changes: for what is not shown anew by itself.
+        A function is called at once, and again when the language changes: for what is not shown again by itself.
         """
         self._make = notice if callable(notice) else None
         self._show(notice() if callable(notice) else notice)

@@ -1,7 +1,7 @@
 """What the commands print, send and end with, as `goldens.txt` and the examples of `docs/command-line.md` say.
 
 A section of `goldens.txt` has a simulated module and a folder of its own. A line on standard error begins with "!";
-what was sent besides questions stands behind "(sent". With GOLDENS=write in the environment both are written anew: read
+what was sent besides questions stands behind "(sent". With GOLDENS=write in the environment both are rewritten: read
 then what changed.
 """
 

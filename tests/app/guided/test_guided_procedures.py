@@ -90,7 +90,7 @@ def _activate_with(bench: SimulatedBench, threshold: float) -> None:
 
 def test_moved_too_fast_it_is_done_again_and_stays_unclear() -> None:
     rig = streaming(rate=5)
-    rig.step_for(0.1)  # else a report falls on the very moment at which it rearms, level already
+    rig.step_for(0.1)  # else a report falls on the moment at which it rearms, level already
     done = result(guided(rig, GuidedKind.TILT, speed_deg_s=900.0))
     assert done.verdict is GuidedVerdict.UNCLEAR
     assert rows(done)["Fires, forward"][1] == "unclear"

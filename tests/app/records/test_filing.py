@@ -200,7 +200,7 @@ def test_every_alteration_of_the_log_is_found(tmp_path: Path, tampering: str, ex
 
 
 def test_a_replaced_entry_breaks_the_chain(tmp_path: Path) -> None:
-    """Also where whoever replaced it made its hash anew."""
+    """Also where whoever replaced it made its hash again."""
     _logged(tmp_path)
     forge(tmp_path / FILE_NAME, 3, lambda payload: payload.replace("lock", "zero"))
     with closing(open_store(tmp_path)) as store:

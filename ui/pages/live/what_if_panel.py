@@ -127,7 +127,7 @@ class WhatIfPanel(QFrame):
         self.use.setEnabled(bool(self.drafts.values) and self._exchange.can_use())
 
     def _judge(self, limits: TriggerLimits) -> None:
-        """Judges anew where the limits or the data have changed."""
+        """Judges again where the limits or the data have changed."""
         if self._measured is None:
             return
         newest = self._measured.tilt.last

@@ -257,7 +257,7 @@ class GuidedController(QObject):
         store, name = self._services.storage.store, self._connector.current.module.name
         if name != self.last_of:
             self.last_of, self.last = name, {}
-            self.changed.emit()  # the store may take its time
+            self.changed.emit()  # before the store has answered
         if not isinstance(store, Store) or not name:
             self._loading.cancel()
             self._on_last_tests({})

@@ -292,7 +292,7 @@ def test_a_capture_dropped_on_the_window_is_opened(qtbot: QtBot, qapp: QApplicat
         qtbot.waitUntil(lambda: page.opened is not None)
 
 
-def test_the_support_bundle_in_sight_is_made_anew_for_another_module(
+def test_the_support_bundle_in_sight_is_made_again_for_another_module(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with simulated("former"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
