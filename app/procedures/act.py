@@ -139,8 +139,6 @@ class _Observed:
     has_fired: bool | None = None
     """For deploying: the answer to "triggered?"."""
     is_sent: bool = True
-    is_broken: bool = False
-    """The conversation broke after the act: what was reported since may be another module's."""
 
 
 def perform(
@@ -162,7 +160,9 @@ def perform(
         answer = yield Ask(request, is_deliberate=True)
         breaks = (yield Inspect()).device.breaks
         after = yield from _observe_after(act, answer)
-        after = replace(after, is_broken=(yield Inspect()).device.breaks != breaks)
+        if (yield Inspect()).device.breaks != breaks:  # what was reported since may be another module's
+            is_alive = None if after.is_alive else after.is_alive
+            after = replace(after, reports=(), has_fired=None, is_alive=is_alive)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
         return Performed(act=act, outcome=Outcome.UNKNOWN, frame=request.encode())
@@ -328,7 +328,7 @@ def _outcome(act: Act, after: _Observed) -> Outcome:
         case Act.SHUTDOWN:
             if after.is_alive:
                 return Outcome.REFUSED
-            return Outcome.CONFIRMED if after.is_acknowledged else Outcome.UNKNOWN
+            return Outcome.CONFIRMED if after.is_acknowledged and after.is_alive is False else Outcome.UNKNOWN
         case Act.DEPLOY:
             return _deploy_outcome(after)
         case _:
@@ -344,16 +344,14 @@ def _activation_outcome(after: _Observed) -> Outcome:
     if states == {True}:
         return Outcome.CONFIRMED
     # Without an answer to the act the reports may be older than the act.
-    is_doubtful = after.raw is None or (after.is_acknowledged and after.is_broken)
-    return Outcome.UNKNOWN if is_doubtful else Outcome.REFUSED
+    return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
 
 
 def _deploy_outcome(after: _Observed) -> Outcome:
     """It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer."""
     if after.is_acknowledged or after.has_fired or any(report.triggered for report in after.reports):
         return Outcome.CONFIRMED
-    is_whole = len(after.reports) == READINGS and not after.is_broken
-    if after.raw == 0x00 and after.has_fired is False and is_whole:
+    if after.raw == 0x00 and after.has_fired is False and len(after.reports) == READINGS:
         return Outcome.REFUSED
     return Outcome.UNKNOWN
 

@@ -68,6 +68,26 @@ def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin,
         assert rig.line.to_second == [], frame
 
 
+@pytest.mark.parametrize("is_active", [True, False])
+@pytest.mark.parametrize(
+    ("which", "frames", "outcome"),
+    [
+        (Act.ACTIVATE, (4, 5), Outcome.UNKNOWN),
+        (Act.SHUTDOWN, (4,), Outcome.UNKNOWN),
+        (Act.ZERO, (33, 34), Outcome.CONFIRMED),  # it acknowledged that before it was pulled out
+    ],
+)
+def test_what_it_reports_after_an_act_is_not_said_of_the_first_one(
+    which: Act, frames: tuple[int, ...], outcome: Outcome, is_active: bool
+) -> None:
+    for frame in frames:
+        rig = ExchangedRig(frame, boots=37)
+        rig.line.second.module.activate(is_active=is_active)
+        performed = rig.run(perform(which, FakeJournal(), permit=Permit(which, Origin.CONFIRMATION, rig.clock())))
+        assert rig.line.is_exchanged
+        assert (performed.outcome, performed.status) == (outcome, None), frame
+
+
 @pytest.mark.parametrize("boots", [37, 90])
 def test_it_is_not_activated_because_the_first_one_was_ready(boots: int) -> None:
     """On the command line, while the check is being stored."""
