@@ -160,7 +160,7 @@ def perform(
         answer = yield Ask(request, is_deliberate=True)
         breaks = (yield Inspect()).device.breaks
         after = yield from _observe_after(act, answer)
-        if (yield Inspect()).device.breaks != breaks:  # what was reported since may be another module's
+        if after.raw is not None and (yield Inspect()).device.breaks != breaks:  # it may be another module that reports
             is_alive = None if after.is_alive else after.is_alive
             after = replace(after, reports=(), has_fired=None, is_alive=is_alive)
     except (Cancelled, PortLost, PortError) as error:
