@@ -8,11 +8,10 @@ import argparse
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.engine.device import MAX_LAG_S, READ_BACK, STATUS_KEYS, StaleReason
-from app.engine.procedure import Inspect, Procedure
+from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
-from app.procedures.read import Everything, read_everything
+from app.procedures.read import Everything, read_everything, undisturbed
 from app.terminal import console
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
 from app.text.i18n import tr
@@ -23,8 +22,6 @@ from protocol.events import Unanswered
 from protocol.fields import Choice, Quantity, Value
 from protocol.translatable import marked
 
-PASSES = 3
-"""How often everything is read if the module restarts or falls silent meanwhile."""
 _PORT_LOST = message(marked("port lost"))
 _FELL_SILENT = message(marked("no reply"))
 _RESTARTED = message(marked("the module restarted"))
@@ -82,11 +79,13 @@ def _read(conversation: Conversation, port: str) -> tuple[Findings, str | None]:
     """What was read, and a sentence if reading ended early."""
     everything: Everything | None = None
     with LinkTrouble() as link:
-        everything = conversation.run(_read_undisturbed())
+        everything = conversation.run(undisturbed(read_everything))
+        if everything is None:
+            raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
     if everything is None:
         return _findings(conversation, port, {}, _PORT_LOST), link.sentence
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
-    if not everything.is_line_dead:
+    if not everything.is_silent:
         return _findings(conversation, port, errors, _RESTARTED), None
     return _findings(conversation, port, errors, _FELL_SILENT), module_is_silent(port, conversation.device)
 
@@ -96,24 +95,6 @@ def unanswered_reason(unanswered: Unanswered) -> UserMessage:
         return _FELL_SILENT
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
     return message(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
-
-
-def _read_undisturbed() -> Procedure[Everything]:
-    """Read everything; again if the module restarted or was silent meanwhile: earlier values may be lost, or another
-    module's. Raises `Refused` where that goes on and the readings differ."""
-    former: Mapping[str, Value] | None = None
-    for _ in range(PASSES):
-        before = (yield Inspect()).device.breaks
-        everything = yield from read_everything()
-        lasting = {key: value for key, value in everything.values.items() if key in READ_BACK}
-        is_broken = (yield Inspect()).device.breaks != before
-        is_same = former is None or all(former.get(key, value) == value for key, value in lasting.items())
-        if not is_broken or (is_same and (everything.is_line_dead or former is not None)):
-            return everything
-        if everything.is_line_dead:
-            break
-        former = lasting
-    raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
 
 
 def _findings(

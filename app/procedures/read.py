@@ -1,8 +1,12 @@
-"""Reads everything that can be read."""
+"""Reads everything that can be read; reads again what was disturbed."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
-from app.engine.procedure import Ask, Procedure, Report, is_alive
+from app.engine.device import READ_BACK
+from app.engine.procedure import Ask, Inspect, Procedure, Report, is_alive
+from app.procedures.settings_reading import SettingsReading
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
@@ -19,6 +23,8 @@ READABLE: tuple[Command, ...] = (
     ),
 )
 """Status first, as it matters most. 30 and 31 add nothing to the status."""
+PASSES = 3
+"""How often is read if the module restarts or falls silent meanwhile."""
 
 
 @dataclass(slots=True)
@@ -29,7 +35,7 @@ class Everything:
     values: dict[str, Value] = field(default_factory=dict)
     """By key ("light_threshold_v"), in the field's unit."""
     errors: dict[str, Unanswered] = field(default_factory=dict)
-    is_line_dead: bool = False
+    is_silent: bool = False
     """The module stopped answering; the rest was not asked for."""
 
 
@@ -41,7 +47,7 @@ def read_everything() -> Procedure[Everything]:
         if not isinstance(outcome, Answered):
             everything.errors[command.key] = outcome
             if not (yield from is_alive()):
-                everything.is_line_dead = True
+                everything.is_silent = True
                 break
             continue
         message = outcome.messages[0]
@@ -50,3 +56,24 @@ def read_everything() -> Procedure[Everything]:
         elif isinstance(message, Reading):
             everything.values[command.key] = message.value
     return everything
+
+
+Readings = TypeVar("Readings", Everything, SettingsReading)
+
+
+def undisturbed(read: Callable[[], Procedure[Readings]]) -> Procedure[Readings | None]:
+    """Read again after a restart or a silence: what was read before may be lost, or another module's. None where that
+    goes on and the readings differ."""
+    former: Mapping[str, Value] | None = None
+    for _ in range(PASSES):
+        before = (yield Inspect()).device.breaks
+        reading = yield from read()
+        lasting = {key: value for key, value in reading.values.items() if key in READ_BACK}
+        is_broken = (yield Inspect()).device.breaks != before
+        is_same = former is None or all(former.get(key, value) == value for key, value in lasting.items())
+        if not is_broken or (is_same and (reading.is_silent or former is not None)):
+            return reading
+        if reading.is_silent:
+            break
+        former = lasting
+    return None

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.preflight.reading_object import SETTING_KEYS
+from app.procedures.read import undisturbed
 from app.procedures.settings_reading import read_settings
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import profile_text
@@ -73,15 +74,12 @@ def notify_missing(module: ModuleSettings) -> int:
 def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     """Raises `Refused` where the module answered nothing or the link was lost."""
     with connected(port, baud_rate) as conversation:
-        reading = conversation.run(read_settings())
+        reading = conversation.run(undisturbed(read_settings))
         rate = conversation.baud_rate
-    if reading.is_silent or reading.is_restarted:
-        why = (
-            module_is_silent(port, conversation.device)
-            if reading.is_silent
-            else tr("The module restarted. Read again.")
-        )
-        raise console.Refused(why, console.NO_LINK)
+    if reading is None:
+        raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
+    if reading.is_silent:
+        raise console.Refused(module_is_silent(port, conversation.device), console.NO_LINK)
     values = {**reading.values, "baud_rate": rate}
     missing = {
         key: reading.faults[key].value if key in reading.faults else "cannot be read"

@@ -12,6 +12,7 @@ import app.__main__ as program
 from app.records.record import Record, as_text
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
+from app.settings.profile_file import read_profile
 from app.simulator import bench as benches
 from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
@@ -171,6 +172,18 @@ def test_values_of_two_modules_are_not_read_as_those_of_one(
         shown = json.loads(run_here(capsys, ["read", "--port", port, "--json"]).out)
     settings = shown["settings"]
     assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
+
+
+@pytest.mark.parametrize("frame", [6, 8, 10, 12])
+def test_no_profile_is_saved_with_settings_of_two_modules(
+    port: str, frame: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Their boot count is the same."""
+    bench = bench_of(port)
+    with falls_after(bench, frame, lambda: exchange(bench, boot_count=37, light_threshold=70)):
+        run_here(capsys, ["save", str(tmp_path / "H6.toml"), "--port", port])
+    saved = read_profile(tmp_path / "H6.toml").settings
+    assert (saved["attitude_threshold_deg"], saved["light_threshold_v"]) == (85, 7.0)
 
 
 def test_a_reading_that_ends_in_silence_is_not_whole(

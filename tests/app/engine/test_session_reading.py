@@ -107,7 +107,7 @@ def test_a_module_that_falls_silent_ends_the_reading_soon() -> None:
     rig.bench.change(mute=True)
     start_s = rig.clock.now_s
     everything = rig.run(read_everything())
-    assert everything.is_line_dead
+    assert everything.is_silent
     assert rig.clock.now_s - start_s < 3.2
 
 

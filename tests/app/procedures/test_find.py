@@ -46,7 +46,7 @@ def test_a_module_that_uses_the_vendors_second_is_found(rate: int, delay_ms: flo
 def test_a_slow_module_that_does_not_know_a_question_is_not_called_dead() -> None:
     rig = Rig({"delay_ms": 900.0, "mute_codes": "14"})
     everything = rig.run(read_everything())
-    assert not everything.is_line_dead
+    assert not everything.is_silent
     assert set(everything.errors) == {"light_v"}
 
 
