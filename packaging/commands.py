@@ -3,7 +3,6 @@
 import argparse
 import io
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -128,22 +127,6 @@ COMMANDS: dict[str, Command] = {
     "windows": Command("test and build for Windows, under Wine (Linux, as root)", _script("packaging/windows/lane.py")),
     "setup": Command("only install what is needed", _setup),
 }
-LEFTOVERS = ("build", "dist", ".pytest_cache", ".mypy_cache", ".ruff_cache", ".hypothesis")
-
-
-def clean() -> None:
-    """Delete the files of builds and tests, but not .venv."""
-    folders = [ROOT / name for name in LEFTOVERS]
-    for top in ("app", "protocol", "ui", "tests", "packaging"):
-        folders += (ROOT / top).rglob("__pycache__")
-    folders += ROOT.glob("*.egg-info")
-    for folder in folders:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-def _explanations() -> dict[str, str]:
-    explanations = {name: command.explanation for name, command in COMMANDS.items()}
-    return explanations | {"clean": "delete the files of builds and tests, but not .venv"}
 
 
 def main(arguments: list[str]) -> int:
@@ -154,33 +137,30 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="bootstrap.py",
         description="Set up DPS-S Configurator in this checkout, then run one thing.",
-        epilog="\n".join(["commands:", *(f"  {name:<14}{text}" for name, text in _explanations().items())]),
+        epilog="\n".join(["commands:", *(f"  {name:<14}{command.explanation}" for name, command in COMMANDS.items())]),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--yes", action="store_true", help="do not ask before system packages are installed")
-    parser.add_argument("command", choices=[*COMMANDS, "clean"], metavar="command")
+    parser.add_argument("command", choices=COMMANDS, metavar="command")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="passed on")
     first = next((number for number, word in enumerate(arguments) if not word.startswith("-")), len(arguments))
     chosen = parser.parse_args(arguments[: first + 1])
     passed_on = arguments[first + 1 :]
-    is_alone = chosen.command in ("demo", "clean")
-    asked = {"-h", "--help"}.intersection(passed_on if is_alone else passed_on[:1])
-    if asked and (is_alone or not environment.is_current()):
-        print(f"bootstrap.py {chosen.command}: {_explanations()[chosen.command]}")  # helps without installing anything
+    extent = environment.PROGRAM if chosen.command in ("demo", "run") else environment.EVERYTHING
+    is_first = not environment.is_current(extent)
+    if {"-h", "--help"}.intersection(passed_on[:1]) and (chosen.command == "demo" or is_first):
+        print(f"bootstrap.py {chosen.command}: {COMMANDS[chosen.command].explanation}")  # without installing anything
         return 0
     if chosen.yes:
         os.environ[environment.YES] = "1"
     try:
-        if chosen.command == "clean":
-            clean()
-            return 0
         system_libraries.make_ready(
+            is_first=is_first,
             is_screen_wanted=chosen.command in ("demo", "run"),
             is_packaging=chosen.command == "package",
             is_testing=chosen.command in ("setup", "test"),
         )
-        environment.make_ready(environment.PROGRAM if chosen.command in ("demo", "run") else environment.EVERYTHING)
-        system_libraries.prove_qt(VENV_PYTHON)
+        environment.make_ready(extent)
         return COMMANDS[chosen.command].run(passed_on)
     except SetupError as error:
         print(error, file=sys.stderr)

@@ -6,7 +6,7 @@ the end, so an interrupted installation has none, and is repeated.
 
 import contextlib
 import hashlib
-import importlib.util
+import importlib
 import json
 import os
 import shutil
@@ -26,7 +26,6 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 VENV_PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "bootstrap.json"
-QT_PROVEN = VENV / "qt-proven"
 PROGRAM, EVERYTHING = "program", "everything"
 _DEVELOPMENT = "# what building and testing it need"
 """The line of the lock that separates what the program needs from the rest."""
@@ -101,8 +100,7 @@ def _make(extent: str) -> None:
     started = time.monotonic()
     required, present = wanted_stamp(extent), found_stamp()
     can_be_reused = (present.get("root"), present.get("python")) == (required["root"], required["python"]) and _runs()
-    for mark in (STAMP, QT_PROVEN):
-        mark.unlink(missing_ok=True)
+    STAMP.unlink(missing_ok=True)
     if not can_be_reused:
         _rebuild()
     listed = VENV / "requirements.txt"
@@ -131,20 +129,6 @@ def _rebuild() -> None:
         shutil.rmtree(VENV)
     say(f"Creating .venv with Python {sys.version.split()[0]}...")
     run([sys.executable, "-m", "venv", str(VENV)], f"Python's own venv module could not make {VENV}", exit_code=3)
-
-
-def has_venv_module() -> bool:
-    """Whether this Python has ``venv`` and ``ensurepip``, which Debian and Ubuntu package separately."""
-    return all(importlib.util.find_spec(name) for name in ("venv", "ensurepip"))
-
-
-def venv_package(manager: str | None) -> str:
-    """The package that has them; raises SetupError if no package of the system has."""
-    if sys.base_prefix != "/usr" or manager != "apt":
-        raise SetupError(
-            f"This Python ({sys.executable}) was built without ensurepip: use another Python 3.11 or later."
-        )
-    return f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
 
 
 def install_with_apt(packages: Sequence[str], *, reason: str) -> None:

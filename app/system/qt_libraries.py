@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 
-class Library(NamedTuple):
-    """A shared library and its package per package manager."""
+class Requirement(NamedTuple):
+    """A shared library, or a program of a checkout's set-up, and its package per package manager."""
 
-    soname: str
+    name: str
     apt: str
     dnf: str
     pacman: str
@@ -23,39 +23,39 @@ class Library(NamedTuple):
 
 # fmt: off
 ALWAYS: Final = (
-    Library("libstdc++.so.6", "libstdc++6", "libstdc++", "gcc-libs", "libstdc++6"),
-    Library("libglib-2.0.so.0", "libglib2.0-0", "glib2", "glib2", "libglib-2_0-0"),
-    Library("libGL.so.1", "libgl1", "libglvnd-glx", "libglvnd", "Mesa-libGL1"),
-    Library("libEGL.so.1", "libegl1", "libglvnd-egl", "libglvnd", "Mesa-libEGL1"),
-    Library("libX11.so.6", "libx11-6", "libX11", "libx11", "libX11-6"),
-    Library("libxkbcommon.so.0", "libxkbcommon0", "libxkbcommon", "libxkbcommon", "libxkbcommon0"),
-    Library("libfreetype.so.6", "libfreetype6", "freetype", "freetype2", "libfreetype6"),
-    Library("libfontconfig.so.1", "libfontconfig1", "fontconfig", "fontconfig", "fontconfig"),
-    Library("libdbus-1.so.3", "libdbus-1-3", "dbus-libs", "dbus", "libdbus-1-3"),
-    Library("libgssapi_krb5.so.2", "libgssapi-krb5-2", "krb5-libs", "krb5", "krb5"),
-    Library("libbrotlidec.so.1", "libbrotli1", "libbrotli", "brotli", "libbrotlidec1"),
-    Library("libzstd.so.1", "libzstd1", "libzstd", "zstd", "libzstd1"),
+    Requirement("libstdc++.so.6", "libstdc++6", "libstdc++", "gcc-libs", "libstdc++6"),
+    Requirement("libglib-2.0.so.0", "libglib2.0-0", "glib2", "glib2", "libglib-2_0-0"),
+    Requirement("libGL.so.1", "libgl1", "libglvnd-glx", "libglvnd", "Mesa-libGL1"),
+    Requirement("libEGL.so.1", "libegl1", "libglvnd-egl", "libglvnd", "Mesa-libEGL1"),
+    Requirement("libX11.so.6", "libx11-6", "libX11", "libx11", "libX11-6"),
+    Requirement("libxkbcommon.so.0", "libxkbcommon0", "libxkbcommon", "libxkbcommon", "libxkbcommon0"),
+    Requirement("libfreetype.so.6", "libfreetype6", "freetype", "freetype2", "libfreetype6"),
+    Requirement("libfontconfig.so.1", "libfontconfig1", "fontconfig", "fontconfig", "fontconfig"),
+    Requirement("libdbus-1.so.3", "libdbus-1-3", "dbus-libs", "dbus", "libdbus-1-3"),
+    Requirement("libgssapi_krb5.so.2", "libgssapi-krb5-2", "krb5-libs", "krb5", "krb5"),
+    Requirement("libbrotlidec.so.1", "libbrotli1", "libbrotli", "brotli", "libbrotlidec1"),
+    Requirement("libzstd.so.1", "libzstd1", "libzstd", "zstd", "libzstd1"),
 )
 FOR_X: Final = (
-    Library("libX11-xcb.so.1", "libx11-xcb1", "libX11-xcb", "libx11", "libX11-xcb1"),
-    Library("libxkbcommon-x11.so.0", "libxkbcommon-x11-0", "libxkbcommon-x11", "libxkbcommon-x11",
+    Requirement("libX11-xcb.so.1", "libx11-xcb1", "libX11-xcb", "libx11", "libX11-xcb1"),
+    Requirement("libxkbcommon-x11.so.0", "libxkbcommon-x11-0", "libxkbcommon-x11", "libxkbcommon-x11",
             "libxkbcommon-x11-0"),
-    Library("libxcb-cursor.so.0", "libxcb-cursor0", "xcb-util-cursor", "xcb-util-cursor", "libxcb-cursor0"),
-    Library("libxcb-icccm.so.4", "libxcb-icccm4", "xcb-util-wm", "xcb-util-wm", "libxcb-icccm4"),
-    Library("libxcb-image.so.0", "libxcb-image0", "xcb-util-image", "xcb-util-image", "libxcb-image0"),
-    Library("libxcb-keysyms.so.1", "libxcb-keysyms1", "xcb-util-keysyms", "xcb-util-keysyms",
+    Requirement("libxcb-cursor.so.0", "libxcb-cursor0", "xcb-util-cursor", "xcb-util-cursor", "libxcb-cursor0"),
+    Requirement("libxcb-icccm.so.4", "libxcb-icccm4", "xcb-util-wm", "xcb-util-wm", "libxcb-icccm4"),
+    Requirement("libxcb-image.so.0", "libxcb-image0", "xcb-util-image", "xcb-util-image", "libxcb-image0"),
+    Requirement("libxcb-keysyms.so.1", "libxcb-keysyms1", "xcb-util-keysyms", "xcb-util-keysyms",
             "libxcb-keysyms1"),
-    Library("libxcb-render-util.so.0", "libxcb-render-util0", "xcb-util-renderutil", "xcb-util-renderutil",
+    Requirement("libxcb-render-util.so.0", "libxcb-render-util0", "xcb-util-renderutil", "xcb-util-renderutil",
             "libxcb-render-util0"),
-    Library("libxcb-shape.so.0", "libxcb-shape0", "libxcb", "libxcb", "libxcb-shape0"),
-    Library("libxcb-xkb.so.1", "libxcb-xkb1", "libxcb", "libxcb", "libxcb-xkb1"),
+    Requirement("libxcb-shape.so.0", "libxcb-shape0", "libxcb", "libxcb", "libxcb-shape0"),
+    Requirement("libxcb-xkb.so.1", "libxcb-xkb1", "libxcb", "libxcb", "libxcb-xkb1"),
 )
 FOR_WAYLAND: Final = (
-    Library("libwayland-client.so.0", "libwayland-client0", "libwayland-client", "wayland",
+    Requirement("libwayland-client.so.0", "libwayland-client0", "libwayland-client", "wayland",
             "libwayland-client0"),
-    Library("libwayland-cursor.so.0", "libwayland-cursor0", "libwayland-cursor", "wayland",
+    Requirement("libwayland-cursor.so.0", "libwayland-cursor0", "libwayland-cursor", "wayland",
             "libwayland-cursor0"),
-    Library("libwayland-egl.so.1", "libwayland-egl1", "libwayland-egl", "wayland", "libwayland-egl1"),
+    Requirement("libwayland-egl.so.1", "libwayland-egl1", "libwayland-egl", "wayland", "libwayland-egl1"),
 )
 # fmt: on
 INSTALL: Final = {
@@ -66,7 +66,7 @@ INSTALL: Final = {
 }
 
 
-def wanted_libraries(*, is_screen_wanted: bool) -> tuple[Library, ...]:
+def wanted_libraries(*, is_screen_wanted: bool) -> tuple[Requirement, ...]:
     """The libraries for a window on the present screen, or for offscreen use."""
     platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
     has_x = bool(os.environ.get("DISPLAY")) and platform in ("", "xcb")
@@ -78,9 +78,9 @@ def wanted_libraries(*, is_screen_wanted: bool) -> tuple[Library, ...]:
     return ALWAYS + FOR_X if has_x else ALWAYS
 
 
-def missing(libraries: tuple[Library, ...]) -> tuple[Library, ...]:
+def missing(libraries: tuple[Requirement, ...]) -> tuple[Requirement, ...]:
     """The libraries that cannot be loaded."""
-    return tuple(library for library in libraries if not _loads(library.soname))
+    return tuple(library for library in libraries if not _loads(library.name))
 
 
 def _loads(soname: str) -> bool:
@@ -97,7 +97,7 @@ def package_manager() -> str | None:
     return next((name for name, program in programs.items() if shutil.which(program)), None)
 
 
-def package_names(libraries: tuple[Library, ...], manager: str) -> list[str]:
+def package_names(libraries: tuple[Requirement, ...], manager: str) -> list[str]:
     """The packages to install, each once."""
     names = dict.fromkeys(getattr(library, manager) for library in libraries)
     if manager == "apt" and _is_after_time_t_64():

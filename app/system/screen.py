@@ -9,7 +9,7 @@ from typing import Final
 from app.system.qt_libraries import (
     ALWAYS,
     INSTALL,
-    Library,
+    Requirement,
     missing,
     package_manager,
     package_names,
@@ -43,7 +43,7 @@ def missing_libraries() -> str | None:
     lacking = missing(_libraries()) if sys.platform.startswith("linux") else ()
     if not lacking:
         return None
-    names = ", ".join(library.soname for library in lacking)
+    names = ", ".join(library.name for library in lacking)
     what, manager = tr("Qt needs system libraries that are not here: {names}.", names=names), package_manager()
     if manager is None:
         return what
@@ -55,12 +55,12 @@ def _is_bundle() -> bool:
     return hasattr(sys, "_MEIPASS")
 
 
-def _libraries() -> tuple[Library, ...]:
+def _libraries() -> tuple[Requirement, ...]:
     libraries = wanted_libraries(is_screen_wanted=True)
     if not _is_bundle():
         return libraries
     asked = (Path(sys._MEIPASS) / ASKED).read_text(encoding="utf-8").split()  # type: ignore[attr-defined]
-    return tuple(library for library in libraries if library.soname in asked)
+    return tuple(library for library in libraries if library.name in asked)
 
 
 def _refuses_x() -> bool:

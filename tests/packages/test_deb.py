@@ -117,7 +117,7 @@ def test_every_library_needed_is_a_dependency(deb: Path, tree: Path, packaging_o
     from app.system import qt_libraries
 
     tables = (*qt_libraries.ALWAYS, *qt_libraries.FOR_X, *qt_libraries.FOR_WAYLAND)
-    known = {library.soname: library.apt for library in tables} | FURTHER
+    known = {library.name: library.apt for library in tables} | FURTHER
     asked = {
         library
         for library, askers in elf.outside_libraries(tree / "usr/lib" / NAME).items()

@@ -33,7 +33,6 @@ class Checkout:
             "BIN": self.python.parent,
             "VENV_PYTHON": self.python,
             "STAMP": self.venv / "bootstrap.json",
-            "QT_PROVEN": self.venv / "qt-proven",
         }
         for name, path in places.items():
             patch.setattr(setup.environment, name, path)
@@ -159,14 +158,6 @@ def test_a_venv_that_somebody_else_made_is_rebuilt(checkout: Checkout) -> None:
     checkout.python.parent.mkdir(parents=True)
     checkout.python.touch()
     assert checkout.make_ready() == WHOLE
-
-
-def test_qt_is_tried_again_after_a_change(checkout: Checkout) -> None:
-    checkout.make_ready()
-    checkout.environment.QT_PROVEN.touch()
-    checkout.lock.write_text("# changed\n", encoding="utf-8")
-    checkout.make_ready()
-    assert not checkout.environment.QT_PROVEN.exists()
 
 
 def test_a_folder_that_cannot_be_written_is_reported(checkout: Checkout, setup: SetupFiles) -> None:

@@ -1,6 +1,7 @@
 """What Qt wants from Linux, with apt replaced by a recorder."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -32,17 +33,10 @@ class Machine:
         patch.setattr(subprocess, "run", self._run)
         patch.setattr(os, "geteuid", lambda: self.user, raising=False)  # Windows has none
         patch.setattr(system, "package_manager", lambda: self.manager)
-        patch.setattr(system, "QT_PROVEN", tmp_path / "qt-proven")
         patch.setattr(system, "VENV_PYTHON", tmp_path / "python")
         patch.setattr(system, "has_venv_module", lambda: self.has("venv"))
         patch.setattr(system, "has_chinese_font", lambda: self.has("font"))
-        patch.setattr(
-            system, "missing_tools", lambda: tuple(t for t in setup.tools.FOR_LINUX if not self.has(t.program))
-        )
-        patch.setattr(system, "has_server", lambda: self.has("initdb"))
-        patch.setattr(
-            system, "missing_for_keys", lambda: tuple(t for t in setup.tools.FOR_REAL_KEYS if not self.has(t.program))
-        )
+        patch.setattr(shutil, "which", lambda name, path: name if self.has(name) else None)
         patch.setattr(qt_libraries, "_loads", self.has)
         patch.setattr(qt_libraries, "_is_after_time_t_64", lambda: False)
         patch.setattr(sys, "stdin", self)
@@ -64,9 +58,13 @@ class Machine:
         self.commands.append(command)
         return subprocess.CompletedProcess(command, returncode=self.code, stdout="apt says so")
 
-    def make_ready(self, *, screen: bool = False, packaging: bool = False, testing: bool = False) -> list[str]:
+    def make_ready(
+        self, *, first: bool = True, screen: bool = False, packaging: bool = False, testing: bool = False
+    ) -> list[str]:
         """The packages that were installed."""
-        self.setup.system_libraries.make_ready(is_screen_wanted=screen, is_packaging=packaging, is_testing=testing)
+        self.setup.system_libraries.make_ready(
+            is_first=first, is_screen_wanted=screen, is_packaging=packaging, is_testing=testing
+        )
         return self.installed()
 
     def installed(self) -> list[str]:
@@ -110,8 +108,7 @@ def test_optional_libraries_are_reported_once_and_stop_nothing(
     machine.lacking, machine.user = {"libxcb-cursor.so.0", "font"}, 1000
     assert machine.make_ready() == []
     assert "sudo apt-get install libxcb-cursor0 fonts-wqy-microhei" in capsys.readouterr().out
-    machine.setup.system_libraries.QT_PROVEN.touch()
-    machine.make_ready()
+    machine.make_ready(first=False)
     assert capsys.readouterr().out == ""
     machine.patch.setenv("DISPLAY", ":7")
     assert "libxcb-cursor0" in machine.refused(screen=True), "on a screen it is needed"
@@ -120,7 +117,6 @@ def test_optional_libraries_are_reported_once_and_stop_nothing(
 def test_the_tests_get_a_database_server_and_run_without_one(
     machine: Machine, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    machine.setup.system_libraries.QT_PROVEN.touch()
     machine.lacking = {"initdb"}
     assert machine.make_ready() == []
     assert machine.make_ready(testing=True) == ["postgresql"]
@@ -133,7 +129,6 @@ def test_the_tests_get_a_database_server_and_run_without_one(
 
 
 def test_the_tests_get_an_x_server(machine: Machine) -> None:
-    machine.setup.system_libraries.QT_PROVEN.touch()
     machine.lacking = {"Xvfb", "xdotool"}
     assert machine.make_ready() == []
     assert machine.make_ready(testing=True) == ["xvfb", "xdotool"]
@@ -165,7 +160,7 @@ def test_a_variable_answers_the_question(machine: Machine, variable: str) -> Non
 @pytest.mark.parametrize("user", [0, 1000])
 def test_other_package_managers_are_named(machine: Machine, manager: str, user: int) -> None:
     machine.manager, machine.user = manager, user
-    machine.lacking = {one.soname for one in qt_libraries.ALWAYS} | {"objdump"}
+    machine.lacking = {one.name for one in qt_libraries.ALWAYS} | {"objdump"}
     said = machine.refused(packaging=True)
     command = f"Type: {'sudo ' if user else ''}{qt_libraries.INSTALL[manager]} "
     names = said.partition(command)[2].split()
@@ -227,15 +222,3 @@ def test_qt_is_loaded_for_real(setup: SetupFiles) -> None:
     try_qt = setup.system_libraries._problem_with_qt
     assert try_qt(Path(sys.executable), platform="offscreen") is None
     assert "nosuch" in try_qt(Path(sys.executable), platform="nosuch")
-
-
-def test_a_chinese_font_is_known_by_its_file(
-    setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    system = setup.system_libraries
-    monkeypatch.setattr(system.shutil, "which", lambda name: None)
-    monkeypatch.setattr(system, "_FONT_FOLDERS", (str(tmp_path), str(tmp_path / "missing")))
-    (tmp_path / "DejaVuSans.ttf").touch()
-    assert not system.has_chinese_font()
-    (tmp_path / "wqy-microhei.ttc").touch()
-    assert system.has_chinese_font()

@@ -1,5 +1,6 @@
 """Imports the modules of packaging/ for tests as bootstrap.py does, because packaging/ is not a package."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -20,7 +21,6 @@ class SetupFiles(NamedTuple):
     commands: ModuleType
     environment: ModuleType
     system_libraries: ModuleType
-    tools: ModuleType
 
 
 @contextmanager
@@ -29,3 +29,9 @@ def loaded_setup_files() -> Iterator[SetupFiles]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(PACKAGING))
         yield SetupFiles(*(import_module(name) for name in SetupFiles._fields))
+
+
+def registered_endings() -> set[str]:
+    """The endings of files that the installer for Windows registers."""
+    script = (PACKAGING / "windows" / "installer.nsi").read_text(encoding="utf-8")
+    return set(re.findall(r"insertmacro \$\{DO\} \w+ (\.\w+)", script))

@@ -103,9 +103,9 @@ def test_glib_by_its_name_of_the_release(release: str, package: str) -> None:
 
 
 def test_a_library_is_found_or_missing() -> None:
-    absent = qt_libraries.Library("libdps-s-absent.so.9", "a", "b", "c", "d")
+    absent = qt_libraries.Requirement("libdps-s-absent.so.9", "a", "b", "c", "d")
     soname = {"win32": "kernel32.dll", "darwin": "libSystem.B.dylib"}.get(sys.platform, "libc.so.6")
-    present = qt_libraries.Library(soname, "libc6", "glibc", "glibc", "glibc")
+    present = qt_libraries.Requirement(soname, "libc6", "glibc", "glibc", "glibc")
     assert qt_libraries.missing((present, absent)) == (absent,)
 
 
