@@ -1,6 +1,7 @@
 """Builds the bundle: a folder with the program, Python and Qt."""
 
 import json
+import platform
 import shutil
 import subprocess
 import sys
@@ -14,9 +15,9 @@ from bundle_contents import Entry
 from environment import ROOT, run
 from icon_files import write_program_icons
 from inventory import parts
-from linux.elf import glibc_wanted, make_run_paths_relative, outside_libraries
-from parts import Part, licence_folder
-from release import COMMAND, NAME, TITLE, Release, set_rights, stamp_times
+from linux.elf import make_run_paths_relative, outside_libraries
+from parts import Part
+from release import COMMAND, NAME, TITLE, Release, filled, set_rights, stamp_times
 from sbom import LICENCES, bill_of_materials
 
 from app.system.screen import ASKED
@@ -38,7 +39,8 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         archive.extractall(site)  # noqa: S202  built by us
     write_program_icons(icons)
     _run_pyinstaller(release, work, {"DPS_S_SITE": site, "DPS_S_ICONS": icons, "DPS_S_CONTENTS": contents})
-    collected = [Entry(*load) for load in json.loads(contents.read_text(encoding="utf-8"))]
+    listed = json.loads(contents.read_text(encoding="utf-8"))
+    collected = [Entry(place.replace("\\", "/"), source, kind) for place, source, kind in listed]
     bundled = parts(collected, site)
     built = work / "frozen" / (f"{TITLE}.app" if sys.platform == "darwin" else NAME)
     folder = dist / (built.name if sys.platform == "darwin" else release.bundle_name)
@@ -52,7 +54,9 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         (internal / ASKED).write_text(
             "".join(f"{library}\n" for library in sorted(outside_libraries(folder))), encoding="utf-8"
         )
-        _write_linux_readme(folder, release)
+        machine, glibc = release.system.partition("-")[2], platform.libc_ver()[1]
+        readme = filled(_LINUX_README, VERSION=release.version, MACHINE=machine, GLIBC=glibc)
+        (folder / "README.txt").write_text(readme, encoding="utf-8")
     _add_papers(papers, internal, release, bundled)
     if sys.platform.startswith("linux"):
         set_rights(folder, [folder / COMMAND])
@@ -85,7 +89,7 @@ def _add_papers(folder: Path, internal: Path, release: Release, bundled: Sequenc
     own.mkdir(parents=True)
     shutil.copyfile(ROOT / "LICENSE", own / "LICENSE.txt")
     for part in bundled:
-        place = folder / LICENCES / licence_folder(part)
+        place = folder / LICENCES / part.folder
         place.mkdir(parents=True)
         for number, text in enumerate(part.texts):
             name = text.name if not (place / text.name).exists() else f"{number}-{text.parent.name}-{text.name}"
@@ -99,18 +103,6 @@ def _strip(internal: Path) -> None:
         for library in sorted(internal.glob(pattern)):
             if not library.is_symlink():
                 subprocess.run(["strip", "--strip-debug", str(library)], check=True)
-
-
-def _write_linux_readme(folder: Path, release: Release) -> None:
-    text = _LINUX_README.read_text(encoding="utf-8")
-    major, minor = glibc_wanted(folder)
-    for word, value in (
-        ("@VERSION@", release.version),
-        ("@MACHINE@", release.system.partition("-")[2]),
-        ("@GLIBC@", f"{major}.{minor}"),
-    ):
-        text = text.replace(word, value)
-    (folder / "README.txt").write_text(text, encoding="utf-8")
 
 
 def pack(folder: Path, release: Release) -> Path:

@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 from typing import Final, NamedTuple
 
-TOP_PACKAGES: Final = ("app", "protocol", "ui")
 LATE_MODULES: Final = (
     "_cffi_backend",  # imported by cryptography's compiled part
     # imported by pyqtgraph under names that it puts together
@@ -14,13 +13,6 @@ LATE_MODULES: Final = (
     "PySide6.QtSvg",
     "mcap.reader",
     "mcap.writer",
-    # port URLs
-    "serial.urlhandler.protocol_alt",
-    "serial.urlhandler.protocol_hwgrep",
-    "serial.urlhandler.protocol_loop",
-    "serial.urlhandler.protocol_rfc2217",
-    "serial.urlhandler.protocol_socket",
-    "serial.urlhandler.protocol_spy",
 )
 """Needed, but not named by any import statement that PyInstaller can see."""
 
@@ -45,17 +37,13 @@ LEFT_OUT_MODULES: Final = (
     "pyqtgraph.flowchart",
     "pyqtgraph.jupyter",
     "pyqtgraph.opengl",
-    # development tools that hooks would include if they are installed
-    "IPython",
-    "PIL",
+    # development tools that hooks would include
     "construct",
     "hypothesis",
-    "matplotlib",
     "pip",
-    "pkg_resources",
     "pytest",
+    "serial.urlhandler.protocol_cp2110",  # needs a library that is not here
     "readline",  # for an interactive Python; under the GPL
-    "scipy",
     "setuptools",
     "tkinter",
 )
@@ -153,23 +141,3 @@ def without_unneeded(entries: Iterable[Entry], *, is_linux: bool) -> list[Entry]
             if entry.kind != "SYMLINK" or (PurePosixPath(place).parent / entry.source) in targets
         }
     return [kept[place] for place in sorted(kept)]
-
-
-def module_names(site: Path) -> list[str]:
-    """All modules of the program below `site`; sub-commands and pages are imported by name."""
-    names = []
-    for top in TOP_PACKAGES:
-        for path in sorted((site / top).rglob("*.py")):
-            parts = path.relative_to(site).with_suffix("").parts
-            names.append(".".join(parts[:-1] if parts[-1] == "__init__" else parts))
-    return names
-
-
-def data_files(site: Path) -> list[tuple[str, str]]:
-    """Files of the program that are no modules, with their folders in the bundle."""
-    files = [path for top in TOP_PACKAGES for path in sorted((site / top).rglob("*")) if path.is_file()]
-    return [
-        (str(path), path.parent.relative_to(site).as_posix())
-        for path in files
-        if path.suffix not in (".py", ".pyc") and path.name != "py.typed"
-    ]

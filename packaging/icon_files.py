@@ -1,11 +1,6 @@
-"""Writes the program's icon to files:  .venv/bin/python packaging/icon_files.py
-
-Updates packaging/linux/dps-s-configurator.svg from `ui.style.icons`; a test compares them. Builds draw the other sizes
-and formats from it.
-"""
+"""The program's icon, as files that builds draw from the one that the window shows."""
 
 import struct
-import sys
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +10,7 @@ from release import NAME
 LINUX_SIDES: Final = (16, 22, 24, 32, 48, 64, 128, 256, 512)
 """The sizes of the hicolor theme, in pixels."""
 _ICO_SIDES: Final = (16, 20, 24, 32, 40, 48, 64, 128, 256)
-SVG: Final = ROOT / "packaging" / "linux" / f"{NAME}.svg"
+_SVG: Final = ROOT / "ui" / "style" / "svg" / f"{NAME}.svg"
 
 
 def picture(side: int, kind: str = "PNG") -> bytes:
@@ -27,7 +22,7 @@ def picture(side: int, kind: str = "PNG") -> bytes:
     image = QImage(side, side, QImage.Format.Format_ARGB32)
     image.fill(Qt.GlobalColor.transparent)
     painter = QPainter(image)
-    QSvgRenderer(QByteArray(SVG.read_bytes())).render(painter)
+    QSvgRenderer(QByteArray(_SVG.read_bytes())).render(painter)
     painter.end()
     buffer = QBuffer()
     buffer.open(QBuffer.OpenModeFlag.WriteOnly)
@@ -55,23 +50,8 @@ def write_program_icons(folder: Path) -> None:
 
 def write_theme_icons(folder: Path) -> None:
     """Write the icon in every size of the hicolor theme and as SVG."""
-    for side in LINUX_SIDES:
-        place = folder / f"{side}x{side}" / "apps" / f"{NAME}.png"
+    pictures = {f"{side}x{side}/apps/{NAME}.png": picture(side) for side in LINUX_SIDES}
+    for name, content in {**pictures, f"scalable/apps/{NAME}.svg": _SVG.read_bytes()}.items():
+        place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_bytes(picture(side))
-    place = folder / "scalable" / "apps" / f"{NAME}.svg"
-    place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_bytes(SVG.read_bytes())
-
-
-def main() -> int:
-    sys.path.insert(0, str(ROOT))
-    from ui.style.icons import app_icon_svg
-
-    SVG.write_bytes(app_icon_svg())
-    print(SVG.relative_to(ROOT))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        place.write_bytes(content)

@@ -1,7 +1,6 @@
 """The third-party parts of a bundle that PyInstaller collected, each with version, licence and licence text."""
 
 import platform
-import re
 import sys
 import sysconfig
 from collections.abc import Iterable
@@ -12,15 +11,16 @@ from typing import Final
 from bundle_contents import Entry
 from enclosed_parts import enclosed_parts
 from environment import ROOT, SetupError, run
-from parts import LICENCE_FOLDER, Part, canonical
+from packaging.utils import canonicalize_name
+from parts import LICENCE_FOLDER, Part, texts_of
 
 _LGPL: Final = ("LGPL-3.0.txt", "GPL-3.0.txt")
 _QT_TEXTS: Final = ("Qt.txt", *_LGPL)
-_LICENCES: Final = {
+LICENCES: Final = {
     "colorama": "BSD-3-Clause",
-    "cryptography": "BSD-3-Clause",
     "lz4": "BSD-3-Clause",
     "mcap": "MIT",
+    "numpy": "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND CC0-1.0",  # the version for Windows, which is an older one
     "pyinstaller": "GPL-2.0-or-later WITH Bootloader-exception",
     "pyinstaller-hooks-contrib": "Apache-2.0",
     "pyqtgraph": "MIT",
@@ -29,13 +29,11 @@ _LICENCES: Final = {
     "segno": "BSD-3-Clause",
     "shiboken6": "LGPL-3.0-only",
     "shtab": "MPL-2.0",
-    "tomlkit": "MIT",
+    "tzdata": "Apache-2.0",
 }
-"""SPDX expressions of distributions that state none, or a choice."""
-_WHERE_UNSTATED: Final = {"numpy": "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND CC0-1.0"}
-"""For versions that state none: the one for Windows is older than the one for Linux."""
+"""SPDX expressions of distributions that state none."""
 _PYSIDE: Final = "pyside6-essentials"
-_TEXTS: Final = {
+TEXTS: Final = {
     "mcap": ("mcap.txt",),
     "psycopg": _LGPL,
     "psycopg-binary": _LGPL,
@@ -44,12 +42,7 @@ _TEXTS: Final = {
     "shiboken6": _QT_TEXTS,
 }
 """Our copies, for distributions without a text, or without all of it: the LGPL refers to the GPL."""
-_ALWAYS: Final = {
-    "pyinstaller": re.compile(r"PyInstaller/(bootloader/.*/runw?(\.exe)?|hooks/rthooks/.*\.py)$"),
-    "pyinstaller-hooks-contrib": re.compile(r"_pyinstaller_hooks_contrib/rthooks/.*\.py$"),
-}
-"""Files in the executable: the loader, and what it runs before the program."""
-_OF_THE_SYSTEM: Final = {
+OF_THE_SYSTEM: Final = {
     "libbz2": "bzip2-1.0.6",
     "libexpat": "MIT",
     "libffi": "MIT",
@@ -72,13 +65,13 @@ def parts(collected: Iterable[Entry], own: Path) -> list[Part]:
     """
     entries = [entry for entry in collected if entry.kind != "SYMLINK"]
     owned, python, rest = _owners(entries, own)
-    of_qt = [entry for entry in owned.get(_PYSIDE, ()) if _is_of_qt(entry)]
-    owned[_PYSIDE] = [entry for entry in owned.get(_PYSIDE, ()) if not _is_of_qt(entry)]
-    bundled = [_from_distribution(metadata.distribution(name), owned.get(name, ())) for name in {*owned, *_ALWAYS}]
-    bundled += [_python(python), _qt(of_qt), *_icu(entries)]
+    of_pyside = owned.pop(_PYSIDE, [])
+    owned[_PYSIDE] = [entry for entry in of_pyside if not _is_of_qt(entry)]
+    bundled = [_from_distribution(metadata.distribution(name), files) for name, files in owned.items()]
+    bundled += [_python(python), _qt([entry for entry in of_pyside if _is_of_qt(entry)])]
     if sys.platform.startswith("linux"):
         bundled += _system_parts(rest)
-    bundled += enclosed_parts(entries, bundled)
+    bundled += enclosed_parts(entries)
     for part in bundled:
         if not part.texts:
             raise SetupError(f"The licence text of {part.name} is not found; put it into {LICENCE_FOLDER}.")
@@ -90,7 +83,7 @@ def _owners(entries: Iterable[Entry], own: Path) -> tuple[dict[str, list[Entry]]
     site = Path(sysconfig.get_path("purelib"))
     owner: dict[str, str] = {}
     for distribution in metadata.distributions(path=[str(site)]):
-        name = canonical(distribution.name)
+        name = canonicalize_name(distribution.name)
         for file in distribution.files or ():
             owner[str(site / file)] = name
     libraries = [Path(sys.base_prefix), Path(sysconfig.get_path("stdlib"))]
@@ -115,33 +108,18 @@ def _is_python(path: Path, libraries: list[Path]) -> bool:
 
 
 def _from_distribution(distribution: metadata.Distribution, files: Iterable[Entry]) -> Part:
-    name = canonical(distribution.name)
-    stated = distribution.metadata.get_all("License-Expression") or [None]
-    licence = _LICENCES.get(name) or stated[0] or _WHERE_UNSTATED.get(name)
+    name = canonicalize_name(distribution.name)
+    licence = next(iter(distribution.metadata.get_all("License-Expression") or ()), None) or LICENCES.get(name)
     if licence is None:
         raise SetupError(f"{distribution.name} states no licence; look at its text and name it in inventory.py.")
-    if name in _ALWAYS:
-        listed = [str(file) for file in distribution.files or () if _ALWAYS[name].match(file.as_posix())]
-        files = (*files, *(Entry(file, str(distribution.locate_file(file)), "LOADER") for file in listed))
     return Part(
         name=distribution.name,
         version=distribution.version,
         purl=f"pkg:pypi/{name}@{distribution.version}",
         licence=licence,
-        texts=tuple(LICENCE_FOLDER / text for text in _TEXTS[name]) if name in _TEXTS else _own_texts(distribution),
+        texts=tuple(LICENCE_FOLDER / text for text in TEXTS[name]) if name in TEXTS else texts_of(distribution),
         files=tuple(files),
     )
-
-
-def _own_texts(distribution: metadata.Distribution) -> tuple[Path, ...]:
-    named = {Path(text).name for text in distribution.metadata.get_all("License-File") or ()}
-    files = [
-        file
-        for file in distribution.files or ()
-        if ".dist-info" in file.as_posix()
-        and (file.name in named if named else file.name.startswith(("LICENSE", "LICENCE", "COPYING")))
-    ]
-    return tuple(Path(str(distribution.locate_file(file))) for file in files)
 
 
 def _python(files: Iterable[Entry]) -> Part:
@@ -176,56 +154,29 @@ def _qt(files: Iterable[Entry]) -> Part:
 
 def _is_of_qt(entry: Entry) -> bool:
     """Whether it belongs to Qt, whose files lie in the folders of PySide6."""
-    path = PurePosixPath(entry.place.replace("\\", "/"))
+    path = PurePosixPath(entry.place)
     return bool({"Qt", "plugins", "translations"} & {*path.parts}) or path.name.startswith(("Qt6", "QtLibs"))
 
 
-def _icu(entries: list[Entry]) -> Iterable[Part]:
-    """ICU, which comes with Qt for Linux; the names of its files contain the version."""
-    for entry in entries:
-        name, _, version = Path(entry.place).name.partition(".so.")
-        if name == "libicudata":
-            texts = (LICENCE_FOLDER / "ICU.txt",)
-            files = tuple(file for file in entries if Path(file.place).name.startswith("libicu"))
-            purl = f"pkg:generic/icu@{version}"
-            yield Part(name="ICU", version=version, purl=purl, licence="ICU", texts=texts, files=files)
-
-
-def _system_parts(entries: Iterable[Entry]) -> list[Part]:
+def _system_parts(entries: Iterable[Entry]) -> Iterable[Part]:
     """Libraries of the system that Python needs, by their Debian packages."""
     packages: dict[str, list[Entry]] = {}
     for entry in entries:
-        name = _debian_package(Path(entry.source))
-        if name is None:
-            raise SetupError(f"{entry.source} is in the bundle, and belongs to no package whose licence is known.")
-        packages.setdefault(name, []).append(entry)
-    return [_system_part(name, files) for name, files in packages.items()]
-
-
-def _system_part(package: str, files: Iterable[Entry]) -> Part:
-    plain = package.partition(":")[0]
-    version = run(["dpkg-query", "--show", "--showformat=${Version}", package], "dpkg-query failed").strip()
-    licence = next((expression for start, expression in _OF_THE_SYSTEM.items() if plain.startswith(start)), None)
-    if licence is None:
-        raise SetupError(f"The licence of Debian's {plain} is not named in inventory.py.")
-    text = Path("/usr/share/doc") / plain / "copyright"
-    return Part(
-        name=plain,
-        version=version,
-        purl=f"pkg:deb/debian/{plain}@{version.replace('+', '%2B').replace(':', '%3A')}",
-        licence=licence,
-        texts=(text.resolve(),) if text.exists() else (),
-        files=tuple(files),
-    )
-
-
-def _debian_package(path: Path) -> str | None:
-    """The package of a library; Debian lists some files below /lib, which is a link to /usr/lib."""
-    real = path.resolve()
-    for candidate in (path, real, Path("/", *real.parts[2:])):
-        try:
-            answer = run(["dpkg-query", "--search", str(candidate)], "dpkg-query failed")
-        except (OSError, SetupError):
-            continue
-        return answer.splitlines()[0].rpartition(": ")[0].split(", ")[0]
-    return None
+        real = Path(entry.source).resolve()  # Debian lists some files below /lib, which is a link to /usr/lib
+        listed = run(["dpkg-query", "--search", f"*/{real.parent.name}/{real.name}"],
+                     f"{real} is in the bundle, and belongs to no package whose licence is known")  # fmt: skip
+        packages.setdefault(listed.partition(":")[0], []).append(entry)
+    for package, files in packages.items():
+        version = run(["dpkg-query", "--show", "--showformat=${Version}\n", package], "dpkg-query failed").split()[0]
+        licence = next((expression for start, expression in OF_THE_SYSTEM.items() if package.startswith(start)), None)
+        if licence is None:
+            raise SetupError(f"The licence of Debian's {package} is not named in inventory.py.")
+        text = Path("/usr/share/doc") / package / "copyright"
+        yield Part(
+            name=package,
+            version=version,
+            purl=f"pkg:deb/debian/{package}@{version.replace('+', '%2B').replace(':', '%3A')}",
+            licence=licence,
+            texts=(text.resolve(),) if text.exists() else (),
+            files=tuple(files),
+        )

@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
+import packaging.version
 from environment import PYPROJECT, ROOT
 
 NAME: Final = "dps-s-configurator"
@@ -37,6 +38,11 @@ class Release:
     @property
     def bundle_name(self) -> str:
         return f"{NAME}-{self.version}-{self.system}"
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The version as the four numbers that Windows wants."""
+        return (*packaging.version.parse(self.version).release, 0, 0, 0)[:4]
 
     @property
     def time(self) -> datetime:
@@ -84,6 +90,11 @@ def _epoch() -> int:
         return int(shown)
     except (OSError, subprocess.CalledProcessError, ValueError):  # no git, or no history
         return int(PYPROJECT.stat().st_mtime)
+
+
+def filled(template: Path, **words: str) -> str:
+    """The text of a file with a word in the place of each @NAME@."""
+    return re.sub(r"@([A-Z]+)@", lambda match: words[match[1]], template.read_text(encoding="utf-8"))
 
 
 def set_rights(folder: Path, programs: Collection[Path]) -> None:

@@ -5,7 +5,6 @@ import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from bundle_contents import Entry
 from cyclonedx.contrib.license.factories import LicenseFactory
 from cyclonedx.model import HashAlgorithm, HashType, Property
 from cyclonedx.model.bom import Bom
@@ -13,7 +12,7 @@ from cyclonedx.model.component import Component, ComponentType
 from cyclonedx.model.lifecycle import LifecyclePhase, PredefinedLifecycle
 from cyclonedx.output.json import JsonV1Dot6
 from packageurl import PackageURL
-from parts import Part, licence_folder
+from parts import Part
 from release import NAME, Release
 
 LICENCES = "licences"
@@ -42,50 +41,32 @@ def bill_of_materials(release: Release, parts: Sequence[Part], internal: Path) -
 
 
 def _component(part: Part, internal: Path) -> Component:
-    sums = {file.place.replace("\\", "/"): _sum(file, internal) for file in part.files}
-    here = [place for place in sums if (internal / place).is_file()] if part.inside is None else []
+    """With the files that can be seen in the bundle, each with its sum; Python's modules are in the executable."""
+    seen = [file.place for file in part.files if (internal / file.place).is_file()]
     reference = part.purl or "@".join(filter(None, (part.inside, part.name, part.version)))
     properties = {
         "dps-s:inside": part.inside,
+        "dps-s:inside-files": ", ".join(seen) if part.inside is not None else None,
         "dps-s:note": part.note,
-        "dps-s:hash-of": _what_is_hashed(part, list(sums)),
-        "dps-s:licence-texts": f"{LICENCES}/{licence_folder(part)}",
+        "dps-s:licence-texts": f"{LICENCES}/{part.folder}",
     }
     return Component(
         name=part.name, version=part.version,
         bom_ref=reference,
         purl=PackageURL.from_string(part.purl) if part.purl else None,
-        hashes=[_hash(_sum_of_all(sums))], licenses=[LicenseFactory().make_from_string(part.licence)],
+        licenses=[LicenseFactory().make_from_string(part.licence)],
         properties=_properties(properties),
-        components=[
-            Component(name=place, type=ComponentType.FILE, bom_ref=f"{reference}#{place}", hashes=[_hash(sums[place])])
-            for place in here
-        ],
+        components=[_file(place, internal, reference) for place in seen] if part.inside is None else [],
+    )  # fmt: skip
+
+
+def _file(place: str, internal: Path, reference: str) -> Component:
+    digest = hashlib.sha256((internal / place).read_bytes()).hexdigest()
+    return Component(
+        name=place, type=ComponentType.FILE, bom_ref=f"{reference}#{place}",
+        hashes=[HashType(alg=HashAlgorithm.SHA_256, content=digest)],
     )  # fmt: skip
 
 
 def _properties(values: Mapping[str, str | None]) -> Iterable[Property]:
     return [Property(name=name, value=value) for name, value in values.items() if value]
-
-
-def _sum(file: Entry, internal: Path) -> str:
-    """Of the file as it is in the bundle; of a module in the executable, of what it was made from."""
-    place = internal / file.place
-    return hashlib.sha256((place if place.is_file() else Path(file.source)).read_bytes()).hexdigest()
-
-
-def _sum_of_all(sums: dict[str, str]) -> str:
-    if len(sums) == 1:
-        return next(iter(sums.values()))
-    lines = "".join(f"{sums[place]}  {place}\n" for place in sorted(sums))
-    return hashlib.sha256(lines.encode()).hexdigest()
-
-
-def _what_is_hashed(part: Part, places: list[str]) -> str:
-    if len(places) == 1:
-        return places[0]
-    return f"what sha256sum prints for the {len(places)} files of {part.inside or part.name}, by name"
-
-
-def _hash(value: str) -> HashType:
-    return HashType(alg=HashAlgorithm.SHA_256, content=value)

@@ -2,7 +2,7 @@
 
 Qt's documentation has one page for each third-party part (`qtgui-attribution-libpng.html`). FOLDER is where Debian's
 packages qt6-base-doc-html, qt6-svg-doc-html and qt6-wayland-doc-html of the same Qt series are unpacked
-(`dpkg-deb --extract`). Writes packaging/licences/qt/: a text for each part, and parts.json, which packaging/qt_parts.py
+(`dpkg-deb --extract`). Writes packaging/licences/qt/: a text for each part, and parts.json, which packaging/enclosed_parts.py
 reads.
 """
 

@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-_MAGIC: Final = b"\x7fELF"
 _NEEDED: Final = re.compile(r"^\s+NEEDED\s+(\S+)$", re.MULTILINE)
-_RUN_PATH: Final = re.compile(r"^\s+(?:RUNPATH|RPATH)\s+(\S+)$", re.MULTILINE)
-_GLIBC: Final = re.compile(r"\bGLIBC_(\d+)\.(\d+)\b")
+_RUN_PATH: Final = re.compile(r"^\s+(?:RUNPATH|RPATH)\s+(/\S+)$", re.MULTILINE)
+_OWN_FOLDER: Final = b"$ORIGIN"
 
 
 def _shown(folder: Path) -> Iterator[tuple[Path, str]]:
@@ -18,7 +17,7 @@ def _shown(folder: Path) -> Iterator[tuple[Path, str]]:
     for path in sorted(folder.rglob("*")):
         if path.is_file() and not path.is_symlink():
             with path.open("rb") as file:
-                is_program = file.read(4) == _MAGIC
+                is_program = file.read(4) == b"\x7fELF"
             if is_program:
                 command = ["objdump", "-p", str(path)]
                 variables = {**os.environ, "LC_ALL": "C"}  # independent of the locale
@@ -27,27 +26,18 @@ def _shown(folder: Path) -> Iterator[tuple[Path, str]]:
 
 
 def make_run_paths_relative(folder: Path) -> None:
-    """A Python that was not built by a distribution writes its folder into all that it compiles."""
+    """A Python that was not built by a distribution writes its folder into all that it compiles.
+
+    The library's own folder takes its place; the file keeps its length and layout.
+    """
     for path, shown in _shown(folder):
         match = _RUN_PATH.search(shown)
-        if match is not None and match[1].startswith("/"):
-            make_run_path_relative(path, match[1])
-
-
-def make_run_path_relative(path: Path, run_path: str) -> None:
-    """Overwrite that run path by ``$ORIGIN``, the library's folder. The file keeps its length and layout."""
-    own = b"$ORIGIN"
-    old = run_path.encode()
-    if len(old) < len(own):
-        raise ValueError(f"the run path {run_path} of {path} has no room for {own.decode()}")
-    content = path.read_bytes()
-    path.write_bytes(content.replace(old + b"\0", own.ljust(len(old) + 1, b"\0")))
-
-
-def glibc_wanted(folder: Path) -> tuple[int, int]:
-    """The oldest C library with which everything in `folder` starts: major and minor."""
-    versions = (version for _, shown in _shown(folder) for version in _GLIBC.findall(shown))
-    return max((int(major), int(minor)) for major, minor in versions)
+        if match is not None:
+            old = match[1].encode()
+            if len(old) < len(_OWN_FOLDER):
+                raise ValueError(f"the run path {match[1]} of {path} has no room for {_OWN_FOLDER.decode()}")
+            content = path.read_bytes()
+            path.write_bytes(content.replace(old + b"\0", _OWN_FOLDER.ljust(len(old) + 1, b"\0")))
 
 
 def outside_libraries(folder: Path) -> dict[str, list[Path]]:

@@ -1,6 +1,5 @@
 ; The installer of DPS-S Configurator for Windows, for the user alone and without administrator rights.
-; packaging/windows/installer.py calls makensis with VERSION, NUMBERS (four of them), BUNDLE, OUTPUT, ICON, SIZE_KB and
-; FILE_TYPES, a script with two macros that it has written from packaging/file_types.py.
+; packaging/windows/installer.py calls makensis with VERSION, NUMBERS (four of them), BUNDLE, OUTPUT, ICON and SIZE_KB.
 !ifdef TARGET ; a 64-bit setup, where NSIS has that: Debian's has, that of its makers has not
   Target ${TARGET}
 !endif
@@ -42,7 +41,53 @@ VIAddVersionKey "LegalCopyright" "MIT licence"
 
 LangString IN_USE ${LANG_ENGLISH} "${TITLE} is running. Close it, then try again."
 LangString IN_USE ${LANG_SIMPCHINESE} "DPS-S 上位机正在运行。请先关闭，然后重试。"
-!include "${FILE_TYPES}"
+LangString TYPE_Profile ${LANG_ENGLISH} "Profile"
+LangString TYPE_Profile ${LANG_SIMPCHINESE} "配置文件"
+LangString TYPE_Capture ${LANG_ENGLISH} "DPS-S capture"
+LangString TYPE_Capture ${LANG_SIMPCHINESE} "DPS-S 抓包文件"
+LangString TYPE_CaptureText ${LANG_ENGLISH} "Captured bytes as text"
+LangString TYPE_CaptureText ${LANG_SIMPCHINESE} "文本形式的抓包"
+LangString TYPE_Flight ${LANG_ENGLISH} "Session or flight log"
+LangString TYPE_Flight ${LANG_SIMPCHINESE} "数据记录或飞行日志"
+LangString TYPE_Record ${LANG_ENGLISH} "Pre-flight record"
+LangString TYPE_Record ${LANG_SIMPCHINESE} "飞行前检查记录"
+
+; The types of files that the program opens, and what is done with each.
+!macro FILE_TYPES DO
+  !insertmacro ${DO} Profile .toml
+  !insertmacro ${DO} Capture .dpscap
+  !insertmacro ${DO} CaptureText .hex
+  !insertmacro ${DO} CaptureText .txt
+  !insertmacro ${DO} CaptureText .log
+  !insertmacro ${DO} Flight .ulg
+  !insertmacro ${DO} Flight .bin
+  !insertmacro ${DO} Flight .csv
+  !insertmacro ${DO} Flight .mcap
+  !insertmacro ${DO} Record .json
+  !insertmacro ${DO} Record .pdf
+!macroend
+
+!macro REGISTER CLASS ENDING
+  WriteRegStr HKCU "${CLASSES}\DPS-S.${CLASS}" "" "$(TYPE_${CLASS})"
+  WriteRegStr HKCU "${CLASSES}\DPS-S.${CLASS}\DefaultIcon" "" "$INSTDIR\dps-s-window.exe,0"
+  WriteRegStr HKCU "${CLASSES}\DPS-S.${CLASS}\shell\open\command" "" '"$INSTDIR\dps-s-window.exe" "%1"'
+  WriteRegStr HKCU "${CLASSES}\${ENDING}\OpenWithProgids" "DPS-S.${CLASS}" ""
+  !if ${CLASS} == Capture ; no other program uses this suffix
+    WriteRegStr HKCU "${CLASSES}\${ENDING}" "" "DPS-S.${CLASS}"
+  !endif
+!macroend
+
+!macro REMOVE CLASS ENDING ; keeps the entries of other programs
+  DeleteRegKey HKCU "${CLASSES}\DPS-S.${CLASS}"
+  DeleteRegValue HKCU "${CLASSES}\${ENDING}\OpenWithProgids" "DPS-S.${CLASS}"
+  DeleteRegKey /ifnosubkeys /ifnovalues HKCU "${CLASSES}\${ENDING}\OpenWithProgids"
+  !if ${CLASS} == Capture
+    ReadRegStr $0 HKCU "${CLASSES}\${ENDING}" ""
+    StrCmp $0 "DPS-S.${CLASS}" 0 +2
+    DeleteRegValue HKCU "${CLASSES}\${ENDING}" ""
+  !endif
+  DeleteRegKey /ifnosubkeys /ifnovalues HKCU "${CLASSES}\${ENDING}"
+!macroend
 
 !macro FILE_TYPES_HAVE_CHANGED
   System::Call 'shell32::SHChangeNotify(i 0x08000000, i 0, p 0, p 0)' ; SHCNE_ASSOCCHANGED
@@ -68,7 +113,7 @@ Section
   ; "dps-s" in the Run box and "start dps-s" in a console find the program; PATH stays as it is.
   WriteRegStr HKCU "Software\Microsoft\Windows\CurrentVersion\App Paths\dps-s.exe" "" "$INSTDIR\dps-s.exe"
 
-  !insertmacro REGISTER_FILE_TYPES
+  !insertmacro FILE_TYPES REGISTER
   !insertmacro FILE_TYPES_HAVE_CHANGED
 
   WriteRegStr HKCU "${UNINSTALL}" "DisplayName" "${TITLE}"
@@ -98,7 +143,7 @@ Section "Uninstall"
   RMDir "$INSTDIR"
   Delete "$SMPROGRAMS\${TITLE}.lnk"
   DeleteRegKey HKCU "Software\Microsoft\Windows\CurrentVersion\App Paths\dps-s.exe"
-  !insertmacro REMOVE_FILE_TYPES
+  !insertmacro FILE_TYPES REMOVE
   !insertmacro FILE_TYPES_HAVE_CHANGED
   DeleteRegKey HKCU "${UNINSTALL}"
 SectionEnd

@@ -1,22 +1,22 @@
 """Tests the program for Windows under Wine:  python3 packaging/bootstrap.py windows [WHAT]
 
 Without arguments all suites of suites.py are run. `package` builds and tests bundle and installer. `quick` runs a short
-part if Wine is prepared. The results are in build/windows/results.md.
+part if Wine is prepared. What pytest printed is in build/windows/logs.
 """
 
 import argparse
+import os
 import re
+import subprocess
 import sys
 import time
-import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from environment import SetupError, run, say
+from environment import ROOT, SetupError, say
 
 from windows import wine
 from windows.suites import INSTALLER, NOT_JUDGED, QUICK, SUITES, Suite
@@ -25,117 +25,57 @@ _OPTIONS: Final = ("-q", "-p", "no:cacheprovider", "--tb=short")
 _SCREEN: Final = ("xvfb-run", "-a", "-s", "-screen 0 1920x1080x24")
 
 
-class Result(NamedTuple):
-    """Result of a suite; `note` says why it did not end."""
-
-    suite: Suite
-    passed: int = 0
-    failed: tuple[str, ...] = ()
-    not_judged: int = 0
-    not_for_windows: int = 0
-    seconds: float = 0.0
-    note: str = ""
-
-    @property
-    def is_well(self) -> bool:
-        return not self.failed and not self.note
-
-
-def run_suite(suite: Suite, limit_s: float) -> Result:
-    """Run it for `limit_s` at most."""
-    report = wine.DRIVE / "report.xml"
-    report.unlink(missing_ok=True)
-    not_judged = [name for name in NOT_JUDGED if name.partition("::")[0].startswith(suite.tests)]
+def run_suite(suite: Suite) -> bool:
+    """Run it and say what failed and pytest's last line; whether all went well."""
+    say(f"{suite.title} ...")
     # A test on Linux starts many Windows programs; else five minutes are enough for each test.
-    hang_s = limit_s if suite.platform is None else min(limit_s, 300)
-    words = [*suite.tests, *_OPTIONS, "-o", f"faulthandler_timeout={hang_s:.0f}"]
-    words += [f"--deselect={name}" for name in not_judged]
-    started = time.monotonic()
-    text = _on_linux(words, report, limit_s) if suite.platform is None else _on_windows(words, suite.platform, limit_s)
-    seconds = time.monotonic() - started
-    (wine.PLACE / "logs").mkdir(exist_ok=True)
-    name = re.sub(r"\W+", "-", suite.title).lower()
-    (wine.PLACE / "logs" / f"{name}.txt").write_text(text, encoding="utf-8")
-    if not report.is_file():
-        return Result(suite, not_judged=len(not_judged), seconds=seconds, note="did not come to its end")
-    return _read(suite, report, len(not_judged), seconds)
+    hang_s = suite.limit_s if suite.platform is None else min(suite.limit_s, 300)
+    words = ["-m", "pytest", *suite.tests, *_OPTIONS, "-o", f"faulthandler_timeout={hang_s}"]
+    words += [f"--deselect={name}" for name in NOT_JUDGED if name.partition("::")[0].startswith(suite.tests)]
+    done = _on_linux(words, suite.limit_s) if suite.platform is None else _on_windows(words, suite)
+    log = wine.PLACE / "logs" / f"{re.sub(r'[^a-z0-9]+', '-', suite.title.lower())}.txt"
+    log.parent.mkdir(exist_ok=True)
+    log.write_text(done.stdout, encoding="utf-8")
+    lines = done.stdout.rstrip().splitlines() or [""]
+    for line in (*(line for line in lines if line.startswith(("FAILED", "ERROR"))), lines[-1]):
+        say(f"  {line}")
+    if done.returncode != 0:
+        say(f"  ended with {done.returncode}; {log} has all of it")
+    return done.returncode == 0
 
 
-def _on_windows(words: Sequence[str], platform: str, limit_s: float) -> str:
-    program = [wine.PYTHON, "-m", "pytest", *words, "--junitxml=C:\\report.xml"]
-    command = wine.with_variables(program, QT_QPA_PLATFORM=platform)
-    if platform == "windows":
+def _on_windows(words: Sequence[str], suite: Suite) -> "subprocess.CompletedProcess[str]":
+    command = wine.with_variables([wine.PYTHON, *words], QT_QPA_PLATFORM=suite.platform or "")
+    if suite.platform == "windows":
         command = [*_SCREEN, *command]
-    done = wine.inside(command, folder="/place/prefix/drive_c/source", limit_s=limit_s)
+    done = wine.inside(command, folder=wine.SOURCE, limit_s=suite.limit_s)
     wine.shut_down()
-    return done.stdout
+    return done
 
 
-def _on_linux(words: Sequence[str], report: Path, limit_s: float) -> str:
-    command = ["timeout", f"{limit_s:.0f}", sys.executable, "-m", "pytest", "-n", "0", *words, f"--junitxml={report}"]
-    return run(command, None, variables={"DPS_S_UNDER_WINE": "1"})
-
-
-def _read(suite: Suite, report: Path, not_judged: int, seconds: float) -> Result:
-    passed, skipped, failed = 0, 0, []
-    for case in ET.parse(report).iter("testcase"):  # noqa: S314  our own
-        name = f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}"
-        if case.find("failure") is not None or case.find("error") is not None:
-            failed.append(name)
-        elif case.find("skipped") is not None:
-            skipped += 1
-        else:
-            passed += 1
-    return Result(suite, passed, tuple(dict.fromkeys(failed)), not_judged, skipped, seconds)
-
-
-def table(results: Sequence[Result], when: datetime) -> str:
-    """The results as Markdown."""
-    rows = [
-        f"| {result.suite.title} | {result.passed} | {len(result.failed)} | {result.not_judged} "
-        f"| {result.not_for_windows} | {result.seconds:.0f} s{f', {result.note}' if result.note else ''} |"
-        for result in results
-    ]
-    sums = [sum(column) for column in zip(*((result.passed, len(result.failed), result.not_judged,
-            result.not_for_windows, result.seconds) for result in results), strict=True)]  # fmt: skip
-    named = [f"- `{name}`" for result in results for name in result.failed]
-    return "\n".join([
-        f"{when:%Y-%m-%d}, Wine 10, Python 3.13 for Windows:",
-        "",
-        "| suite | passed | failed | unknown under Wine | not for Windows | time |",
-        "| --- | --- | --- | --- | --- | --- |",
-        *rows,
-        f"| **all** | **{sums[0]}** | **{sums[1]}** | **{sums[2]}** | **{sums[3]}** | **{sums[4]:.0f} s** |",
-        *(["", "Failed:", "", *named] if named else []),
-        "",
-    ])  # fmt: skip
+def _on_linux(words: Sequence[str], limit_s: int) -> "subprocess.CompletedProcess[str]":
+    command = ["timeout", str(limit_s), sys.executable, *words, "-n", "0"]
+    variables = {**os.environ, "DPS_S_UNDER_WINE": "1"}
+    return subprocess.run(
+        command, cwd=ROOT, env=variables, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, errors="replace", check=False,
+    )  # fmt: skip
 
 
 def run_suites(suites: Sequence[Suite]) -> int:
     """Run them one after the other; returns 1 if something failed."""
     wine.copy_source()
-    results = []
-    for suite in suites:
-        say(f"{suite.title} ...")
-        results.append(run_suite(suite, suite.limit_s))
-        result = results[-1]
-        say(f"  {result.passed} passed, {len(result.failed)} failed, {result.seconds:.0f} s {result.note}")
-        for name in result.failed:
-            say(f"  failed: {name}")
-    text = table(results, datetime.now(UTC))
-    (wine.PLACE / "results.md").write_text(text, encoding="utf-8")
-    say(text)
-    return 0 if all(result.is_well for result in results) else 1
+    unwell = [suite.title for suite in suites if not run_suite(suite)]
+    say(f"Not well: {'; '.join(unwell)}" if unwell else "All is well.")
+    return 1 if unwell else 0
 
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
         prog="bootstrap.py windows", description="Test the program for Windows under Wine."
     )
-    titles = [suite.title for suite in SUITES]
-    parser.add_argument(
-        "what", nargs="*", help=f"setup, quick, package, or suites by their titles: {'; '.join(titles)}"
-    )
+    titles = "; ".join(suite.title for suite in SUITES)
+    parser.add_argument("what", nargs="*", help=f"setup, quick, package, or suites by their titles: {titles}")
     chosen = parser.parse_args(arguments).what
     try:
         if chosen == ["quick"]:

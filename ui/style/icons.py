@@ -235,10 +235,5 @@ def app_icon() -> QIcon:
     """The program's own: a white parachute on a dark rounded square, the same in every theme."""
     own = QIcon()
     for side in (16, 24, 32, 48, 64, 128, 256):
-        own.addPixmap(_rendered(_source("app"), side))
+        own.addPixmap(_rendered(_source("dps-s-configurator"), side))
     return own
-
-
-def app_icon_svg() -> bytes:
-    """The same as a file, for packages and desktops."""
-    return _source("app").encode()
