@@ -1,5 +1,6 @@
 """Builds the bundle: a folder with the program, Python and Qt."""
 
+import gzip
 import json
 import platform
 import shutil
@@ -15,12 +16,10 @@ from bundle_contents import Entry
 from environment import ROOT, run
 from icon_files import write_program_icons
 from inventory import parts
-from linux.elf import make_run_paths_relative, outside_libraries
+from linux.elf import make_run_paths_relative
 from parts import Part
 from release import COMMAND, NAME, TITLE, Release, filled, set_rights, stamp_times
 from sbom import LICENCES, bill_of_materials
-
-from app.system.screen import ASKED
 
 SPEC: Final = ROOT / "packaging" / "dps-s.spec"
 BILL: Final = "sbom.cdx.json"
@@ -50,14 +49,11 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         papers, internal = folder / "Contents" / "Resources", folder / "Contents" / "Frameworks"
     if sys.platform.startswith("linux"):
         _strip(internal)
-        # app/system/screen.py looks for the known ones of them before Qt is loaded.
-        (internal / ASKED).write_text(
-            "".join(f"{library}\n" for library in sorted(outside_libraries(folder))), encoding="utf-8"
-        )
         machine, glibc = release.system.partition("-")[2], platform.libc_ver()[1]
         readme = filled(_LINUX_README, VERSION=release.version, MACHINE=machine, GLIBC=glibc)
         (folder / "README.txt").write_text(readme, encoding="utf-8")
     _add_papers(papers, internal, release, bundled)
+    shutil.copyfile(papers / BILL, dist / f"{release.bundle_name}.cdx.json")
     if sys.platform.startswith("linux"):
         set_rights(folder, [folder / COMMAND])
     elif sys.platform == "darwin":
@@ -105,23 +101,21 @@ def _strip(internal: Path) -> None:
                 subprocess.run(["strip", "--strip-debug", str(library)], check=True)
 
 
-def pack(folder: Path, release: Release) -> Path:
+def pack(folder: Path, release: Release) -> None:
     """The bundle as one file beside it: .tar.gz on Linux, .zip on Windows, .dmg on macOS."""
-    target = folder.parent / release.bundle_name
+    target = str(folder.parent / release.bundle_name)
     if sys.platform == "darwin":
         from macos.disk_image import make_disk_image
 
-        return make_disk_image(folder, target.with_name(f"{target.name}.dmg"))
-    if sys.platform == "win32":
-        return Path(shutil.make_archive(str(target), "zip", root_dir=folder.parent, base_dir=folder.name))
-    packed = target.with_name(f"{target.name}.tar.gz")
-    write_tar(packed, folder, release.epoch)
-    return packed
+        make_disk_image(folder, Path(f"{target}.dmg"))
+    elif sys.platform == "win32":
+        shutil.make_archive(target, "zip", root_dir=folder.parent, base_dir=folder.name)
+    else:
+        write_tar(Path(f"{target}.tar.gz"), folder, release.epoch)
 
 
 def write_tar(target: Path, folder: Path, epoch: int) -> None:
     """Pack a folder reproducibly: sorted, with one time and no owner."""
-    import gzip
 
     def plain(info: tarfile.TarInfo) -> tarfile.TarInfo:
         info.uid = info.gid = 0

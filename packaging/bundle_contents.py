@@ -72,12 +72,8 @@ _WHOLE_PLUGIN_FOLDERS: Final = (
     "wayland-shell-integration/",
     "xcbglintegrations/",
 )
-_QT_MODULES_OUT: Final = re.compile(
-    r"(?:lib)?Qt6?(?:Qml|Quick|Network|Pdf|Sql|Test|Lottie|VirtualKeyboard|EglFS|EglFs|WaylandCompositor|"
-    r"PrintSupport|ShaderTools|Labs|Help|Designer|UiTools)\w*(?:\.|$)"
-)
+_QT_LIBRARIES_OUT: Final = re.compile(r"(?:lib)?Qt6?(?:EglF|Network)|opengl32sw")
 _TRANSLATIONS: Final = ("qtbase_zh_CN.qm",)
-_SOFTWARE_OPENGL: Final = "opengl32sw.dll"
 
 
 class Entry(NamedTuple):
@@ -104,9 +100,7 @@ def is_wanted(place: str) -> bool:
         return folder.endswith(".dist-info") and path.name == "METADATA"
     if path.parts[0] == "pyqtgraph":  # its icons and colour maps, which have licences of their own
         return False
-    if "PySide6/Qt/qml/" in text or "PySide6/qml/" in text or path.name == _SOFTWARE_OPENGL:
-        return False
-    return not _QT_MODULES_OUT.match(path.name)
+    return not _QT_LIBRARIES_OUT.match(path.name)
 
 
 def is_from_the_system(source: str) -> bool:

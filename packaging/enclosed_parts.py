@@ -77,9 +77,14 @@ LIBRARIES: Final = (
         ("psycopg/keyutils.txt", "LGPL-2.1.txt"), re.compile(rb"keyutils-(\d+\.\d+\.\d+)"),
     ),
 )  # fmt: skip
-CRATES: Final = {"asn1": "BSD-3-Clause", "openssl-sys": "MIT", "pem": "MIT"}
-"""Crates with a text in the folder `rust`; the others may be used under the Apache licence."""
-_CRATE: Final = re.compile(rb"[/\\]registry[/\\]src[/\\][^/\\\0]+[/\\]([A-Za-z0-9_-]+)-(\d+\.\d+\.\d+)[/\\]")
+CRATES: Final = {
+    "asn1": "rust/asn1.txt",
+    "asn1_derive": "rust/asn1.txt",
+    "openssl-sys": "rust/openssl-sys.txt",
+    "pem": "rust/pem.txt",
+    "unicode-ident": "rust/unicode-ident.txt",
+}
+"""Rust crates in cryptography whose licence is not, or not only, Apache's."""
 
 
 def enclosed_parts(entries: Sequence[Entry]) -> Iterator[Part]:
@@ -96,9 +101,7 @@ def enclosed_parts(entries: Sequence[Entry]) -> Iterator[Part]:
             )  # fmt: skip
     for entry in of_psycopg:
         raise SetupError(f"{entry.place} came with {_PSYCOPG}: name it with its licence in enclosed_parts.py.")
-    for entry in entries:
-        if "/_rust." in entry.place:
-            yield from _of_cryptography(entry)
+    yield from _of_cryptography(tuple(entry for entry in entries if "/_rust." in entry.place))
 
 
 def _version(pattern: re.Pattern[bytes] | None, files: Sequence[Entry]) -> str | None:
@@ -120,17 +123,19 @@ def _of_qt(entries: Sequence[Entry]) -> Iterator[Part]:
             )  # fmt: skip
 
 
-def _of_cryptography(entry: Entry) -> Iterator[Part]:
-    """OpenSSL and Rust crates, which are found by the source paths that the library contains."""
-    content = Path(entry.source).read_bytes()
-    crates = {(match[1].decode(), match[2].decode()) for match in _CRATE.finditer(content)}
-    works: list[tuple[str, str | None, str | None]] = [("OpenSSL", _version(_OPENSSL, (entry,)), None)]
-    works += [(name, version, f"pkg:cargo/{name}@{version}") for name, version in sorted(crates)]
-    for name, version, purl in works:
-        yield Part(
-            name=name, version=version, purl=purl, licence=CRATES.get(name, "Apache-2.0"),
-            texts=(text(f"rust/{name}.txt" if name in CRATES else _APACHE),), files=(entry,), inside="cryptography",
-        )  # fmt: skip
+def _of_cryptography(files: tuple[Entry, ...]) -> Iterator[Part]:
+    """OpenSSL and Rust crates, from the lists that its makers put into its wheels; without tools of their build."""
+    brought = [file for file in metadata.files("cryptography") or () if file.parent.name == "sboms"] if files else []
+    for listed in brought:
+        for work in json.loads(listed.read_text())["components"]:
+            name, purl = work["name"], work["purl"]
+            if work.get("scope") != "excluded" and "download_url=file:" not in purl:  # the latter are its own
+                licence = "Apache-2.0" if name == "openssl" else work["licenses"][0]["expression"]
+                texts = [_APACHE if "Apache-2.0" in licence else None, CRATES.get(name)]
+                yield Part(
+                    name=name, version=work["version"], purl=purl, licence=licence, files=files, inside="cryptography",
+                    texts=tuple(text(one) for one in texts if one is not None),
+                )  # fmt: skip
 
 
 def text(name: str) -> Path:

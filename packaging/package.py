@@ -14,7 +14,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from bundle import BILL, make_bundle, pack, write_tar
+from bundle import make_bundle, pack, write_tar
 from environment import ROOT, SetupError, run, say
 from release import Release, read_release, refusals
 
@@ -23,38 +23,30 @@ WORK = ROOT / "build" / "package"
 SUMS = "SHA256SUMS"
 
 
-def build(wheel: Path | None = None, dist: Path = DIST, work: Path = WORK) -> Path:
-    """Build everything for this system, or what is built from this wheel; returns the folder of the bundle. Raises
-    SetupError."""
+def build(wheel: Path | None = None) -> None:
+    """Build everything for this system, or what is built from this wheel. Raises SetupError."""
     release = read_release()
-    for folder in (dist, work):
+    for folder in (DIST, WORK):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
     if wheel is None:
-        _do("wheel and sdist")
-        wheel = build_wheel(release, dist)
-    _do("bundle")
-    bundle = make_bundle(release, wheel, work=work, dist=dist)
-    _do("packed bundle")
+        say("Building wheel and sdist ...")
+        wheel = build_wheel(release, DIST)
+    say("Building bundle ...")
+    bundle = make_bundle(release, wheel, work=WORK, dist=DIST)
+    say("Packing it ...")
     pack(bundle, release)
     if sys.platform.startswith("linux"):
         from linux.debian import make_deb
 
-        _do(".deb")
-        make_deb(release, bundle, work=work, dist=dist)
+        say("Building .deb ...")
+        make_deb(release, bundle, work=WORK, dist=DIST)
     elif sys.platform == "win32":
         from windows.installer import make_installer
 
-        _do("installer")
-        make_installer(release, bundle, dist, work / "icons")
-    papers = bundle / "Contents" / "Resources" if sys.platform == "darwin" else bundle
-    shutil.copyfile(papers / BILL, dist / f"{release.bundle_name}.cdx.json")
-    write_sums(dist)
-    return bundle
-
-
-def _do(what: str) -> None:
-    say(f"Building {what} ...")
+        say("Building installer ...")
+        make_installer(release, bundle, DIST, WORK / "icons")
+    write_sums(DIST)
 
 
 def build_wheel(release: Release, dist: Path) -> Path:

@@ -32,8 +32,6 @@ ALWAYS: Final = (
     Requirement("libfreetype.so.6", "libfreetype6", "freetype", "freetype2", "libfreetype6"),
     Requirement("libfontconfig.so.1", "libfontconfig1", "fontconfig", "fontconfig", "fontconfig"),
     Requirement("libdbus-1.so.3", "libdbus-1-3", "dbus-libs", "dbus", "libdbus-1-3"),
-    Requirement("libgssapi_krb5.so.2", "libgssapi-krb5-2", "krb5-libs", "krb5", "krb5"),
-    Requirement("libbrotlidec.so.1", "libbrotli1", "libbrotli", "brotli", "libbrotlidec1"),
     Requirement("libzstd.so.1", "libzstd1", "libzstd", "zstd", "libzstd1"),
 )
 FOR_X: Final = (

@@ -3,23 +3,10 @@
 import ctypes
 import os
 import sys
-from pathlib import Path
-from typing import Final
 
-from app.system.qt_libraries import (
-    ALWAYS,
-    INSTALL,
-    Requirement,
-    missing,
-    package_manager,
-    package_names,
-    wanted_libraries,
-)
+from app.system.qt_libraries import INSTALL, missing, package_manager, package_names, wanted_libraries
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
-
-ASKED: Final = "system-libraries.txt"
-"""In a bundle: the required system libraries, one name per line."""
 
 
 def window_obstacle() -> str | None:
@@ -30,9 +17,9 @@ def window_obstacle() -> str | None:
     x, wayland = os.environ.get("DISPLAY"), os.environ.get("WAYLAND_DISPLAY")
     if platform in ("", "xcb", "wayland") and not (x or wayland):
         return tr("There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.")
-    # Some of the others serve unused parts of Qt; if a needed one is missing, importing Qt fails.
-    if missing(tuple(library for library in _libraries() if library not in ALWAYS or _is_bundle())):
-        return missing_libraries()
+    lacking = missing_libraries()
+    if lacking is not None:
+        return lacking
     if platform == "xcb" or (not platform and not wayland):
         return tr("The screen {screen} does not let this user open a window.", screen=x) if _refuses_x() else None
     return None
@@ -40,7 +27,7 @@ def window_obstacle() -> str | None:
 
 def missing_libraries() -> str | None:
     """The missing libraries and the command that installs them; None if nothing is missing."""
-    lacking = missing(_libraries()) if sys.platform.startswith("linux") else ()
+    lacking = missing(wanted_libraries(is_screen_wanted=True)) if sys.platform.startswith("linux") else ()
     if not lacking:
         return None
     names = ", ".join(library.name for library in lacking)
@@ -49,18 +36,6 @@ def missing_libraries() -> str | None:
         return what
     command = f"sudo {INSTALL[manager]} {' '.join(package_names(lacking, manager))}"
     return join_sentences((what, tr("Type: {command}", command=command)))
-
-
-def _is_bundle() -> bool:
-    return hasattr(sys, "_MEIPASS")
-
-
-def _libraries() -> tuple[Requirement, ...]:
-    libraries = wanted_libraries(is_screen_wanted=True)
-    if not _is_bundle():
-        return libraries
-    asked = (Path(sys._MEIPASS) / ASKED).read_text(encoding="utf-8").split()  # type: ignore[attr-defined]
-    return tuple(library for library in libraries if library.name in asked)
 
 
 def _refuses_x() -> bool:

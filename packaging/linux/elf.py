@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-_NEEDED: Final = re.compile(r"^\s+NEEDED\s+(\S+)$", re.MULTILINE)
 _RUN_PATH: Final = re.compile(r"^\s+(?:RUNPATH|RPATH)\s+(/\S+)$", re.MULTILINE)
 _OWN_FOLDER: Final = b"$ORIGIN"
 
 
-def _shown(folder: Path) -> Iterator[tuple[Path, str]]:
+def shown(folder: Path) -> Iterator[tuple[Path, str]]:
     """Each program and library below `folder` with what it says of itself."""
     for path in sorted(folder.rglob("*")):
         if path.is_file() and not path.is_symlink():
@@ -30,21 +29,11 @@ def make_run_paths_relative(folder: Path) -> None:
 
     The library's own folder takes its place; the file keeps its length and layout.
     """
-    for path, shown in _shown(folder):
-        match = _RUN_PATH.search(shown)
+    for path, said in shown(folder):
+        match = _RUN_PATH.search(said)
         if match is not None:
             old = match[1].encode()
             if len(old) < len(_OWN_FOLDER):
                 raise ValueError(f"the run path {match[1]} of {path} has no room for {_OWN_FOLDER.decode()}")
             content = path.read_bytes()
             path.write_bytes(content.replace(old + b"\0", _OWN_FOLDER.ljust(len(old) + 1, b"\0")))
-
-
-def outside_libraries(folder: Path) -> dict[str, list[Path]]:
-    """Libraries that are needed and not in `folder`, each with the files that need it."""
-    inside = {path.name for path in folder.rglob("*") if path.is_file()}
-    outside: dict[str, list[Path]] = {}
-    for path, shown in _shown(folder):
-        for library in sorted({*_NEEDED.findall(shown)} - inside):
-            outside.setdefault(library, []).append(path)
-    return outside

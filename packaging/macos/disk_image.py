@@ -13,7 +13,7 @@ def sign_again(app: Path) -> None:
     subprocess.run(["codesign", "--force", "--deep", "--sign", "-", str(app)], check=True)
 
 
-def make_disk_image(app: Path, target: Path) -> Path:
+def make_disk_image(app: Path, target: Path) -> None:
     """A compressed image with the .app and a link to the Applications folder. Raises SetupError if that fails.
 
     The program is signed ad hoc. Without a warning Gatekeeper opens only programs that are signed with a Developer ID
@@ -27,4 +27,3 @@ def make_disk_image(app: Path, target: Path) -> Path:
         done = subprocess.run([*command, str(target)], capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise SetupError(f"{done.stderr}\nhdiutil could not make {target.name}; it says why above.", exit_code=4)
-    return target

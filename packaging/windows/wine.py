@@ -229,16 +229,10 @@ def _add_metadata(packages: Path) -> None:
 
 
 def copy_source() -> None:
-    """The files of this checkout, committed or new, as SOURCE; what is gone here is gone there."""
-    listed = subprocess.run(
-        ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-        cwd=ROOT, capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
+    """The files of this checkout as SOURCE; what is gone here is gone there."""
     shutil.rmtree(SOURCE, ignore_errors=True)
-    for name in filter(None, listed.split("\0")):
-        if (ROOT / name).is_file():
-            (SOURCE / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(ROOT / name, SOURCE / name)
+    made = (".git", ".venv", ".hypothesis", ".*_cache", "build", "dist", "__pycache__", "*.egg-info")
+    shutil.copytree(ROOT, SOURCE, ignore=shutil.ignore_patterns(*made))
 
 
 def inside(

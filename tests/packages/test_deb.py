@@ -2,6 +2,7 @@
 
 import gzip
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -112,19 +113,23 @@ FURTHER = {
 
 
 def test_every_library_needed_is_a_dependency(deb: Path, tree: Path, packaging_on_path: None) -> None:
-    from linux import elf
+    from linux.elf import shown
 
     from app.system import qt_libraries
 
     tables = (*qt_libraries.ALWAYS, *qt_libraries.FOR_X, *qt_libraries.FOR_WAYLAND)
     known = {library.name: library.apt for library in tables} | FURTHER
+    folder = tree / "usr/lib" / NAME
     asked = {
         library
-        for library, askers in elf.outside_libraries(tree / "usr/lib" / NAME).items()
-        if {path.name for path in askers} - {"libqgtk3.so"}  # which Qt skips where it does not load
+        for path, said in shown(folder)
+        if path.name != "libqgtk3.so"  # which Qt skips where it does not load
+        for library in re.findall(r"^\s+NEEDED\s+(\S+)$", said, re.MULTILINE)
     }
-    depends = {one.split(" ")[0] for one in field(deb, "Depends").strip().split(", ")}
-    assert {"libc6", *(known[library] for library in asked - OF_LIBC)} <= depends
+    asked -= OF_LIBC | {path.name for path in folder.rglob("*") if path.is_file()}
+    depends = set(re.split(r"[^\w.+-]+", field(deb, "Depends")))
+    assert {"libc6", *(known[library] for library in asked)} <= depends
+    assert {library.name for library in tables} <= asked, "the program asks for what it does not need"
 
 
 def test_desktop_entry_and_metadata_are_valid(tree: Path) -> None:
