@@ -2,8 +2,8 @@
 
 Qt's documentation has one page for each third-party part (`qtgui-attribution-libpng.html`). FOLDER is where Debian's
 packages qt6-base-doc-html, qt6-svg-doc-html and qt6-wayland-doc-html of the same Qt series are unpacked
-(`dpkg-deb --extract`). Writes packaging/licences/qt/: a text for each part, and parts.json, which packaging/enclosed_parts.py
-reads.
+(`dpkg-deb --extract`). Writes packaging/licences/qt/: a text for each part, and parts.json, which
+packaging/enclosed_parts.py reads.
 """
 
 import html
