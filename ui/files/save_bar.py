@@ -240,4 +240,4 @@ def _place(origin: Origin, suffix: str) -> Path:
     """Proposed for a file."""
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     when = (origin.recorded_at or datetime.now(UTC)).astimezone()
-    return Path(documents or Path.home()) / default_name(origin.port, suffix, when)
+    return Path(documents or Path.home()) / default_name(origin.module or origin.port, suffix, when)

@@ -30,7 +30,7 @@ from ui.core.preferences import Preferences
 from ui.core.texts import Texts
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, default_name
 from ui.files.report_printer import print_report
-from ui.files.save_bar import SaveBar
+from ui.files.save_bar import SaveBar, footer_text
 from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX
 from ui.style.theme import Meaning, Space
@@ -257,9 +257,11 @@ def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) 
 
 def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
     live.say()
+    live.connector.current.module.name = "M-07"
+    assert "  ·  M-07  ·  /dev/ttyUSB0 · 115200 baud  ·  " in footer_text(live.page._origin(), datetime.now(UTC))
     path = tmp_path / "live.png"
     suggested = save(live, "live_save_png", path)
-    assert suggested[0].suffix == ".png"
+    assert (suggested[0].name.split()[:2], suggested[0].suffix) == (["dps-s", "M-07"], ".png")
     seen = live.find(QWidget, "live_seen")
     picture = QImage(str(path))
     ratio = seen.devicePixelRatio()

@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView
 from app.engine.identity import Trust
-from app.engine.procedure import Pause, Procedure
+from app.engine.procedure import LinkView, Pause, Procedure
 from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
 from app.procedures.lock import Locked
@@ -17,7 +17,7 @@ from app.safety.journal import Outcome
 from app.safety.last_known import Activation
 from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME
-from protocol.events import Sent
+from protocol.events import Counters, Sent
 from tests.support.window.fake_ports import FakePorts
 from ui.services.port import SETTLE_MS, Ports
 from ui.services.running_job import RunningJob
@@ -75,6 +75,23 @@ def test_a_stream_is_remembered_for_the_target_that_is_opened(
     for device in ("/dev/one", "/dev/two"):
         port.connect_to(Target(device, 115200))
         assert port.stream_memory is memories[device]
+
+
+def test_each_port_counts_its_own_frames(qtbot: QtBot, ports: FakePorts) -> None:
+    (first, worker), (second, _) = ports.plug_in("/dev/one"), ports.plug_in("/dev/two")
+    qtbot.waitUntil(lambda: first.is_open and second.is_open)
+    worker.hand_over(link=LinkView(Counters(sent=7), 0.002, 0.003))
+    qtbot.waitUntil(lambda: first.kept.statistics.totals.sent == 7)
+    assert second.kept.statistics.totals.sent == 0
+
+
+def test_that_lock_was_pressed_is_shown_at_once(qtbot: QtBot, ports: FakePorts) -> None:
+    port, _ = ports.plug_in("/dev/one", active=True)
+    qtbot.waitUntil(lambda: port.lock.is_possible)
+    seen: list[bool] = []
+    ports.connector.lock_changed.connect(lambda: seen.append(port.lock.is_repeating))
+    port.lock.press()
+    assert seen == [True]
 
 
 def test_activation_is_unknown_while_another_module_comes_into_view(qtbot: QtBot, ports: FakePorts) -> None:

@@ -329,8 +329,8 @@ class LivePage(StreamPage):
     def _origin(self) -> Origin:
         if self.recording is not None:
             return origin_of(self.recording)
-        connection = self._connector.current.connection
-        return Origin(connection.port, connection.baud_rate, self.wall.offset_s)
+        port = self._connector.current
+        return Origin(port.connection.port, port.connection.baud_rate, self.wall.offset_s, module=port.module.name)
 
     def _drawing(self) -> bytes:
         return self.plot.canvas.svg()
