@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLabel, QLineEdit, QWidget
 
+from tests.support.window.controls import visible_in
 from tests.support.window.painted_text import Drawn, Pixels, colours_in, luminance
 from ui.style import appearance
 from ui.style.theme import SUNLIGHT, Theme, current
@@ -42,13 +43,13 @@ def contrast(one: str, other: str) -> float:
 
 def unusable_in(root: QWidget) -> set[QWidget]:
     """Return the widgets that cannot be used now; call it when the picture is taken."""
-    return {one for one in root.findChildren(QWidget) if not _is_usable(one)}
+    return {one for one in visible_in(root) if not _is_usable(one)}
 
 
 def weak_in_style(root: QWidget, picture: Pixels, unusable: set[QWidget]) -> Iterator[str]:
     """Yield labels, buttons and fields, drawn by Qt's style, whose contrast is too low."""
-    for widget in root.findChildren(QWidget):
-        if not widget.isVisible() or not _text_of(widget):
+    for widget in visible_in(root):
+        if not _text_of(widget):
             continue
         place = _in_sight(widget, root)
         if place.width() < 12 or place.height() < 10 or place.height() < widget.height() / 2:

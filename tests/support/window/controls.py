@@ -26,13 +26,21 @@ _SLACK_PX = 1
 _PRESSED = (QAbstractButton, QComboBox, QLineEdit)
 
 
+def visible_in(root: QWidget) -> list[QWidget]:
+    """Return the visible widgets below `root`, in the order of `findChildren`, without looking into hidden pages."""
+    found: list[QWidget] = []
+    for child in root.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        if child.isVisible():
+            found += [child, *visible_in(child)]
+    return found
+
+
 def controls_in(root: QWidget) -> list[QWidget]:
     """Return the visible controls, without the parts that Qt makes within them."""
     return [
         one
-        for one in root.findChildren(QWidget)
-        if one.isVisible()
-        and not one.objectName().startswith("qt_")
+        for one in visible_in(root)
+        if not one.objectName().startswith("qt_")
         and (isinstance(one, CONTROLS) or takes_tab(one))
         and not isinstance(one, QScrollBar | QScrollArea)
         and not isinstance(one.parent(), QAbstractSpinBox | QComboBox | QLineEdit | QAbstractScrollArea)

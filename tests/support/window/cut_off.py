@@ -27,6 +27,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from tests.support.window.controls import visible_in
 from tests.support.window.painted_text import Drawn
 from tests.support.window.steps import let_lay_out
 from ui.style.painted_widget import PaintedWidget
@@ -41,8 +42,8 @@ def cut_off(root: QWidget) -> list[str]:
     """Return a line for every visible widget below `root` that does not fit, once all is laid out."""
     let_lay_out(root)
     found: list[str] = []
-    for widget in [root, *root.findChildren(QWidget)]:
-        if widget.isVisible() and (not widget.visibleRegion().isEmpty() or _scrolls(widget)):
+    for widget in (root, *visible_in(root)):
+        if not widget.visibleRegion().isEmpty() or _scrolls(widget):
             found += [f"{_named(widget)}: {fault}" for fault in _faults(widget)]
     return found
 

@@ -24,7 +24,7 @@ from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.threadless import ThreadlessWorker
 from tests.support.line.truth import Truth
 from tests.support.patience import PATIENCE_S
-from tests.support.window.fakes_ui import simulated, window
+from tests.support.window.fakes_ui import ListedPorts, simulated, window
 from tests.support.window.steps import Driver
 from ui.core.background_task import BackgroundTask
 from ui.main import Assembly
@@ -106,7 +106,7 @@ class Rig(Driver):
 @contextmanager
 def on_fake_time(
     kind: type[Made], qtbot: QtBot, qapp: QApplication, folder: Path, name: str, entries: tuple[PageEntry, ...],
-    query: str = "", /, **options: object,
+    query: str = "", ports: ListedPorts | None = None, /, **options: object,
 ) -> Iterator[Made]:  # fmt: skip
     """Open a window and make a module for it; the worker runs in the window's thread, as far as `turn` says."""
     clock, workers, requests = FakeClock(), list[ThreadlessWorker](), list[Request]()
@@ -125,6 +125,6 @@ def on_fake_time(
         patch("ui.main.Ports", partial(Ports, make_worker=make_worker, clock=clock)),
         patch("app.engine.worker.open_line", open_line),
         simulated(name, **options) as bench,
-        window(qapp, folder, entries=entries) as assembly,
+        window(qapp, folder, ports=ports, entries=entries) as assembly,
     ):
         yield kind(qtbot, assembly, bench, f"sim://{name}{query}", clock, workers[0], requests)

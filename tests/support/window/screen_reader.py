@@ -6,6 +6,8 @@ from typing import Any
 from PySide6.QtGui import QAccessible, QAccessibleInterface
 from PySide6.QtWidgets import QAbstractButton, QLabel, QWidget
 
+from tests.support.window.controls import visible_in
+
 _SKIPPED = frozenset({QAccessible.Role.Client, QAccessible.Role.Border, QAccessible.Role.NoRole})
 """Roles that screen readers ignore."""
 
@@ -71,15 +73,11 @@ class NameChanges:
         self.found: list[str] = []
 
     def look(self, *, counts: bool = True) -> None:
-        for widget in self._root.findChildren(QWidget):
-            if not widget.isVisible():
-                self._seen.pop(widget, None)
-                continue
+        seen, self._seen = self._seen, {}
+        for widget in visible_in(self._root):
             # Not what a widget of ours answers when it is asked.
             name = QWidget.accessibleName(widget) or (widget.text() if isinstance(widget, QLabel) else "")
-            told = name, QWidget.accessibleDescription(widget)
-            before = self._seen.setdefault(widget, told)
-            if told != before:
-                self._seen[widget] = told
-                if counts:
-                    self.found.append(f"{widget.objectName()}: {before} -> {told}")
+            told = self._seen[widget] = name, QWidget.accessibleDescription(widget)
+            before = seen.get(widget, told)
+            if told != before and counts:
+                self.found.append(f"{widget.objectName()}: {before} -> {told}")

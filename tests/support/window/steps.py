@@ -11,6 +11,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.controls import visible_in
 from tests.support.window.fakes_ui import WAIT_MS
 from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import gestures
@@ -78,7 +79,7 @@ def let_lay_out(root: QWidget) -> None:
 
 
 def _places(root: QWidget) -> list[QRect]:
-    return [one.geometry() for one in root.findChildren(QWidget) if one.isVisible()]
+    return [one.geometry() for one in visible_in(root)]
 
 
 def press(qtbot: QtBot, widget: QWidget | None) -> None:

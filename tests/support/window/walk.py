@@ -15,7 +15,6 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButto
 from pytestqt.qtbot import QtBot
 
 from app.flight_analysis.fire_map import FlightGroup
-from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
 from tests.support.flights.many_flights import write_logs
 from tests.support.window.controls import moved, places
@@ -23,12 +22,10 @@ from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
     ListedPorts,
-    connect,
-    simulated,
-    window,
 )
-from tests.support.window.steps import Driver, let_lay_out, settle
-from ui.main import PAGES, Assembly, WindowOptions
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import let_lay_out, settle
+from ui.main import PAGES
 from ui.pages.commands.page import CommandsPage
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.flights.page import FlightsPage
@@ -37,6 +34,7 @@ from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
+from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice
 from ui.widgets.step_button import bring_into_sight, is_in_sight
 
@@ -62,17 +60,14 @@ class Stop:
     root: QWidget
 
 
-class Walk(Driver):
+class Walk(Rig):
     """The stops, in order; at each one everything is laid out and painted."""
 
-    def __init__(self, qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, folder: Path, name: str) -> None:
-        self.qtbot, self.assembly, self.bench, self.folder = qtbot, assembly, bench, folder
-        self.window = assembly.window
-        self._url = f"sim://{name}"
+    folder: Path
 
     @property
-    def root(self) -> QWidget:
-        return self.window
+    def window(self) -> MainWindow:
+        return self.assembly.window
 
     def stops(self) -> Iterator[Stop]:
         """Yield all stops, from the start of the window to an unplugged module."""
@@ -88,8 +83,7 @@ class Walk(Driver):
 
     def before_connecting(self) -> Iterator[Stop]:
         """Yield the pages before a module is connected."""
-        self.until(self.window.panel.isVisible)
-        self.until(lambda: self.assembly.ports.has_listed)
+        self.qtbot.waitUntil(lambda: self.window.panel.isVisible() and self.assembly.ports.has_listed)
         yield self._stop("connect panel")
         self.window.panel.hide()
         for entry in PAGES:
@@ -98,7 +92,7 @@ class Walk(Driver):
 
     def connect(self) -> None:
         """Connect, and wait until the values have been read."""
-        connect(self.qtbot, self.assembly, self._url)
+        super().connect()
         for key in ("freefall_time_s", "boot_count"):
             self.until(partial(self._knows, key))
         self.window.go_to("live")
@@ -283,8 +277,9 @@ class Walk(Driver):
     def settle(self) -> None:
         """Complete the pending layouts and paints."""
         live = self.find(LivePage)
-        live.refresh()
-        live.draw()
+        if live.isVisible():
+            live.refresh()
+            live.draw()
         let_lay_out(self.window)
 
 
@@ -299,21 +294,20 @@ def walking(
     size: QSize = SMALL_SCREEN,
 ) -> Iterator[Walk]:
     """Show the whole window with two adapters listed and a simulated module."""
-    name = f"walk{folder.name}"
-    options = WindowOptions(language=language)
+    ports = ListedPorts(ADAPTER, SECOND_ADAPTER)
     with (
         pytest.MonkeyPatch.context() as patch,
-        simulated(name, history=3) as bench,
-        window(qapp, folder, ports=ListedPorts(ADAPTER, SECOND_ADAPTER), options=options, entries=PAGES) as assembly,
+        on_fake_time(Walk, qtbot, qapp, folder, f"walk{folder.name}", PAGES, "", ports, history=3) as walk,
     ):
         hurry_check(patch, still_s=0.2)
-        assembly.appearance.choose(theme)
-        with qtbot.waitSignal(assembly.window.pages_made):
-            assembly.window.resize(size)
-        walk = Walk(qtbot, assembly, bench, folder, name)
+        walk.folder = folder
+        walk.assembly.language_switch.use(language)
+        walk.assembly.appearance.choose(theme)
+        with qtbot.waitSignal(walk.window.pages_made):
+            walk.window.resize(size)
         walk.settle()
         try:
             yield walk
         finally:
-            assembly.appearance.choose(Choice.LIGHT)
-            assembly.storage.close()
+            walk.assembly.appearance.choose(Choice.LIGHT)
+            walk.assembly.storage.close()

@@ -33,7 +33,7 @@ from app.settings.setting_texts import advice_text, what_is
 from app.text.i18n import CHINESE
 from app.text.sentences import capitalised
 from protocol.catalogue import BY_NAME, SETTINGS
-from tests.support.window.fakes_ui import ListedPorts, window
+from tests.support.window.fakes_ui import ListedPorts, page_entries, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
@@ -41,6 +41,7 @@ from ui.help.help_actions import explain, text_of
 from ui.help.small_windows import keys_of, show_about
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
+from ui.services.context import PageEntry
 from ui.widgets.readout import Readout, StateChip
 
 CONTROLS = (QAbstractButton, QAbstractItemView, QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit, Readout,
@@ -51,8 +52,10 @@ NOT_OURS = ("qt_*", "about_*", "*_profile_none")
 
 
 @contextmanager
-def whole_window(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Assembly]:
-    with window(qapp, folder, ports=ListedPorts(), entries=PAGES) as assembly:
+def help_window(
+    qtbot: QtBot, qapp: QApplication, folder: Path, *, entries: tuple[PageEntry, ...] = PAGES
+) -> Iterator[Assembly]:
+    with window(qapp, folder, ports=ListedPorts(), entries=entries) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made):
             assembly.window.resize(QSize(1024, 600))
         assembly.window.activateWindow()
@@ -77,7 +80,7 @@ def is_whole(label: QLabel) -> bool:
 
 
 def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with whole_window(qtbot, qapp, tmp_path) as assembly:
+    with help_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.menus["simulator"].setChecked(True)
         found = controls(assembly.window)
         assert len(found) > 150
@@ -88,7 +91,7 @@ def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_pat
 
 
 def test_texts_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with whole_window(qtbot, qapp, tmp_path) as assembly:
+    with help_window(qtbot, qapp, tmp_path, entries=page_entries("settings")) as assembly:
         row = assembly.window.findChild(SettingsPage).rows["attitude_threshold_deg"]  # type: ignore[union-attr]
         shown = (assembly.window.top_bar.lock, row, row.editor)
         english = [text_of(one) for one in shown]
@@ -121,7 +124,7 @@ def test_what_has_no_text_of_its_own_says_its_tooltip_in_the_language_in_use(qtb
 
 @OFFSCREEN
 def test_a_clicked_control_is_explained_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with whole_window(qtbot, qapp, tmp_path) as assembly:
+    with help_window(qtbot, qapp, tmp_path, entries=()) as assembly:
         main = assembly.window
         menu = main.top_bar.menu
         main.menus["what"].trigger()
@@ -156,7 +159,7 @@ def test_range_and_step_are_those_of_the_byte() -> None:
 
 def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     """In sight at 1024 x 600, not only in a tooltip."""
-    with whole_window(qtbot, qapp, tmp_path) as assembly:
+    with help_window(qtbot, qapp, tmp_path, entries=page_entries("settings")) as assembly:
         assembly.window.go_to("settings")
         page = find(assembly.window, SettingsPage)
         qtbot.waitUntil(page.isVisible)
@@ -174,7 +177,7 @@ def test_advice_is_shown_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication,
 
 @OFFSCREEN
 def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with whole_window(qtbot, qapp, tmp_path) as assembly:
+    with help_window(qtbot, qapp, tmp_path) as assembly:
         main = assembly.window
         main.top_bar.port.setFocus()
         qtbot.keyClick(main.top_bar.port, Qt.Key.Key_F1,

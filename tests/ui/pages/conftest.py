@@ -20,13 +20,6 @@ def bench(request: pytest.FixtureRequest, qapp: QApplication, tmp_path: Path) ->
 
 
 @pytest.fixture
-def full_bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
-    """The same with all pages that can change the module."""
-    with gesture_bench(qapp, tmp_path) as made:
-        yield made
-
-
-@pytest.fixture
 def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     """Settings or Commands, as the folder of the test says."""
     with desk(qtbot, qapp, tmp_path, request.path.parent.name) as made:

@@ -7,17 +7,18 @@ from PySide6.QtWidgets import QApplication, QLabel, QListWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
-from tests.support.window.fakes_ui import simulated, wait_online, window
-from ui.main import PAGES
+from tests.support.window.fakes_ui import page_entries, simulated, wait_online, window
+
+SHOWN = page_entries("live", "settings", "preflight", "tests", "commands", "fleet")
 
 
 def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with simulated("hidden"), window(qapp, tmp_path, entries=PAGES) as assembly:
+    with simulated("hidden"), window(qapp, tmp_path, entries=SHOWN) as assembly:
         assembly.window.connect_to(Target("sim://hidden", 115200))
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES))
+        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(SHOWN))
         shown = {
             "commands": ("act_zero_conditions", QLabel.text),
             "settings": ("baud_conditions", QLabel.text),

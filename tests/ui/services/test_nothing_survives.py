@@ -114,12 +114,11 @@ class Rig:
         window, page = self.assembly.window, self.pages[key]
         window.panel.hide()
         window.go_to(key)
-        self.settle()
         bars = page.findChildren(QTabBar)
         for number in range(max(1, *(bar.count() for bar in bars)) if bars else 1):
             for bar in bars:
                 bar.setCurrentIndex(number)
-            self.settle()
+            QApplication.processEvents()
             yield from ((f"{key}: {where}", text) for where, text in self._visible())
 
     def _visible(self) -> Iterator[tuple[str, str]]:
@@ -168,6 +167,7 @@ def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.Mo
     )
     assembly.window.make_pages()
     assembly.window.show()
+    assembly.window.setUpdatesEnabled(False)  # texts are asked for, and painting takes most of the time
     qtbot.waitUntil(lambda: len(assembly.window._pages) == len(PAGES) and assembly.window._maker.is_done)
     made = Rig(assembly, ports)
     try:

@@ -18,7 +18,7 @@ from app.safety.journal import Outcome
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from tests.support.thorough import some
-from tests.support.window.controls import covered, moved, places
+from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, notice_text
@@ -126,41 +126,33 @@ NOTICES = (
 )
 
 
-@pytest.mark.parametrize(
-    ("language", "theme", "size"),
-    some(
-        [
-            ("en", Theme.SUNLIGHT, QSize(960, 540)),
-            ("zh_CN", Theme.SUNLIGHT, QSize(1024, 600)),
-            ("zh_CN", Theme.DARK, QSize(960, 540)),
-            ("en", Theme.LIGHT, QSize(1366, 768)),
-        ],
-        one_in=2,
-    ),
+LOOKS = (
+    ("en", Theme.SUNLIGHT, QSize(960, 540)),
+    ("zh_CN", Theme.SUNLIGHT, QSize(1024, 600)),
+    ("zh_CN", Theme.DARK, QSize(960, 540)),
+    ("en", Theme.LIGHT, QSize(1366, 768)),
 )
+
+
 def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
-    qtbot: QtBot,
-    qapp: QApplication,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    language: str,
-    theme: Theme,
-    size: QSize,
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shown: list[Notice | None] = [None]
-    with window(qapp, tmp_path, entries=PAGES, options=WindowOptions(language=language)) as assembly:
+    with window(qapp, tmp_path, entries=PAGES) as assembly:
         main = assembly.window
-        with qtbot.waitSignal(main.pages_made):
+        qtbot.waitSignal(main.pages_made).wait()
+        monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
+        for language, theme, size in some(LOOKS, one_in=2):
+            assembly.language_switch.use(language)
             assembly.appearance.choose(theme)
             main.resize(size)
-        monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
-        for entry in PAGES:
-            main.go_to(entry.key)
-            before = laid_out(main, entry.key)
-            for shown[0] in (*NOTICES, None):
-                after = laid_out(main, entry.key)
-                assert after == before, (entry.key, shown[0])
-                assert cut_off(main.status_bar) == []
+            for entry in PAGES:
+                main.go_to(entry.key)
+                before = laid_out(main, entry.key)
+                for shown[0] in (*NOTICES, None):
+                    after = laid_out(main, entry.key)
+                    assert after == before, (language, theme, entry.key, shown[0])
+                    assert cut_off(main.status_bar) == []
         assembly.appearance.choose(Theme.LIGHT)
 
 
@@ -209,8 +201,8 @@ def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
     assert main.navigation.chosen == page
     return {
         one: QRect(one.mapTo(main, QPoint()), one.size())
-        for one in main.findChildren(QWidget)
-        if one.isVisibleTo(main) and not one.isWindow() and not main.status_bar.isAncestorOf(one)
+        for one in visible_in(main)
+        if not one.isWindow() and not main.status_bar.isAncestorOf(one)
     }
 
 

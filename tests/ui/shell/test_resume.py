@@ -41,7 +41,7 @@ from tests.support.window.fakes_ui import (
 )
 from tests.support.window.steps import press
 from ui.acts.confirm import Confirm
-from ui.main import PAGES, Assembly
+from ui.main import Assembly
 from ui.shell.main_window import MainWindow
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -305,7 +305,8 @@ def test_no_page_misses_data_of_a_port_opened_early(
         ends.append(1)
 
     monkeypatch.setattr(MainWindow, "_end_making", _end_making)
-    with simulated("early"), window(qapp, tmp_path, entries=PAGES) as assembly:
+    entries = page_entries("live", "settings", "fleet", "diagnosis")
+    with simulated("early"), window(qapp, tmp_path, entries=entries) as assembly:
         connector, batches = assembly.connector, list[Batch]()
         connector.batch.connect(batches.append)
         assembly.window.connect_to(Target("sim://early", 115200))

@@ -1,6 +1,7 @@
 """The steps of an act: which presses count, by mouse, by key and by both at once."""
 
 from itertools import product
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -10,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from app.safety.acts import Act
 from protocol.link_states import Presence
 from tests.gestures.clumsy import run
-from tests.gestures.gesture_bench import GestureBench
+from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from ui.pages.preflight.controller import Standing
 from ui.style.appearance import Appearance
@@ -37,18 +38,19 @@ def is_nothing_sent(bench: GestureBench) -> bool:
     return not bench.sent and not bench.worker.submitted
 
 
-@pytest.mark.parametrize("is_double", [False, True])
-def test_a_click_that_does_not_count_completes_nothing_that_a_key_pressed(bench: GestureBench, is_double: bool) -> None:
-    go = ask_to_forbid(bench)
-    bench.move(bench.at(go))
-    if not is_double:
-        go.block_pointer()  # as where a layout brought it there
-    go.setFocus()
-    bench.key(Qt.Key.Key_Space, is_press=True)
-    (bench.double_press if is_double else bench.press)()
-    bench.release()
-    bench.key(Qt.Key.Key_Space, is_press=False)
-    assert is_nothing_sent(bench)
+def test_a_click_that_does_not_count_completes_nothing_that_a_key_pressed(bench: GestureBench) -> None:
+    for is_double in (False, True):
+        go = ask_to_forbid(bench)
+        bench.move(bench.at(go))
+        if not is_double:
+            go.block_pointer()  # as where a layout brought it there
+        go.setFocus()
+        bench.key(Qt.Key.Key_Space, is_press=True)
+        (bench.double_press if is_double else bench.press)()
+        bench.release()
+        bench.key(Qt.Key.Key_Space, is_press=False)
+        assert is_nothing_sent(bench), is_double
+        bench.reset()
 
 
 def test_two_hands_on_one_step_cancel_each_other(bench: GestureBench) -> None:
@@ -107,69 +109,69 @@ def test_a_press_that_began_before_the_step_moved_completes_nothing(bench: Gestu
     assert is_nothing_sent(bench)
 
 
-@pytest.mark.parametrize("is_marked", [True, False])
-def test_a_held_key_and_a_held_mouse_complete_nothing(
-    bench: GestureBench, monkeypatch: pytest.MonkeyPatch, is_marked: bool
-) -> None:
+def test_a_held_key_and_a_held_mouse_complete_nothing(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
     """What X11 repeats is neither the release of the key nor a press of its own, in whichever order they are let go."""
     monkeypatch.setattr(gestures(), "has_paired_repeats", True)
-    go = ask_to_forbid(bench)
-    bench.move(bench.at(go))
 
-    def repeat() -> None:
+    def repeat(is_marked: bool) -> None:
         for _ in range(10):
             bench.hand_s += 0.04
             bench.key(Qt.Key.Key_Space, is_press=False, is_repeat=True, is_marked=is_marked)
             bench.key(Qt.Key.Key_Space, is_press=True, is_repeat=True, is_marked=is_marked)
 
-    for is_key_first, is_key_last in product((False, True), repeat=2):
-        go.setFocus()
-        if is_key_first:
-            bench.key(Qt.Key.Key_Space, is_press=True)
-            repeat()
-        bench.press()
-        if not is_key_first:
-            bench.key(Qt.Key.Key_Space, is_press=True)
-        repeat()
-        if is_key_last:
-            bench.release()
-            repeat()
-        bench.key(Qt.Key.Key_Space, is_press=False)
-        bench.wait(0.1)
-        if not is_key_last:
-            bench.release()
-        assert is_nothing_sent(bench), (is_key_first, is_key_last)
-    bench.click()
-    assert not is_nothing_sent(bench)
+    for is_marked in (True, False):
+        go = ask_to_forbid(bench)
+        bench.move(bench.at(go))
+        for is_key_first, is_key_last in product((False, True), repeat=2):
+            go.setFocus()
+            if is_key_first:
+                bench.key(Qt.Key.Key_Space, is_press=True)
+                repeat(is_marked)
+            bench.press()
+            if not is_key_first:
+                bench.key(Qt.Key.Key_Space, is_press=True)
+            repeat(is_marked)
+            if is_key_last:
+                bench.release()
+                repeat(is_marked)
+            bench.key(Qt.Key.Key_Space, is_press=False)
+            bench.wait(0.1)
+            if not is_key_last:
+                bench.release()
+            assert is_nothing_sent(bench), (is_marked, is_key_first, is_key_last)
+        bench.click()
+        assert not is_nothing_sent(bench), is_marked
+        bench.wait(5.0)
+        bench.reset()
 
 
-def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(full_bench: GestureBench) -> None:
+def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(qapp: QApplication, tmp_path: Path) -> None:
     """The end of a check scrolls its rows: what comes to lie under the pointer then is no choice."""
-    bench = full_bench
-    bench.window.go_to("preflight")
-    page = bench.preflight
-    bench.go_and_click(page.buttons.run)
-    bench.until(lambda: page.work.standing is Standing.NO_GO)
-    enable, bar = page.list.rows["attitude_trigger"].act, page.list.verticalScrollBar()
-    page.list.ensureWidgetVisible(enable)
-    bench.turn()
-    place = bench.at(enable)
-    start = bar.value()
-    away = start - 60 if start >= 60 else start + 60
-    for value in (away, start):
-        bar.setValue(value)
-        bench.wait(1.0)
-        if value == away:
-            bench.move(place)
-    assert bench.window.childAt(place) is enable
-    bench.click()
-    assert page.work.standing is Standing.NO_GO
-    bench.move(QPoint(1, 1))
-    bench.move(place)
-    bench.click()
-    assert page.work.standing is Standing.CHECKING
-    bench.wait(2.0)
-    assert [one.encode()[2:5].hex() for one in bench.sent] == ["160200", "170200"]
+    with gesture_bench(qapp, tmp_path, pages=("commands", "preflight")) as bench:
+        bench.window.go_to("preflight")
+        page = bench.preflight
+        bench.go_and_click(page.buttons.run)
+        bench.until(lambda: page.work.standing is Standing.NO_GO)
+        enable, bar = page.list.rows["attitude_trigger"].act, page.list.verticalScrollBar()
+        page.list.ensureWidgetVisible(enable)
+        bench.turn()
+        place = bench.at(enable)
+        start = bar.value()
+        away = start - 60 if start >= 60 else start + 60
+        for value in (away, start):
+            bar.setValue(value)
+            bench.wait(1.0)
+            if value == away:
+                bench.move(place)
+        assert bench.window.childAt(place) is enable
+        bench.click()
+        assert page.work.standing is Standing.NO_GO
+        bench.move(QPoint(1, 1))
+        bench.move(place)
+        bench.click()
+        assert page.work.standing is Standing.CHECKING
+        bench.wait(2.0)
+        assert [one.encode()[2:5].hex() for one in bench.sent] == ["160200", "170200"]
 
 
 def test_cancel_takes_any_click(bench: GestureBench) -> None:
@@ -187,25 +189,25 @@ def test_cancel_takes_any_click(bench: GestureBench) -> None:
     assert is_nothing_sent(bench)
 
 
-def test_what_is_refused_anyway_is_disabled_and_says_why(full_bench: GestureBench) -> None:
-    bench = full_bench
-    act = ACTS[5]
-    go_to(bench, act)
-    assert first_button(bench, act).isEnabled()
-    bench.bench.power_off()
-    bench.until(lambda: bench.device.presence is Presence.OFFLINE, 90)
-    bench.settings.refresh()
-    bench.commands.refresh()
-    assert not bench.settings.write.isEnabled()
-    assert bench.settings.strip.notice is not None
-    assert "does not answer" in bench.settings.strip.notice.text
-    assert "does not answer" in bench.settings.baud.conditions.text()
-    bench.window.go_to("commands")
-    bench.commands.refresh()
-    for row in bench.commands.acts.values():
-        assert not row.confirm.ask.isEnabled()
-        assert "does not answer" in row.conditions.text()
-    assert not bench.commands.ritual.choose.isEnabled()
+def test_what_is_refused_anyway_is_disabled_and_says_why(qapp: QApplication, tmp_path: Path) -> None:
+    with gesture_bench(qapp, tmp_path, pages=("commands", "settings")) as bench:
+        act = ACTS[5]
+        go_to(bench, act)
+        assert first_button(bench, act).isEnabled()
+        bench.bench.power_off()
+        bench.until(lambda: bench.device.presence is Presence.OFFLINE, 90)
+        bench.settings.refresh()
+        bench.commands.refresh()
+        assert not bench.settings.write.isEnabled()
+        assert bench.settings.strip.notice is not None
+        assert "does not answer" in bench.settings.strip.notice.text
+        assert "does not answer" in bench.settings.baud.conditions.text()
+        bench.window.go_to("commands")
+        bench.commands.refresh()
+        for row in bench.commands.acts.values():
+            assert not row.confirm.ask.isEnabled()
+            assert "does not answer" in row.conditions.text()
+        assert not bench.commands.ritual.choose.isEnabled()
 
 
 @pytest.mark.qt_log_ignore("does not support", extend=True)  # the platform, of a list that drops down

@@ -9,11 +9,10 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
-from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, let_lay_out
 from ui.core.texts import LanguageSwitch
-from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.plots.plot_view import PlotView
 from ui.style.painted_widget import Freshness, PaintedWidget
@@ -42,7 +41,7 @@ def test_without_a_module_it_says_what_to_do(live: Bench) -> None:
 
 
 def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=PAGES) as assembly:
+    with window(qapp, tmp_path, entries=page_entries("live")) as assembly:
         panel = assembly.window.panel
         page = await_child(qtbot, assembly.window, LivePage)
         qtbot.waitUntil(panel.isVisible)
@@ -223,7 +222,7 @@ def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
 
 
 def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("live") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
+    with simulated("live") as bench, window(qapp, tmp_path, entries=page_entries("live", "diagnosis")) as assembly:
         page = await_child(qtbot, assembly.window, LivePage)
         connect(qtbot, assembly, "sim://live")
         qtbot.waitUntil(lambda: not page.is_empty)
@@ -245,7 +244,7 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
 def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with simulated("beside"), window(qapp, tmp_path, entries=PAGES) as assembly:
+    with simulated("beside"), window(qapp, tmp_path, entries=page_entries("live")) as assembly:
         page = await_child(qtbot, assembly.window, LivePage)
         assembly.window.resize(1024, 600)
         connect(qtbot, assembly, "sim://beside")
@@ -258,7 +257,7 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
 
 
 def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("fires") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
+    with simulated("fires") as bench, window(qapp, tmp_path, entries=page_entries("live")) as assembly:
         page = await_child(qtbot, assembly.window, LivePage)
         connect(qtbot, assembly, "sim://fires")
         qtbot.waitUntil(lambda: not page.is_empty)
@@ -274,7 +273,7 @@ def happened(page: LivePage) -> list[str]:
 
 
 def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("row"), window(qapp, tmp_path, entries=PAGES) as assembly:
+    with simulated("row"), window(qapp, tmp_path, entries=page_entries("live")) as assembly:
         page = await_child(qtbot, assembly.window, LivePage)
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)

@@ -28,10 +28,9 @@ from protocol.catalogue import Hazard
 from protocol.frame import decode_request
 from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in, written_at_once
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import connect, page_entries, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import find, let_lay_out
-from ui.main import PAGES
 from ui.pages.live import what_if_panel
 from ui.pages.live.page import LivePage
 from ui.pages.settings.page import SettingsPage
@@ -342,7 +341,7 @@ def test_drafts_move_between_settings_and_live_without_sending(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     name = f"fired{tmp_path.name}"
-    with simulated(name) as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
+    with simulated(name) as bench, window(qapp, tmp_path, entries=page_entries("live", "settings")) as assembly:
         changes: list[bytes] = []
         write = bench.wire.write
 
@@ -379,7 +378,7 @@ def test_drafts_move_between_settings_and_live_without_sending(
 
 
 def test_in_sunlight_a_switch_stands_beside_its_name(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("sunny"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+    with simulated("sunny"), window(qapp, tmp_path, entries=page_entries("live")) as assembly:
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
         assembly.window.connect_to(Target("sim://sunny", 115200))
