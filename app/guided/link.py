@@ -6,7 +6,6 @@ it: before it passes, a person has to say so.
 
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, PortLost, Procedure, Report
 from app.engine.transport import PortError
@@ -56,7 +55,7 @@ def measure_link(restarts: int, steps: PersonSteps) -> Procedure[GuidedResult]:
 
 
 def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: int, boots: list[int]) -> Procedure[None]:
-    """`boots` collects the boot counts that are read."""
+    """`boots` collects the boot counts that are read, each as often as it changed."""
     view: EngineView = yield Inspect()
     ends_at, rejected = view.now + seconds, view.link.counters.rejected
     while view.now < ends_at:
@@ -65,11 +64,12 @@ def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: in
         counts.asked += 1
         counts.lost += not isinstance(outcome, Answered)
         if isinstance(outcome, Answered):
-            boots += [answer.raw for answer in outcome.messages if isinstance(answer, Reading)]
+            read = [answer.raw for answer in outcome.messages if isinstance(answer, Reading)]
+            boots += [] if read == boots[-1:] else read
         view = yield Inspect()
         counts.rejected = view.link.counters.rejected - rejected
         # The device counts a restart twice if the boot count is read between its two heartbeats.
-        counts.restarts = sum(before != after for before, after in pairwise(boots)) or view.device.restarts - restarts
+        counts.restarts = max(0, len(boots) - 1) or view.device.restarts - restarts
         yield Pause(ASK_EVERY_S)
 
 

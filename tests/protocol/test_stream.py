@@ -15,6 +15,7 @@ from protocol.stream import Piece, StreamParser
 from tests.scenarios.fuzz import MOST_PENDING, fuzz, hostile_bytes, summed
 from tests.support.line import reference_decoder
 from tests.support.line.vectors import BY_ID, VALID, VECTORS, Vector
+from tests.support.thorough import IS_THOROUGH
 
 VOLTAGE = BY_NAME["cell_voltage"].query()
 RECORDS = BY_NAME["trigger_records"].query()
@@ -189,7 +190,7 @@ def test_a_pause_within_a_frame_is_no_matter_as_long_as_nobody_flushes() -> None
     assert frames(parser.feed(STREAMED[-1:])) == [STREAMED]
 
 
-@pytest.mark.parametrize(("asked", "most_cuts"), [(None, 15), (RECORDS, 4), (STATUS, 4)])
+@pytest.mark.parametrize(("asked", "most_cuts"), [(None, 15 if IS_THOROUGH else 4), (RECORDS, 4), (STATUS, 4)])
 @pytest.mark.parametrize("following", [b"", STREAMED * 2], ids=["alone", "followed"])
 def test_e03_a_record_that_begins_like_a_voltage_is_a_record_in_every_chunking(
     asked: Request | None, most_cuts: int, following: bytes

@@ -159,7 +159,7 @@ def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expe
         outcome = rig.run(ask(request))
         assert isinstance(outcome, Unanswered)
         assert outcome.attempts == 0
-    rig.step_for(60)
+    rig.step_for(25)
     assert changes(rig) == []
     assert not {one.command.code for one in rig.line.requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 
@@ -269,7 +269,7 @@ def test_another_module_behind_the_open_port_is_noticed() -> None:
     rig.bench.restart()
     rig.step_until(lambda: trust(rig) is Trust.REFUTED, limit_s=30)
     sent = len(changes(rig))
-    rig.step_for(60)
+    rig.step_for(25)
     assert len(changes(rig)) == sent
     assert rig.session.identity.identity.before == FOUND
 
@@ -340,7 +340,7 @@ def test_a_person_is_asked_again_once_the_conversation_broke(
     rig.step_for(5)
     if is_named:
         rig.session.identity.confirm(is_named=True)
-    rig.step_for(60)
+    rig.step_for(25)
     assert trust(rig) is (Trust.PROVEN if is_named else Trust.UNNAMED)
     broken(rig)
     rig.step_for(20)

@@ -59,15 +59,15 @@ class Case(NamedTuple):
     verdict: GuidedVerdict | None
     said: str | None
     options: Mapping[str, object] = MappingProxyType({})
-    limit_s: float = 12.0
+    limit_s: float = 6.0
 
 
 CASES = (
-    Case(GuidedKind.TILT, False, None, NO_STEP, limit_s=120.0),
+    Case(GuidedKind.TILT, False, None, NO_STEP),
     Case(GuidedKind.TILT, True, None, NO_STEP),
     Case(GuidedKind.FREE_FALL, False, None, NO_STEP),
     Case(GuidedKind.FREE_FALL, True, None, NO_STEP),
-    Case(GuidedKind.BAY, False, None, NO_STEP),
+    Case(GuidedKind.BAY, False, None, NO_STEP, limit_s=120.0),
     Case(GuidedKind.BAY, True, FAILED, ALIKE),
     Case(GuidedKind.BAY, True, FAILED, ALIKE, {"bay_open": True}),
     Case(GuidedKind.BAY, True, FAILED, ALIKE, {"light_inverted": True}),

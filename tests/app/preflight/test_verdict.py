@@ -28,7 +28,7 @@ from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import Rig
-from tests.support.records.preflight_rig import Measured, judged
+from tests.support.records.preflight_rig import judged
 
 ENDED, OPENED = 1000.0, 900.0
 
@@ -143,7 +143,7 @@ OPTIONS = {"uptime": 60, "noise": 0}
 def checked(rig: Rig, *, is_enabling: bool = False) -> tuple[Verdict, Evidence]:
     evidence = Evidence(port="sim")
     rig.run(run_preflight(evidence, is_enabling=is_enabling))
-    return judged(Measured(rig, evidence, FrameLog())).assessment.verdict, evidence
+    return judged(rig, evidence).assessment.verdict, evidence
 
 
 def twin(rig: Rig, *, boots: int = 37) -> SimulatedBench:

@@ -26,6 +26,7 @@ from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig
+from tests.support.thorough import some
 from ui.pages.triggers.controller import read_triggers
 
 Begin = Callable[[ExchangedRig], Procedure[object]]
@@ -61,7 +62,7 @@ def check(_rig: ExchangedRig) -> Procedure[object]:
     ids=["activate", "shut down", "forbid", "zero", "settings", "triggers", "check"],
 )
 def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin, frames: range, boots: int) -> None:
-    for frame in frames:
+    for frame in some(frames, one_in=2, first=boots):
         rig = ExchangedRig(frame, boots=boots)
         rig.run(begin(rig))
         assert rig.line.is_exchanged
@@ -111,7 +112,7 @@ def test_it_is_not_activated_because_the_first_one_was_ready(boots: int) -> None
 def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
     """What was written to that one is unknown: it is neither verified nor refused."""
     changes = [SettingChange(BY_NAME[name], value) for name, value in EDITS.items()]
-    for frame in range(14, 37):
+    for frame in some(range(14, 37), one_in=2, first=boots):
         rig, journal = ExchangedRig(frame, boots=boots), FakeJournal()
         report = rig.run(write_all(changes, WriteContext(journal=journal)))
         assert rig.line.is_exchanged
@@ -139,7 +140,9 @@ def test_its_baud_rate_is_not_said_of_the_first_one(boots: int) -> None:
         assert not journal.outcomes, frame
 
 
-@pytest.mark.parametrize(("frame", "boots"), [*((at, 90) for at in range(1, 26)), *((at, 37) for at in range(4, 26))])
+@pytest.mark.parametrize(
+    ("frame", "boots"), some([*((at, 90) for at in range(1, 26)), *((at, 37) for at in range(4, 26))], one_in=2)
+)
 def test_records_of_both_are_not_read_as_those_of_one(frame: int, boots: int) -> None:
     rig = ExchangedRig(frame, boots=boots)
     with pytest.raises(UserError, match="The module restarted"):

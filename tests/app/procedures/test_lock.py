@@ -270,7 +270,7 @@ def test_every_outcome_has_its_sentence() -> None:
     assert waiting_sentence(3) == "LOCK sent 3×, not yet reported"
 
 
-SEEDS = max(12, settings().max_examples // 2)
+SEEDS = settings().max_examples // 4
 """1,000 in the profile `thorough`."""
 LOSSY: dict[str, dict[str, Any]] = {
     "a fifth of the frames lost": {"drop": 0.2, "direction": "both"},

@@ -12,8 +12,8 @@ from tests.support.line.sim_line import INSTANT_S, FakeClock, Rig, SimulatedLine
 
 GAP_S = 0.5
 """While the cable is in nobody's hands: longer than a silence that is noticed, shorter than one that is asked about."""
-_FIRST: Mapping[str, Any] = {"uptime": 60, "noise": 0, "boots": 37, "history": 3, "seed": 1}
-_SECOND: Mapping[str, Any] = {"uptime": 60, "noise": 0, "history": 5, "seed": 2}
+_FIRST: Mapping[str, Any] = {"uptime": 60, "noise": 0, "boots": 37, "rate": 10, "history": 3, "seed": 1}
+_SECOND: Mapping[str, Any] = {"uptime": 60, "noise": 0, "rate": 10, "history": 5, "seed": 2}
 _SETTINGS = {"attitude_threshold": 85, "light_threshold": 70, "freefall_acceleration": 4, "freefall_time": 60}
 
 

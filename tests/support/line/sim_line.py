@@ -156,7 +156,7 @@ class Rig:
         is_attended: bool = False,
     ) -> None:
         self.clock = FakeClock()
-        self.line = SimulatedLine(self.clock, options, baud_rate=baud_rate)
+        self.line = SimulatedLine(self.clock, {"rate": 10, **(options or {})}, baud_rate=baud_rate)
         self.session = Session(self.line, self.clock, expected=expected, is_attended=is_attended)
         self.clock.now_s += INSTANT_S
 

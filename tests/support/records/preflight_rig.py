@@ -54,23 +54,9 @@ class Fault:
     past: Mapping[str, Any] = field(default_factory=dict)
     is_enabling: bool = True
 
-    @property
-    def is_of_module(self) -> bool:
-        """Whether the module itself has the fault, not only the profile."""
-        return bool(self.options) or self.arrange is not None or not self.is_enabling
 
-
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """The evidence of one run, before it is judged."""
-
-    rig: Rig
-    evidence: Evidence
-    log: FrameLog
-
-
-def measured(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Measured:
-    """Run the check once on a module with these faults."""
+def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Checked:
+    """Run and judge a check of a module with these faults."""
     merged: dict[str, str] = dict(options or {})
     for fault in faults:
         for name, value in fault.options.items():
@@ -79,30 +65,22 @@ def measured(*faults: Fault, options: Mapping[str, str] | None = None, is_enabli
     for fault in faults:
         if fault.arrange is not None:
             fault.arrange(rig)
-    evidence, log = Evidence(port="sim"), FrameLog()
+    evidence = Evidence(port="sim")
     rig.run(run_preflight(evidence, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)))
-    log.feed(rig.session.take_events())
-    return Measured(rig, evidence, log)
+    return judged(rig, evidence, *faults)
 
 
-def judged(found: Measured, *faults: Fault) -> Checked:
+def judged(rig: Rig, evidence: Evidence, *faults: Fault) -> Checked:
     """Judge the evidence by the expectations of these faults."""
+    log = FrameLog()
+    log.feed(rig.session.take_events())
     profile: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
     past: dict[str, Any] = {"module": "M-07", "boot_count": 36, "has_check": True}
     for fault in faults:
         profile |= fault.profile
         past |= fault.past
-    case = Case(
-        evidence=found.evidence,
-        profile=Profile(**profile),
-        past=Past(**past),
-    )
-    return Checked(found.rig, assess(case), found.log)
-
-
-def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Checked:
-    """Run and judge a check of a module with these faults."""
-    return judged(measured(*faults, options=options, is_enabling=is_enabling), *faults)
+    case = Case(evidence=evidence, profile=Profile(**profile), past=Past(**past))
+    return Checked(rig, assess(case), log)
 
 
 def assert_only_questions(checked: Checked, *, is_enabling: bool = True) -> None:
@@ -209,7 +187,7 @@ FAULTS: Mapping[str, Fault] = {
     "no boot count": Fault(_names("boot_count"), {"mute_codes": "23"}),
     "no settings": Fault(_names("attitude_threshold", "freefall_time", "fingerprint"), {"mute_codes": "20,22"}),
     "restarted": Fault(_names("undisturbed"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
-    # Nothing of the module; last, so that the pairs with them are measured once.
+    # Nothing of the module.
     "not as in the profile": Fault(
         _names("attitude_threshold"),
         profile={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
