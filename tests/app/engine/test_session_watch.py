@@ -82,7 +82,7 @@ def test_a_module_that_will_not_stream_is_polled(stream: str) -> None:
 def test_while_streaming_the_slow_values_stay_fresh() -> None:
     rig = settled_rig(rate=1440)
     watched(rig)
-    rig.step_for(5)
+    rig.step_for(10)
     view = rig.session.device.view(rig.clock.now_s)
     for key in ("cell_voltage_v", "charging", "light_v", "tilt_deg", "active"):
         assert view.fresh(key, rig.clock.now_s) is not None, key
