@@ -158,9 +158,10 @@ def perform(
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
     try:
         answer = yield Ask(request, is_deliberate=True)
-        breaks = (yield Inspect()).device.breaks
+        before: EngineView = yield Inspect()
         after = yield from _observe_after(act, answer)
-        if after.raw is not None and (yield Inspect()).device.breaks != breaks:  # it may be another module that reports
+        is_broken = _is_quick(before) and (yield Inspect()).device.breaks != before.device.breaks
+        if after.raw is not None and is_broken:  # it may be another module that reports
             is_alive = None if after.is_alive else after.is_alive
             after = replace(after, reports=(), has_fired=None, is_alive=is_alive)
     except (Cancelled, PortLost, PortError) as error:
@@ -221,11 +222,16 @@ def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
         yield from _watch_motion()
     yield from ask_status()
     view: EngineView = yield Inspect()
-    if view.device.lag_s is None or view.device.lag_s < QUICK_S:  # else the permit would expire meanwhile
+    if _is_quick(view):  # else the permit would expire meanwhile
         yield from is_another(begin)
     if (yield from _ask_threshold(act)):  # a silence meanwhile cast doubt on it
         yield from ask_status()
     return not is_refuted(begin, (yield Inspect()))
+
+
+def _is_quick(view: EngineView) -> bool:
+    """Whether the line is: else an answer takes as long as a silence that breaks the conversation."""
+    return view.device.lag_s is None or view.device.lag_s < QUICK_S
 
 
 def _ask_threshold(act: Act) -> Procedure[bool]:
