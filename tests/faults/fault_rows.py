@@ -10,7 +10,7 @@ from app.procedures.find import WAITS_S, answers_here, find_rate, proofs
 from app.procedures.handshake import handshake
 from app.procedures.history import History, read_history
 from app.procedures.lock import Locked, lock
-from app.procedures.read import Everything, read_everything
+from app.procedures.read import Everything, read_everything, undisturbed
 from app.procedures.settings_reading import SettingsReading, is_another, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import ReadBack, read_back, write_verified
@@ -76,6 +76,11 @@ ROWS: tuple[Row, ...] = (
     ),
     Row("find.find_rate", lambda: find_rate(115200), lambda found, cell: rate_lies(found.baud_rate, cell)),
     Row("read.read_everything", read_everything, _no_everything_lie),
+    Row(
+        "read.undisturbed",
+        lambda: undisturbed(read_everything),
+        lambda everything, cell: [] if everything is None else _no_everything_lie(everything, cell),
+    ),
     Row("history.read_history", read_history, _no_history_lie),
     Row(
         "lock.lock",
