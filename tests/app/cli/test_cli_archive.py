@@ -147,6 +147,7 @@ def test_the_report_says_what_is_due_and_the_whole_life_of_a_module(
     here.snapshot("M-07")
     other.check("M-08", "NO-GO")
     other.test("M-08", GuidedVerdict.FAILED)
+    other.test("M-08", is_simulated=True)
     other.meet("=HYPERLINK(1)")
     _carry(capsys, other, tmp_path / "stick")
     days = ("--check-days", "90000", "--test-days", "90000")
@@ -164,6 +165,8 @@ def test_the_report_says_what_is_due_and_the_whole_life_of_a_module(
     assert [point["value"] for point in life["values"]["cell_voltage_v"]] == [3.9]
     text = say(capsys, "report").out + say(capsys, "report", "--module", "M-07").out
     assert "M-08" in text
+    tests = [line for line in say(capsys, "report", "--module", "M-08").out.splitlines() if "Guided test" in line]
+    assert [line.rpartition(": ")[2].strip() for line in tests] == ["FAILED.", "passed (simulated)."]
     assert "Pre-flight check 1: GO, checked by Li." in text
     assert "\x1b" not in text
     fleet = list(csv.DictReader(io.StringIO(say(capsys, "report", "--csv").out)))

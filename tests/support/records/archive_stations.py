@@ -70,7 +70,7 @@ class ArchiveStation:
         self.meet(module)
         self.store.store_snapshot(found, port="p", module=module)
 
-    def test(self, module: str, verdict: GuidedVerdict = GuidedVerdict.PASSED) -> None:
+    def test(self, module: str, verdict: GuidedVerdict = GuidedVerdict.PASSED, *, is_simulated: bool = False) -> None:
         text = UserMessage("x")
         result = GuidedResult(GuidedKind.TILT, (MeasuredValue(text, text, text, verdict, 61.0),))
         keep_test(
@@ -79,7 +79,7 @@ class ArchiveStation:
             module=self.meet(module),
             adapter="usb 1",
             who="Li",
-            is_simulated=False,
+            is_simulated=is_simulated,
             program=version(),
         )
 
