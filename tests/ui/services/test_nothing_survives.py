@@ -182,8 +182,6 @@ def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.Mo
         close_window(assembly)
 
 
-# At every moment of every job
-
 Begin = Callable[[Rig], object]
 
 
@@ -234,9 +232,6 @@ MOMENTS: Final[dict[str, Begin]] = {
     "check of all": lambda rig: rig.pages["fleet"]._check(),
     "profile for all": _profile,
 }
-
-
-# From A to B, to nothing, from nothing, and B behind A's port
 
 
 def _to_another_port(rig: Rig) -> None:
@@ -400,7 +395,6 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     rig.connector._switch()
     rig.settle()
     assert rig.connector.current.module.name == "BETA"
-    store = rig.assembly.storage.store
-    assert isinstance(store, Store)
-    store.queue.submit(int).result(PATIENCE_S)
+    assert isinstance(rig.assembly.storage.store, Store)
+    rig.assembly.storage.store.queue.submit(int).result(PATIENCE_S)
     assert filed == [NAME_A]

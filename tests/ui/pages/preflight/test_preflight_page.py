@@ -149,6 +149,10 @@ def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
         page = bench.preflight
         page.form.ask_open = choosing(profile)
         page.form.choose_file()
+        page.form.aircraft.setEditText("H6-12")
+        bench.click(page.list.manual[0].done)
+        bench.connect()
+        assert (page.list.manual[0].state, page.form.aircraft.currentText()) == (None, "")
         bench.click(page.list.manual[0].done)
         name_module(bench, "M-07")
         assert page.list.manual[0].state is True
