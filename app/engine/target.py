@@ -11,7 +11,6 @@ class Target:
     baud_rate: int
     identity: str = ""
     """Identifies the adapter; empty where there is none (a URL, a pseudo-terminal)."""
-    title: str = ""
     finds_rate: bool = False
 
     @property

@@ -54,7 +54,6 @@ class LockState:
     sent: int | None = None
     """Number of frames sent, while LOCK is being repeated."""
     failed: Locked | None = None
-    confirmed: Locked | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

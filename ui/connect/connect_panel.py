@@ -161,7 +161,7 @@ class ConnectPanel(QScrollArea):
         choice = self.list.chosen
         if choice is None:
             return None
-        return Target(choice.device, first_rate, choice.identity, choice.title, finds)
+        return Target(choice.device, first_rate, choice.identity, finds_rate=finds)
 
     def connect_chosen(self) -> None:
         target = self.chosen_target()

@@ -158,9 +158,7 @@ def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp:
     with window(qapp, tmp_path, ports=ListedPorts(ADAPTER, SECOND_ADAPTER)) as assembly:
         panel = assembly.window.panel
         qtbot.waitUntil(lambda: panel.list.count() == 3)
-        assert panel.chosen_target() == Target(
-            SECOND_ADAPTER.device, 57600, SECOND_ADAPTER.identity, "ttyACM0", finds_rate=False
-        )
+        assert panel.chosen_target() == Target(SECOND_ADAPTER.device, 57600, SECOND_ADAPTER.identity)
         assert rows(assembly)[SECOND_ADAPTER.device] == "used last"
 
 

@@ -133,7 +133,7 @@ class FleetMembers(QObject):
             identity=connection.identity,
             verdict=None if check is None else check.held(device, now),
             is_checking=connection in self.is_checking,
-            lock=LockState(sent=lock.sent, failed=lock.failed, confirmed=lock.confirmed),
+            lock=LockState(sent=lock.sent, failed=lock.failed),
             can_lock=lock.is_possible,
             is_shown=connection is self._connector.current,
             due=self._due.get(connection.module.name, ()),
@@ -168,7 +168,7 @@ def _due_by_name(store: Store, names: Iterable[str]) -> Due:
 
 
 def target_of(port: PortInfo) -> Target:
-    return Target(port.device, DEFAULT_BAUD_RATE, port.identity, port.description)
+    return Target(port.device, DEFAULT_BAUD_RATE, port.identity)
 
 
 def port_text(target: Target | None) -> str:
