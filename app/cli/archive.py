@@ -305,25 +305,17 @@ def life_json(life: ModuleHistory) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _fleet_cells(state: ModuleToday) -> tuple[object, ...]:
+def _fleet_cells(state: ModuleToday) -> Iterable[object]:
     check = state.last_check
-    of_check = (
-        (None,) * 8
-        if check is None
-        else (check.verdict, check.is_void, check.is_simulated, utc_cell(check.at), check.number, check.who,
-              check.aircraft, check.fingerprint)
-    )  # fmt: skip
-    stations = len({member.station for member in state.module.members})
-    counts = (state.checks, state.trigger_records, state.unjudged)
-    return (
-        state.module.name,
-        stations,
-        utc_cell(state.last_at),
-        *of_check,
-        *counts,
-        state.due_words,
-        state.since_repack,
-    )
+    told = state_json(state) | ({} if check is None else _check_json(check))
+    told |= {
+        "stations": len({member.station for member in state.module.members}),
+        "last_at": utc_cell(state.last_at),
+        "check_at": None if check is None else utc_cell(check.at),
+        "check_number": None if check is None else check.number,
+        "due": state.due_words,
+    }
+    return map(told.get, FLEET_HEAD)
 
 
 def _life_rows(life: ModuleHistory) -> Iterable[tuple[object, ...]]:
