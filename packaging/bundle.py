@@ -4,7 +4,6 @@ import gzip
 import json
 import platform
 import shutil
-import subprocess
 import sys
 import tarfile
 import zipfile
@@ -98,7 +97,7 @@ def _strip(internal: Path) -> None:
     for pattern in _WITH_DEBUG_TABLES:
         for library in sorted(internal.glob(pattern)):
             if not library.is_symlink():
-                subprocess.run(["strip", "--strip-debug", str(library)], check=True)
+                run(["strip", "--strip-debug", str(library)], "strip failed")
 
 
 def pack(folder: Path, release: Release) -> None:

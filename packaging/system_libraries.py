@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -57,16 +58,8 @@ def make_ready(*, is_first: bool, is_screen_wanted: bool, is_packaging: bool = F
     if sys.platform != "linux":
         return
     manager = package_manager()
-
-    def needs_now() -> list[Need]:
-        return _needs(
-            manager,
-            is_first=is_first,
-            is_screen_wanted=is_screen_wanted,
-            is_packaging=is_packaging,
-            is_testing=is_testing,
-        )
-
+    needs_now = partial(_needs, manager, is_first=is_first, is_screen_wanted=is_screen_wanted,
+                        is_packaging=is_packaging, is_testing=is_testing)  # fmt: skip
     needs = needs_now()
     required = [need for need in needs if not need.is_optional]
     if required:

@@ -2,7 +2,6 @@
 
 import gzip
 import platform
-import subprocess
 from pathlib import Path
 from shutil import copytree
 from typing import Final
@@ -48,7 +47,7 @@ def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> None:
     stamp_times(root, release.epoch)
     command = ["dpkg-deb", "--root-owner-group", *_COMPRESSION, "--build", str(root), str(dist)]
     variables = {"SOURCE_DATE_EPOCH": str(release.epoch), "PATH": "/usr/sbin:/usr/bin:/sbin:/bin"}
-    subprocess.run(command, env=variables, check=True, stdout=subprocess.DEVNULL)
+    run(command, "dpkg-deb failed", variables=variables)
 
 
 def _lay_out(root: Path, release: Release, bundle: Path) -> None:

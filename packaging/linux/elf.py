@@ -1,11 +1,11 @@
 """What programs and libraries want from a Linux system, as `objdump` shows it."""
 
-import os
 import re
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
+
+from environment import run
 
 _RUN_PATH: Final = re.compile(r"^\s+(?:RUNPATH|RPATH)\s+(/\S+)$", re.MULTILINE)
 _OWN_FOLDER: Final = b"$ORIGIN"
@@ -18,10 +18,7 @@ def shown(folder: Path) -> Iterator[tuple[Path, str]]:
             with path.open("rb") as file:
                 is_program = file.read(4) == b"\x7fELF"
             if is_program:
-                command = ["objdump", "-p", str(path)]
-                variables = {**os.environ, "LC_ALL": "C"}  # independent of the locale
-                done = subprocess.run(command, capture_output=True, text=True, check=True, env=variables)
-                yield path, done.stdout
+                yield path, run(["objdump", "-p", str(path)], "objdump failed", variables={"LC_ALL": "C"})
 
 
 def make_run_paths_relative(folder: Path) -> None:

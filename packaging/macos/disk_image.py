@@ -1,16 +1,15 @@
 """Not run here: written for macOS, never executed. The disk image that people drag the program out of."""
 
-import subprocess
 import tempfile
 from pathlib import Path
 
-from environment import SetupError
+from environment import run
 from release import TITLE
 
 
 def sign_again(app: Path) -> None:
     """Sign ad hoc: PyInstaller's signature is invalid after the licences were added."""
-    subprocess.run(["codesign", "--force", "--deep", "--sign", "-", str(app)], check=True)
+    run(["codesign", "--force", "--deep", "--sign", "-", str(app)], "codesign failed")
 
 
 def make_disk_image(app: Path, target: Path) -> None:
@@ -21,9 +20,7 @@ def make_disk_image(app: Path, target: Path) -> None:
     """
     with tempfile.TemporaryDirectory() as folder:
         content = Path(folder)
-        subprocess.run(["ditto", str(app), str(content / app.name)], check=True)  # keeps links and signatures
+        run(["ditto", str(app), str(content / app.name)], "ditto failed")  # keeps links and signatures
         (content / "Applications").symlink_to("/Applications")
         command = ["hdiutil", "create", "-volname", TITLE, "-srcfolder", str(content), "-format", "UDZO", "-ov"]
-        done = subprocess.run([*command, str(target)], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise SetupError(f"{done.stderr}\nhdiutil could not make {target.name}; it says why above.", exit_code=4)
+        run([*command, str(target)], f"hdiutil could not make {target.name}")
