@@ -127,7 +127,7 @@ def _of_cryptography(files: tuple[Entry, ...]) -> Iterator[Part]:
     """OpenSSL and Rust crates, from the lists that its makers put into its wheels; without tools of their build."""
     brought = [file for file in metadata.files("cryptography") or () if file.parent.name == "sboms"] if files else []
     for listed in brought:
-        for work in json.loads(listed.read_text())["components"]:
+        for work in json.loads(listed.read_text(encoding="utf-8"))["components"]:
             name, purl = work["name"], work["purl"]
             if work.get("scope") != "excluded" and "download_url=file:" not in purl:  # the latter are its own
                 licence = "Apache-2.0" if name == "openssl" else work["licenses"][0]["expression"]
