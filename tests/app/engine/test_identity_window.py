@@ -235,9 +235,10 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
         qtbot.keyClicks(edit, "08")
         qtbot.keyClick(edit, Qt.Key.Key_Return)
         assert one.naming.name == "M-08"
-        qtbot.keyClicks(edit, "9")
-        connector.connect_to(Target("/dev/another", 115200))
-        assert edit.text() == "", "it was typed for the former module"
+        for port in ("/dev/another", "/dev/third"):  # from the second on without a name
+            qtbot.keyClicks(edit, "9")
+            connector.connect_to(Target(port, 115200))
+            assert edit.text() == "", "it was typed for the former module"
 
 
 OF_ANOTHER = replace(FOUND, boot_count=90)
