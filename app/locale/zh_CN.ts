@@ -291,7 +291,7 @@
     </message>
     <message>
         <source>Vendor advises: {advice}</source>
-        <translation>与厂家建议不符：{advice}</translation>
+        <translation>厂家建议：{advice}</translation>
     </message>
     <message>
         <source>Aircraft</source>
@@ -4592,10 +4592,6 @@
     <message>
         <source>add to the file (only .csv)</source>
         <translation>追加到文件（仅 .csv）</translation>
-    </message>
-    <message>
-        <source>advised: {advice}</source>
-        <translation>建议：{advice}</translation>
     </message>
     <message>
         <source>after 1000 ms the module counts as offline</source>

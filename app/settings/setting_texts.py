@@ -36,7 +36,7 @@ def advice_text(command: Command) -> str:
     if command.key in DEFAULTS:
         parts.append(tr("Default {value}", value=value_text(command, DEFAULTS[command.key])))
     if command.advice is not None:
-        parts.append(tr("advised: {advice}", advice=tr(command.advice.text)))
+        parts.append(tr("Vendor advises: {advice}", advice=tr(command.advice.text)))
     elif command in _TRADE_OFFS:
         parts.append(tr(_TRADE_OFFS[command]))
     return " · ".join(parts)

@@ -79,8 +79,8 @@ def test_the_advice_begins_with_a_capital_and_the_chinese_help_has_the_vendors_t
             said[key] = one.settings.pane.advice.text()
         one.assembly.language_switch.use(CHINESE)
         assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
-    assert said[LIGHT].startswith("Advised: ")
-    assert said[TILT].startswith("Default 60° · advised: ")
+    assert said[LIGHT].startswith("Vendor advises: ")
+    assert said[TILT].startswith("Default 60° · Vendor advises: ")
 
 
 def test_each_value_is_whole_at_twice_the_size_of_text(qtbot: QtBot, one: Desk) -> None:
