@@ -1,6 +1,7 @@
 """Notices: texts, main buttons, and that no button takes the place of another."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.causes import NextStep
 from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.reconnect import Absence
+from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.handshake import Silence
 from app.procedures.lock import Locked
@@ -234,6 +236,17 @@ def test_a_passing_message_is_shown_beside_a_notice(qapp: QApplication, tmp_path
         assert label.text() == "Short.\nCopied."
         assembly.language_switch.use("zh_CN")
         assert label.text() == "Short."  # what was said in the former language is gone
+
+
+def test_what_is_said_of_one_module_ends_with_another(qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=()) as assembly:
+        main = assembly.window
+        for text, is_of_module in (("Of it.", True), ("Of all.", False)):
+            main.attention.queue_notice(partial(Notice, Meaning.INFORMATION, text), is_of_module=is_of_module)
+        assert notice_text(main.notice_bar) == "Of it."
+        assembly.connector.connect_to(Target("/dev/another", 115200))
+        main.attention.refresh()
+        assert notice_text(main.notice_bar) == "Of all."
 
 
 def test_that_one_has_triggered_was_read_and_not_that_the_next_has(
