@@ -3,7 +3,6 @@
 import json
 from contextlib import closing
 from pathlib import Path
-from threading import Timer
 
 import numpy as np
 import pytest
@@ -26,7 +25,7 @@ from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english")
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
 ACTS = {0x10, 0x11, 0x12, 0x24, 0x25}
 
 
@@ -160,7 +159,15 @@ def exchange(bench: benches.SimulatedBench, **memory: int) -> None:
     bench.change(mute=True)
     for name, value in {"boot_count": 90, "attitude_threshold": 85, **memory}.items():
         setattr(bench.module.memory, name, value)
-    Timer(GAP_S, bench.change, kwargs={"mute": False}).start()
+    read, ends_s = bench.wire.read, bench.clock() + GAP_S
+
+    def heard(now_s: float) -> bytes:
+        if now_s >= ends_s:
+            bench.change(mute=False)
+            bench.wire.read = read  # type: ignore[method-assign]
+        return read(now_s)
+
+    bench.wire.read = heard  # type: ignore[method-assign]
 
 
 @pytest.mark.parametrize("frame", [5, 8, 10])
@@ -186,9 +193,7 @@ def test_no_profile_is_saved_with_settings_of_two_modules(
     assert (saved["attitude_threshold_deg"], saved["light_threshold_v"]) == (85, 7.0)
 
 
-def test_a_reading_that_ends_in_silence_is_not_whole(
-    port: str, hasty: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_reading_that_ends_in_silence_is_not_whole(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Everything was read, after a silence in between, and is read once more."""
     bench = bench_of(port)
     with (

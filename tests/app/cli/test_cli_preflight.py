@@ -27,7 +27,7 @@ from tests.support.cli_line import Printed, bench_of, falls_after, is_one_senten
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "brief")
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
 
 PROFILE = """
 name = "H6"

@@ -1,7 +1,6 @@
 """`dps-s preflight`: READY and GO only in the connection in which the triggers were enabled."""
 
 import json
-import threading
 from collections.abc import Callable
 from contextlib import closing
 
@@ -18,7 +17,7 @@ from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "brief")
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
 
 
 def _enabled(port: str, capsys: pytest.CaptureFixture[str], *words: str) -> None:
@@ -125,13 +124,16 @@ def _lose(bench: SimulatedBench) -> None:
 def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
     port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], act: Callable[[SimulatedBench], None]
 ) -> None:
-    bench = bench_of(port)
+    bench, due_s = bench_of(port), list[float]()
     write = bench.wire.write
 
     def written(data: bytes, now_s: float) -> None:
+        if due_s and now_s >= due_s[0]:
+            due_s.clear()
+            act(bench)
         write(data, now_s)
         if data[2] == 0x10:
-            threading.Timer(0.1, act, [bench]).start()
+            due_s.append(now_s + 0.1)
 
     bench.wire.write = written  # type: ignore[method-assign]
     assert run_here(capsys, [*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")

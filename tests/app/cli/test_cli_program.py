@@ -185,7 +185,7 @@ def test_a_reader_that_ended_takes_no_answer_for_yes(
 
 @pytest.mark.parametrize(("is_unplugged", "error", "said"), [(False, "no reply", ""), (True, "port lost", "unplugged")])
 def test_what_ends_in_the_middle_keeps_what_was_read(
-    port: str, hasty: None, is_unplugged: bool, error: str, said: str, capsys: pytest.CaptureFixture[str]
+    port: str, no_waiting: None, is_unplugged: bool, error: str, said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bench = bench_of(port)
     with falls_after(bench, 4, bench.unplug if is_unplugged else lambda: bench.change(mute=True)):
@@ -208,7 +208,9 @@ def test_a_restart_in_the_middle_reads_again(port: str, capsys: pytest.CaptureFi
     assert wire.count(STATUS.query().encode()) >= 2
 
 
-def test_records_of_a_port_that_was_lost_are_kept(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
+def test_records_of_a_port_that_was_lost_are_kept(
+    port: str, no_waiting: None, capsys: pytest.CaptureFixture[str]
+) -> None:
     bench = bench_of(port)
     # The second reading of the records is the third frame: heartbeat, records, records.
     with falls_after(bench, 3, bench.unplug):

@@ -19,7 +19,7 @@ from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "brief", "qapp")  # it prints
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief", "qapp")  # it prints
 SETTINGS = "attitude_threshold_deg = 65\nfreefall_time_s = 1.4\n"
 Plug = Callable[[SimulatedBench], object]
 Batch = Callable[..., list[str]]

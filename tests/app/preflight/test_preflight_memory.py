@@ -30,7 +30,7 @@ WORDS = ("--enable-triggers", "--module", "M-07", "--who", "Li Wei", "--aircraft
 
 
 @pytest.fixture(autouse=True)
-def _hurried(speaks_english: None, hasty: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def _hurried(speaks_english: None, no_waiting: None, monkeypatch: pytest.MonkeyPatch) -> None:
     hurry_check(monkeypatch)
 
 

@@ -22,7 +22,7 @@ from protocol.catalogue import BAUD_RATES, BY_NAME
 from tests.support.cli_line import Printed, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "hasty")
+pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "hasty", "no_waiting")
 
 
 def schema(name: str) -> Any:
