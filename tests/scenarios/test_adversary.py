@@ -43,14 +43,19 @@ def test_the_whole_campaign_covers_every_fault_and_command() -> None:
     assert {(plan.quirks, plan.command) for plan in planned} == set(itertools.product(DIALECTS, NAMES))
 
 
-@pytest.mark.parametrize("command", NAMES)
+@pytest.mark.parametrize("command", [name for name in NAMES if name not in WINDOW])
 def test_a_sound_module_on_a_perfect_line_works(command: str, desk: Desk) -> None:
     result = desk.run(Plan("as printed", "nothing", command, 1))
     assert not result.findings
     has_no_verdict = command in ("preflight", "preflight active")  # nobody knows how its triggers stand
     assert result.ran.code == (1 if has_no_verdict else 0), result.ran.err
-    if command in WINDOW:
-        assert WINDOW[command].acts.keys() <= result.sent.keys(), "somebody who does nothing breaks no promise"
+
+
+def test_a_sound_module_at_the_window_works(desk: Desk) -> None:
+    for command, gestures in WINDOW.items():
+        result = desk.run(Plan("as printed", "nothing", command, 1))
+        assert (result.findings, result.ran.code) == ([], 0), command
+        assert gestures.acts.keys() <= result.sent.keys(), f"{command}: somebody who does nothing breaks no promise"
 
 
 def test_a_part_of_the_campaign_finds_no_breach(tmp_path: Path) -> None:

@@ -342,5 +342,5 @@ def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[
 
 def test_stored_noise_is_bounded() -> None:
     watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
-    watched.wait(10)
+    watched.wait(2)
     assert 0 < len(watched.evidence_collector.evidence().noise) <= MAX_NOISE_BYTES

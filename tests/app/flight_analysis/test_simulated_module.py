@@ -1,6 +1,7 @@
 """The simulated module fires exactly where the analysis says."""
 
 import numpy as np
+from hypothesis import settings
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import firing_curves
@@ -13,7 +14,7 @@ from app.simulator.physics import SENSOR_PERIOD_S, Physics, SensedMotion
 from protocol.messages import Source
 from tests.support.flights.made_flights import made_flight
 
-FLIGHTS = 1000
+FLIGHTS = 4 * settings().max_examples
 SAMPLES = 300
 
 

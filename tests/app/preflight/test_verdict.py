@@ -29,6 +29,7 @@ from protocol.messages import Status
 from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import judged
+from tests.support.thorough import some
 
 ENDED, OPENED = 1000.0, 900.0
 
@@ -229,7 +230,7 @@ def test_a_twin_put_in_its_place_in_the_middle_of_a_check(silent_s: float, monke
     whole = Rig(OPTIONS)
     assert checked(whole, is_enabling=True)[0] is Verdict.READY
     begin = 25
-    for number in range(begin, len(whole.line.requests), 7):
+    for number in some(range(begin, len(whole.line.requests), 7), one_in=2, first=round(20 * silent_s)):
         rig = Rig(OPTIONS)
         other = twin(rig)
         at_request(rig, number, lambda rig=rig, other=other: exchange(rig, other, silent_s))  # type: ignore[misc]
@@ -239,7 +240,7 @@ def test_a_twin_put_in_its_place_in_the_middle_of_a_check(silent_s: float, monke
 def test_a_module_of_another_start_put_in_its_place_without_any_silence() -> None:
     whole = Rig(OPTIONS)
     checked(whole, is_enabling=True)
-    for number in range(25, len(whole.line.requests) - 12, 3):
+    for number in some(range(25, len(whole.line.requests) - 12, 3), one_in=2):
         rig = Rig(OPTIONS)
         other = twin(rig, boots=38)
         at_request(rig, number, lambda rig=rig, other=other: exchange(rig, other, 0.0))  # type: ignore[misc]
