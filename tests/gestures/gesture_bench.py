@@ -20,7 +20,6 @@ from app.engine.target import Target
 from app.engine.worker import Job
 from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
-from app.store.store import Store
 from protocol.catalogue import Hazard, Request
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
@@ -28,8 +27,7 @@ from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.threadless import ThreadlessWorker
 from tests.support.line.truth import Truth
-from tests.support.patience import PATIENCE_S
-from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries
+from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries, wait_for_disk
 from tests.support.window.steps import find
 from ui.acts.confirm import Confirm
 from ui.core.port_watcher import PortWatcher
@@ -200,9 +198,7 @@ class GestureBench:
 
     def turn(self) -> None:
         """Process the events of the window once, after what the disk is still asked for, and paint."""
-        store = self.assembly.storage.store
-        if isinstance(store, Store):
-            store.queue.submit(int).result(PATIENCE_S)
+        wait_for_disk(self.assembly)
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
         QCoreApplication.sendEvent(self.window, QEvent(QEvent.Type.UpdateRequest))

@@ -176,7 +176,7 @@ class Appearance(QObject):
             if part.property(_STYLED_THEME) is None:
                 part.installEventFilter(self)
             part.setProperty(_STYLED_THEME, worn)
-            part.setStyleSheet(style_sheet(self._applied))
+            part.setStyleSheet(self._sheet)
             fit_icons(part)
 
     def _parts(self) -> list[QWidget]:
@@ -207,6 +207,7 @@ class Appearance(QObject):
     def _apply(self) -> None:
         self._applied = self._chosen_theme()
         apply(self._app, self._applied)
+        self._sheet = style_sheet(self._applied)
         for part in self._parts():
             if part.isVisible() or part.parentWidget() is not self._holders[-1]:
                 self.apply_to(part)

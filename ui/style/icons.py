@@ -5,7 +5,7 @@ change of theme needs nobody to set it again.
 """
 
 from enum import Enum
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from string import Template
 from typing import Final, NamedTuple
@@ -114,8 +114,10 @@ def battery(level: float | None) -> Icon:
     return Icon(f"battery-{name}")
 
 
+@lru_cache(maxsize=16)
 def themed_svg(path: Path, **values: object) -> QSvgRenderer:
-    """A drawing with these colours, sizes and words in the places of its `$names`."""
+    """A drawing with these colours, sizes and words in the places of its `$names`; kept, as it is asked for at each
+    paint."""
     svg = QSvgRenderer(QByteArray(Template(path.read_text(encoding="utf-8")).substitute(values).encode()))
     svg.setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
     return svg

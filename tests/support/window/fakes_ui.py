@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from concurrent.futures import wait
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
+from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
@@ -119,6 +121,13 @@ def close_window(assembly: Assembly) -> None:
     assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
     assembly.window.deleteLater()
     QApplication.processEvents()
+
+
+def wait_for_disk(assembly: Assembly, limit_s: float = PATIENCE_S) -> None:
+    """Wait for what the store is still asked to write, if anything."""
+    store = assembly.storage.store
+    if isinstance(store, Store) and store.queue._left:
+        wait([store.queue.submit(int)], limit_s)
 
 
 @contextmanager

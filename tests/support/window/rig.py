@@ -1,7 +1,6 @@
 """A window and a simulated module in one thread, on a clock that only the test moves: hours pass in seconds."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,14 +16,13 @@ from app.engine.target import Target
 from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
-from app.store.store import Store
 from protocol.catalogue import Request
 from protocol.link_states import Presence
 from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.threadless import ThreadlessWorker
 from tests.support.line.truth import Truth
 from tests.support.patience import PATIENCE_S
-from tests.support.window.fakes_ui import ListedPorts, simulated, window
+from tests.support.window.fakes_ui import ListedPorts, simulated, wait_for_disk, window
 from tests.support.window.steps import Driver
 from ui.core.background_task import BackgroundTask
 from ui.main import Assembly
@@ -62,9 +60,7 @@ class Rig(Driver):
         while self.clock.now_s < end_s and self.worker.turn():
             pass
         self.clock.now_s = max(self.clock.now_s, end_s)
-        store = self.assembly.storage.store
-        if isinstance(store, Store):
-            wait([store.queue.submit(int)], self.beside_s)
+        wait_for_disk(self.assembly, self.beside_s)
         for task in self.root.findChildren(BackgroundTask):
             if task.is_running:
                 task.wait(self.beside_s)

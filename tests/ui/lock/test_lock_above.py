@@ -31,6 +31,7 @@ from ui.archive.service_form import ServiceForm
 from ui.core.texts import Texts
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
+from ui.pages.settings.page import SettingsPage
 from ui.services.context import PageEntry
 from ui.shell.lock_above import LOCK_KEYS, LockStrip
 from ui.style.theme import Choice, zoom
@@ -83,7 +84,7 @@ def on_bench(
     qapp: QApplication,
     folder: Path,
     language: str = "en",
-    entries: tuple[PageEntry, ...] = page_entries("settings", "commands"),
+    entries: tuple[PageEntry, ...] = (),
 ) -> Iterator[Bench]:
     with (
         simulated(f"above_{folder.name}") as module,
@@ -203,6 +204,7 @@ def test_over_every_dialog(bench: Bench) -> None:
         bench.qtbot.waitUntil(dialog.isVisible)
         let_lay_out(dialog)
         strip = find(dialog, LockStrip, "lock_strip")
+        assert_covers_nothing(strip, dialog, row)
         bench.activate()
         assert strip.button.accessibleName() == "LOCK"
         bench.qtbot.mouseClick(strip.button, Qt.MouseButton.LeftButton)
@@ -220,26 +222,28 @@ def _reports(strip: LockStrip) -> bool:
     return strip.sentence.text() == "The module reports LOCKED."
 
 
-@pytest.mark.parametrize(("language", "theme", "percent"), [("zh_CN", Choice.SUNLIGHT, 200), ("en", Choice.LIGHT, 100)])
-def test_it_covers_nothing_of_a_dialog(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str, theme: Choice, percent: int
+def assert_covers_nothing(strip: LockStrip, dialog: QWidget, row: str) -> None:
+    own = QRect(strip.mapTo(dialog, QPoint()), strip.size())
+    assert strip.button.isVisible(), row
+    assert strip.button.size().width() >= strip.button.sizeHint().width(), row
+    for button in dialog.findChildren(QAbstractButton):
+        if button.isVisible() and not strip.isAncestorOf(button):
+            place = QRect(button.mapTo(dialog, QPoint()), button.size())
+            assert not place.intersects(own), (row, button.objectName())
+
+
+def test_it_covers_nothing_of_a_dialog_where_texts_are_largest(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, language) as bench:
-        zoom(percent)
-        bench.assembly.appearance.choose(theme)
+    with on_bench(qtbot, qapp, tmp_path, "zh_CN") as bench:
+        zoom(200)
+        bench.assembly.appearance.choose(Choice.SUNLIGHT)
         try:
             for row, show in DIALOGS.items():
                 dialog = show(bench)
                 qtbot.waitUntil(dialog.isVisible)
                 let_lay_out(dialog)
-                strip = find(dialog, LockStrip, "lock_strip")
-                own = QRect(strip.mapTo(dialog, QPoint()), strip.size())
-                assert strip.button.isVisible(), row
-                assert strip.button.size().width() >= strip.button.sizeHint().width(), row
-                for button in dialog.findChildren(QAbstractButton):
-                    if button.isVisible() and not strip.isAncestorOf(button):
-                        place = QRect(button.mapTo(dialog, QPoint()), button.size())
-                        assert not place.intersects(own), (row, button.objectName())
+                assert_covers_nothing(find(dialog, LockStrip, "lock_strip"), dialog, row)
                 dialog.close()
         finally:
             zoom(100)
@@ -347,18 +351,18 @@ def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
 # What changes while a dialog is open
 
 
-def test_a_profile_is_not_opened_for_another_module(bench: Bench, tmp_path: Path) -> None:
-    page = bench.assembly.window._pages["settings"]
-    files = page.files  # type: ignore[attr-defined]
+def test_a_profile_is_not_opened_for_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     answers: list[Callable[[Path], object]] = []
     opened: list[object] = []
-    files.ask_open = lambda _parent, _folder, then: answers.append(then)
-    files.opened.connect(partial(opened.append))
-    files.refused.connect(lambda path, _refusal: opened.append(path))
-    for is_another in (False, True):
-        files.choose()
-        if is_another:
-            bench.assembly.connector.current.treat_as_new()
-        answers.pop()(tmp_path / "none.toml")
-        assert bool(opened) is not is_another
-        opened.clear()
+    with on_bench(qtbot, qapp, tmp_path, entries=page_entries("settings")) as bench:
+        files = find(bench.assembly.window, SettingsPage).files
+        files.ask_open = lambda _parent, _folder, then: answers.append(then)
+        files.opened.connect(partial(opened.append))
+        files.refused.connect(lambda path, _refusal: opened.append(path))
+        for is_another in (False, True):
+            files.choose()
+            if is_another:
+                bench.assembly.connector.current.treat_as_new()
+            answers.pop()(tmp_path / "none.toml")
+            assert bool(opened) is not is_another
+            opened.clear()

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import CHECKS, VALID_FOR_S
 from app.settings.profiles import NO_PROFILE, Profile
+from app.text import i18n
 from app.text.i18n import tr
 from ui.pages.preflight.controller import PreflightController, Standing
 from ui.pages.preflight.row import CheckRow, ManualRow, remedy
@@ -34,6 +35,8 @@ class CheckList(QScrollArea):
         """By the item's number: whether it is OK, and when it was ticked, in seconds of the connector."""
         self.rows = {check.id: CheckRow(check, texts) for check in CHECKS}
         self.manual: list[ManualRow] = []
+        self._shown: tuple[object, ...] = ()
+        """What the rows were last written for."""
         self._order: list[str] = []
         """Ids of the checks that did not pass."""
         self._failed = _Section("preflight_failed")
@@ -94,7 +97,12 @@ class CheckList(QScrollArea):
         return len(self._ticks) < before
 
     def show_work(self, work: PreflightController) -> None:
+        """Show the results, unless they are shown already: signals come many times during a check."""
         assessment, standing = work.assessment, work.standing
+        shown = (assessment, standing, work.needs_lock, self._profile, self._ticks.copy(), i18n.language())
+        if shown == self._shown:
+            return
+        self._shown = shown
         judged = {} if assessment is None else {check.check.id: check for check in assessment.checks}
         is_checking, is_void = standing is Standing.CHECKING, standing is Standing.VOID
         failed = [id_ for id_, check in judged.items() if check.finding.result is not CheckResult.PASS]

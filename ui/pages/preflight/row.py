@@ -172,7 +172,6 @@ class CheckRow(QFrame):
         self.chip.show_state(word, style.icon, style.meaning, stale_age=tr("void") if is_void else "")
         after = f" · {tr('void')}" if is_void else ""
         self.chip.reserve([f"{tr(text)}{after}" for text in RESULT_WORDS.values()])  # the columns of all rows align
-        self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
         self.measured.setText(finding.shown.translated())
         self.limit.setText(finding.limit.translated())
         is_fine = finding.result is CheckResult.PASS
@@ -193,6 +192,7 @@ class CheckRow(QFrame):
 
     def _place(self) -> None:
         """The button lies beside the reason, below it where the text is large."""
+        self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
         is_below = is_text_large()
         self._grid.addWidget(self.reason, 1, 1, 1, 2 if self._act is not None and not is_below else 3)
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
