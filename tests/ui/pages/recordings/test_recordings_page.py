@@ -201,7 +201,7 @@ def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
     lines = path.read_text("utf-8-sig").splitlines()[1:]
     assert 100 <= len([line for line in lines if line.split(",")[2]]) <= 101
     assert lines[0].startswith(f"{NOON.astimezone(UTC):%Y-%m-%d %H:}")
-    assert suggested[0].name == f"dps-s ttyUSB0 {NOON.astimezone():%Y-%m-%d %H-%M-%S}.csv"
+    assert suggested[0].name == f"dps-s Left-wing {NOON.astimezone():%Y-%m-%d %H-%M-%S}.csv"
 
 
 @pytest.mark.parametrize("way", ["button", "esc"])
