@@ -140,6 +140,16 @@ def test_pause_holds_the_picture_and_nothing_is_lost(live: Bench) -> None:
     assert live.page.plot.time_range.span.end_s == pytest.approx(live.now_s, abs=0.1)
 
 
+def test_marks_and_pause_go_with_their_module(live: Bench) -> None:
+    live.say()
+    live.say(triggered=True)
+    live.click("time-plot-pause")
+    plot = live.page.plot
+    assert plot.canvas.marks
+    live.connector.invalidated.emit()
+    assert (list(plot.canvas.marks), plot.time_range.is_live) == ([], True)
+
+
 def test_events_are_marked_on_the_time_line(live: Bench) -> None:
     live.say()
     live.now_s += 1
