@@ -1,5 +1,6 @@
 """The steps of an act: where they lie, when they count, and what becomes of the keys, the focus and the window."""
 
+import re
 from itertools import combinations, product
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from app.safety.ritual import Stage
 from app.text.i18n import CHINESE, ENGLISH, tr
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
+from tests.support.processes import ROOT
 from tests.support.pseudo_language import PSEUDO
 from tests.support.window.controls import place
 from tests.support.window.steps import find
@@ -20,6 +22,17 @@ from ui.style.theme import Meaning
 from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight
+
+STEPS = {
+    "another_module", "delete_recordings", "discard", "drop_edits", "forget_baud", "identity_new", "identity_same",
+    "leave_active", "left_active_here", "left_active_locked", "same_module", "unlock_once", "write_anyway",
+}  # fmt: skip
+"""What a notice offers and nobody can undo: it is never the second half of a double click."""
+
+
+def test_what_cannot_be_undone_is_a_step_in_every_notice() -> None:
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "ui").rglob("*.py"))
+    assert set(re.findall(r'Choice\("(\w+)".*is_step=True', sources)) == STEPS
 
 
 def arm(bench: GestureBench) -> None:
