@@ -36,6 +36,8 @@ from ui.services.module_name import ModuleName
 from ui.widgets.sliders import WheelGuard
 
 NAME = "M-07"
+_BOOTED_MS = round(2000 * BOOT_GAP_S)
+"""A heartbeat after the first answer would be another restart, and a decision about the module before it void."""
 
 
 class Desk:
@@ -108,7 +110,7 @@ def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
         one.bench.unplug()
         one.wait(lambda: not connector.current.is_open)
         one.exchange(12)
-        qtbot.wait(round(2000 * BOOT_GAP_S))  # a heartbeat after the answer would be another restart
+        qtbot.wait(_BOOTED_MS)
         one.sent.clear()
         one.bench.plug()
         one.wait(lambda: "boot count 12, was 37" in one.asked)
@@ -140,6 +142,7 @@ def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence
         bench.module.memory.light_threshold = 24
         bench.module.memory.boot_count = 6
         bench.restart()
+        qtbot.wait(_BOOTED_MS)
         bench.end_faults()
         one.wait(lambda: "light threshold 2.4 V, was 1.8 V" in one.asked)
         assert first.watch.changed == {}
