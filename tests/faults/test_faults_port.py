@@ -1,12 +1,10 @@
 """Real ports, on pseudo-terminals: errors of the system and of pyserial become our own, and everything ends in time."""
 
 import errno
-import os
 import signal
 import subprocess
 import sys
 import termios
-import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,13 +14,11 @@ from typing import Any
 import pytest
 import serial
 
-from app.engine import ports, transport
-from app.engine.ports import PortInfo, list_ports
+from app.engine import transport
 from app.engine.transport import PortError, PortTrouble, SerialLine, open_line
 from app.engine.worker import CLOSING_LIMIT_S, Batch, Job, PortState, Worker
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
-from app.text.user_error import UserError
 from protocol.catalogue import STATUS
 from protocol.events import Rejected
 from protocol.link_states import Presence
@@ -36,30 +32,6 @@ pytest_plugins = ["tests.support.port_fixtures"]
 
 NOBODY = 65534
 """An unprivileged user that exists on every system."""
-
-
-@pytest.mark.parametrize(
-    ("number", "trouble"),
-    [
-        (errno.EACCES, PortTrouble.NOT_ALLOWED),
-        (errno.EPERM, PortTrouble.NOT_ALLOWED),
-        (errno.EBUSY, PortTrouble.BUSY),
-        (errno.ENOENT, PortTrouble.MISSING),
-        (errno.ENXIO, PortTrouble.MISSING),
-        (errno.EINVAL, PortTrouble.UNUSABLE),
-        (errno.ENOTTY, PortTrouble.UNUSABLE),
-    ],
-)
-def test_each_error_of_the_system_has_its_own_trouble(
-    number: int, trouble: PortTrouble, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(_serial: serial.Serial) -> None:
-        raise serial.SerialException(number, f"could not open port: {os.strerror(number)}")
-
-    monkeypatch.setattr(serial.Serial, "open", refuse)
-    with pytest.raises(PortError) as refused:
-        open_line(terminal.name, 115200)
-    assert refused.value.trouble is trouble
 
 
 def test_a_port_without_permission(terminal: Terminal) -> None:
@@ -126,11 +98,13 @@ def test_any_error_of_pyserial_is_a_lost_port(
 
 
 @RAISED
-@pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read"])
-def test_any_error_of_a_read_by_the_system_is_a_lost_port(
+@pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read", "pyserial's read", "pyserial's in_waiting"])
+def test_any_error_of_a_read_is_a_lost_port(
     where: str, fail: Callable[..., Any], line: SerialLine, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
+        if "pyserial" in where:  # the way used on Windows, and for ports given by a URL
+            patch.setattr(line, "_interrupts", None)
         match where:
             case "select":
                 patch.setattr(transport, "select", SimpleNamespace(select=fail))
@@ -138,28 +112,15 @@ def test_any_error_of_a_read_by_the_system_is_a_lost_port(
                 patch.setattr(transport, "os", SimpleNamespace(read=fail))
             case "fileno":
                 patch.setattr(serial.Serial, "fileno", fail)
+            case "pyserial's in_waiting":
+                patch.setattr(serial.Serial, "read", lambda *_: STATUS_FRAME[:1])
+                patch.setattr(serial.Serial, "in_waiting", property(fail))
             case _:  # an unplugged adapter is readable and has nothing; then pyserial is asked
                 patch.setattr(transport, "os", SimpleNamespace(read=lambda *_: b""))
                 patch.setattr(serial.Serial, "read", fail)
         terminal.send(STATUS_FRAME)
         with pytest.raises(PortError) as lost:
             line.read(10.0, 0.0)
-    assert lost.value.trouble is PortTrouble.LOST
-
-
-@RAISED
-@pytest.mark.parametrize("where", ["read", "in_waiting"])
-def test_any_error_of_a_read_by_pyserial_is_a_lost_port(
-    where: str, fail: Callable[..., Any], line: SerialLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The way used on Windows, and for ports given by a URL."""
-    with monkeypatch.context() as patch:
-        patch.setattr(line, "_interrupts", None)
-        patch.setattr(serial.Serial, where, property(fail) if where == "in_waiting" else fail)
-        if where == "in_waiting":
-            patch.setattr(serial.Serial, "read", lambda *_: STATUS_FRAME[:1])
-        with pytest.raises(PortError) as lost:
-            line.read(0.01, 0.0)
     assert lost.value.trouble is PortTrouble.LOST
 
 
@@ -175,42 +136,6 @@ def test_a_read_after_the_close_is_a_lost_port(
     with pytest.raises(PortError) as lost:
         line.read(longest_s, 0.0)
     assert lost.value.trouble is PortTrouble.LOST
-
-
-@pytest.mark.parametrize(
-    "error", ["OSError(22, 'Timeout.', None, 1460)", "BrokenPipeError(32, 'Broken pipe.', None, 109)"]
-)
-def test_a_timeout_of_wine_is_not_a_lost_port(error: str, line: SerialLine, monkeypatch: pytest.MonkeyPatch) -> None:
-    def time_out(*_: object) -> bytes:
-        raise serial.SerialException(f"GetOverlappedResult failed ({error})")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(line, "_interrupts", None)  # as on Windows
-        patch.setattr(serial.Serial, "read", time_out)
-        assert line.read(0.01, 0.0) == b""
-        patch.setattr(serial.Serial, "in_waiting", property(time_out))
-        with pytest.raises(PortError) as lost:
-            line.read(0.01, 0.0)
-        assert lost.value.trouble is PortTrouble.LOST
-
-
-def test_a_slow_list_of_ports_is_abandoned_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    is_over = threading.Event()
-
-    def scan() -> list[PortInfo]:
-        is_over.wait()
-        return []
-
-    monkeypatch.setattr(ports, "scan", scan)
-    try:
-        with in_time(0.3), pytest.raises(UserError):
-            ports._scan_in_thread(0.3)
-    finally:
-        is_over.set()
-
-
-def test_the_ports_of_this_machine_are_listed() -> None:
-    assert isinstance(list_ports(5.0), list)
 
 
 # An open port: it is closed in time with one of our messages and no invented value
@@ -236,6 +161,7 @@ def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches,
     lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
     assert all(known.is_stale for known in lost.device.values.values())
     assert job.wait(PATIENCE_S)
+    assert job.run.error is lost.connection.trouble
 
 
 def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, terminal: Terminal) -> None:

@@ -5,7 +5,7 @@ a change of the codec that lets more through, or notices more, changes them.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import combinations
@@ -27,7 +27,7 @@ from protocol.request_gap import Gap
 from protocol.stale_replies import StaleReplies
 from protocol.stream import StreamParser
 from tests.scenarios.fuzz_link import Kind, converse, fuzz_link, kind_of
-from tests.support.line.reference_link import LOCK, Cause, End, Referee, Told
+from tests.support.line.reference_link import End
 from tests.support.line.vectors import FROM_MODULE, VALID, Vector
 
 
@@ -178,9 +178,6 @@ def test_what_two_flipped_bits_can_make_dangerous_is_known() -> None:
     }
 
 
-SET = bytes.fromhex("42 61 22 02 A0 C4")
-QUERY = bytes.fromhex("42 61 22 01 00 23")
-REPLY = bytes.fromhex("41 75 22 01 A0 C3")
 ENOUGH = 1500
 """Conversations within which each of the errors below is found, but for the rare ones."""
 
@@ -257,96 +254,3 @@ def _is_caught(seed: int, kind: Kind) -> bool:
         return bool(converse(seed, kind).referee.faults)
     except (KeyError, AttributeError):  # the tables of states, or a message of the wrong kind
         return True
-
-
-# The referee's own rules, one by one
-
-
-def asked(request: bytes, *, waits_s: tuple[float, ...] = (1.0, 1.0)) -> Referee:
-    referee = Referee(is_certain=True)
-    referee.ask(request, 1.0, waits_s)
-    referee.wrote(request, 1.0)
-    referee.settled([], 1.0)
-    return referee
-
-
-def hear(referee: Referee, frame: bytes, cause: bytes | None = None) -> None:
-    referee.came(frame, Cause(cause, 1), began_at=0, now_s=1.2)
-    referee.heard(frame)
-
-
-def right(referee: Referee) -> None:
-    hear(referee, REPLY, QUERY)
-    referee.settled([Told(QUERY, End.ANSWERED, ((0xA0,),), 1, 0.5)], 1.5)
-
-
-def ignored(referee: Referee) -> None:
-    hear(referee, REPLY, QUERY)
-    referee.settled([], 1.5)
-
-
-def other_value(referee: Referee) -> None:
-    hear(referee, REPLY, QUERY)
-    referee.settled([Told(QUERY, End.ANSWERED, ((0xA1,),), 1, 0.5)], 1.5)
-
-
-def invented(referee: Referee) -> None:
-    referee.settled([Told(QUERY, End.ANSWERED, ((0xA0,),), 1, 0.5)], 1.5)
-
-
-def too_soon(referee: Referee) -> None:
-    referee.wrote(QUERY, 1.5)
-
-
-def too_late(referee: Referee) -> None:
-    referee.looked(2.5, late_s=0.0)
-
-
-def something_else(referee: Referee) -> None:
-    referee.wrote(SET, 1.5)
-
-
-def another_end(referee: Referee) -> None:
-    referee.settled([Told(QUERY, End.UNKNOWN)], 4.0)
-
-
-def told_twice(referee: Referee) -> None:
-    right(referee)
-    referee.settled([Told(QUERY, End.ANSWERED, ((0xA0,),), 1, 0.5)], 1.5)
-
-
-@pytest.mark.parametrize(
-    "wrong", [ignored, other_value, invented, too_soon, too_late, something_else, another_end, told_twice]
-)
-def test_a_rule_that_is_broken_is_a_fault(wrong: Callable[[Referee], None]) -> None:
-    referee = asked(QUERY)
-    wrong(referee)
-    assert referee.faults
-
-
-def test_what_is_right_is_no_fault() -> None:
-    referee = asked(QUERY)
-    right(referee)
-    assert referee.faults == []
-    assert referee.ends[End.ANSWERED] == 1
-
-
-def test_a_set_is_not_written_twice_and_lock_not_late() -> None:
-    referee = asked(SET)
-    referee.wrote(SET, 5.0)
-    assert referee.faults
-    referee = Referee(is_certain=True)
-    referee.ask(LOCK, 1.0, (1.0,))
-    referee.settled([], 1.0)
-    assert referee.faults
-
-
-def test_a_frame_that_began_before_the_request_must_not_be_believed() -> None:
-    referee = Referee(is_certain=True)
-    referee.heard(REPLY[:3])
-    referee.ask(QUERY, 1.0, (1.0,))
-    referee.wrote(QUERY, 1.0)
-    referee.came(REPLY, Cause(), began_at=0, now_s=1.2)
-    referee.heard(REPLY[3:])
-    referee.settled([Told(QUERY, End.ANSWERED, ((0xA0,),), 1, 0.25)], 1.25)
-    assert referee.faults

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from protocol.catalogue import (
     BAUD,
     BY_CODE,
-    BY_NAME,
     CELL_VOLT,
     CENTISECOND,
     COUNT,
@@ -26,8 +25,6 @@ from protocol.events import Counters, Role
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value, ValueRefused
 from protocol.frame import (
     MAX_FRAME_LENGTH,
-    Direction,
-    Frame,
     Reason,
     check_host,
     checksum,
@@ -39,12 +36,7 @@ from protocol.frame import (
     module_lengths,
 )
 from tests.support.line.reference_decoder import REPLIES, REQUESTS, sum_is_right
-from tests.support.line.vectors import FROM_HOST, FROM_MODULE, VALID, VECTORS, Vector
-
-
-@pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
-def test_the_sum_of_every_frame_of_the_table(vector: Vector) -> None:
-    assert checksum(vector.raw[2:-1]) == vector.raw[-1]
+from tests.support.line.vectors import FROM_HOST, FROM_MODULE, VECTORS, Vector
 
 
 @pytest.mark.parametrize("vector", FROM_HOST, ids=lambda vector: vector.id)
@@ -150,11 +142,6 @@ def test_a_record_with_another_control_byte_is_rejected() -> None:
     fault = module_check(16)(encode_long(RECORD_CODE, b"\2" + bytes(11)))
     assert fault is not None
     assert (fault.reason, fault.detail) == (Reason.CONTROL, "control byte 02, expected 01")
-
-
-def test_code_of_a_frame() -> None:
-    frame = Frame(Direction.HOST_TO_MODULE, BY_NAME["status"].query().encode())
-    assert (frame.code, frame.offset) == (0x32, 0)
 
 
 # The four kinds of field: every byte, every step, and what is refused

@@ -17,7 +17,7 @@ from protocol.events import (
 from protocol.frame import encode_reply
 from protocol.link import LinkMisused
 from protocol.link_states import EXCHANGE, Exchange, Presence, Step
-from protocol.messages import Acknowledgement, Heartbeat, Reading, TriggerRecord
+from protocol.messages import Heartbeat, Reading, TriggerRecord
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named
 from tests.support.line.vectors import BY_ID
 
@@ -140,37 +140,6 @@ def test_a_second_request_in_flight_is_a_bug(bench: Bench) -> None:
         bench.ask(named("light").query())
 
 
-def test_e02_a_set_is_acknowledged_by_echo_or_by_one(bench: Bench) -> None:
-    for reply in (160, 1):
-        bench.ask(named("freefall_time").set(1.6))
-        bench.hear(encode_reply(0x22, reply))
-        bench.hear(PULSE)  # whatever fence the next set needs
-        bench.wait(0.2)
-    acknowledgements = [event.messages[0] for event in bench.events if isinstance(event, Answered)]
-    assert all(isinstance(message, Acknowledgement) and message.is_accepted for message in acknowledgements)
-
-
-def test_e02_one_is_no_acknowledgement_where_the_table_says_echo(bench: Bench) -> None:
-    bench.ask(named("attitude_threshold").set(60))
-    bench.hear(encode_reply(0x20, 1))
-    (answered,) = bench.taken(Answered)
-    assert isinstance(answered, Answered)
-    (message,) = answered.messages
-    assert isinstance(message, Acknowledgement)
-    assert not message.is_accepted
-
-
-@pytest.mark.parametrize("code", [0x34, 0x35])
-def test_e03_a_cell_voltage_is_answered_by_34_or_a_six_byte_35(bench: Bench, code: int) -> None:
-    bench.ask(named("cell_voltage").query())
-    bench.hear(encode_reply(code, 0xBE))
-    (answered,) = bench.taken(Answered)
-    assert isinstance(answered, Answered)
-    (message,) = answered.messages
-    assert isinstance(message, Reading)
-    assert (message.command.name, message.value) == ("cell_voltage", 3.8)
-
-
 @pytest.mark.parametrize("cut", range(1, 16))
 def test_e03_a_record_that_begins_like_a_voltage_stays_a_record(bench: Bench, cut: int) -> None:
     bench.ask(TRIGGER_RECORDS.query())
@@ -180,15 +149,6 @@ def test_e03_a_record_that_begins_like_a_voltage_stays_a_record(bench: Bench, cu
     (answered,) = bench.taken(Answered)
     assert isinstance(answered, Answered)
     assert [type(message) for message in answered.messages] == [TriggerRecord]
-
-
-@pytest.mark.parametrize("code", [0x16, 0x17])
-def test_e04_17_is_acknowledged_by_17_or_16(bench: Bench, code: int) -> None:
-    bench.ask(named("freefall_trigger").set(True))
-    bench.hear(encode_reply(code, 0))
-    (answered,) = bench.taken(Answered)
-    assert isinstance(answered, Answered)
-    assert answered.request.command.name == "freefall_trigger"
 
 
 def test_e06_all_records_until_the_line_is_quiet_in_order(bench: Bench) -> None:

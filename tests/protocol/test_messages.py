@@ -1,7 +1,5 @@
 """What module frames mean, with and without what was asked."""
 
-from itertools import pairwise
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,14 +16,12 @@ from protocol.catalogue import (
     STATUS_PARTS,
     TENTH_G,
     TENTH_VOLT,
-    FramePart,
     Request,
 )
 from protocol.fields import ValueRefused
 from protocol.frame import encode_long, encode_reply
 from protocol.messages import (
     Acknowledgement,
-    Heartbeat,
     Reading,
     Source,
     Status,
@@ -155,10 +151,6 @@ def test_a_reply_without_a_value_has_none() -> None:
         _ = Reading(BY_NAME["status"], 0).value
 
 
-def test_heartbeat() -> None:
-    assert decode(BY_ID["heartbeat-reply"].raw) == Heartbeat()
-
-
 @pytest.mark.parametrize(
     ("asked", "raw", "is_echo", "is_accepted"),
     [
@@ -177,12 +169,6 @@ def test_acknowledgements(asked: Request, raw: int, is_echo: bool, is_accepted: 
     message = decode(encode_reply(asked.command.code, raw), asked)
     assert isinstance(message, Acknowledgement)
     assert (message.request, message.is_echo, message.is_accepted) == (asked, is_echo, is_accepted)
-
-
-@pytest.mark.parametrize("parts", [STATUS_PARTS, RECORD_PARTS], ids=["status", "record"])
-def test_the_parts_cover_the_frame_without_a_gap(parts: tuple[FramePart, ...]) -> None:
-    assert all(one.first + one.length == other.first for one, other in pairwise(parts))
-    assert parts[-1].first + parts[-1].length == (7 if parts is STATUS_PARTS else 15)
 
 
 def test_the_parts_bear_the_names_of_the_values() -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from app import __main__ as program
 from app.engine import ports as port_list
-from app.engine.transport import PortError, PortTrouble, holder_of, open_line
+from app.engine.transport import PortError, PortTrouble, open_line
 from app.settings.profile_file import ProfileRefused, parse_profile, read_profile, save_profile
 from app.settings.profiles import Profile
 from app.system.files import write_whole
@@ -128,60 +128,6 @@ def test_a_missing_system_library_disables_only_the_list(monkeypatch: pytest.Mon
     monkeypatch.delitem(sys.modules, "serial.tools.list_ports", raising=False)
     with pytest.raises(UserError):
         port_list.scan()
-
-
-# Who has the port
-
-
-@pytest.fixture
-def device(tmp_path: Path) -> Path:
-    (tmp_path / "port").touch()
-    return tmp_path / "port"
-
-
-def process(proc: Path, pid: int, opened: Path, name: str = "other") -> Path:
-    folder = proc / str(pid)
-    (folder / "fd").mkdir(parents=True)
-    (folder / "fd" / "3").symlink_to(opened)
-    (folder / "comm").write_text(f"{name}\n", encoding="utf-8")
-    (folder / "stat").write_text(f"{pid} (a b) c) " + " ".join(["0"] * 40), encoding="utf-8")
-    return folder
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells")
-def test_the_holder_is_named_only_where_it_is_certain(device: Path, tmp_path: Path) -> None:
-    proc = tmp_path / "proc"
-    proc.mkdir()
-    assert holder_of(str(device), proc) is None
-    process(proc, os.getpid(), device)
-    assert holder_of(str(device), proc) is None, "this program itself"
-    namesake = tmp_path / "elsewhere" / "port"
-    namesake.parent.mkdir()
-    namesake.touch()
-    process(proc, 41, namesake)
-    assert holder_of(str(device), proc) is None, "the same name in another namespace is another device"
-    process(proc, 42, device)
-    found = holder_of(str(device), proc)
-    assert found is not None
-    assert (found.name, found.pid) == ("other", 42)
-    process(proc, 43, device)
-    assert holder_of(str(device), proc) is None, "two have it open: either may hold it"
-    file = device.stat()
-    name = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
-    (proc / "locks").write_text(
-        f"1: POSIX  ADVISORY  WRITE 43 {name} 0 EOF\n2: FLOCK  ADVISORY  WRITE 42 {name} 0 EOF\n", encoding="utf-8"
-    )
-    holder = holder_of(str(device), proc)
-    assert holder is not None
-    assert holder.pid == 42
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells")
-def test_a_reused_process_id_names_nobody(device: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    process(tmp_path / "proc", 42, device)
-    starts = iter(("100", "200"))
-    monkeypatch.setattr("app.engine.transport._started", lambda _process: next(starts))
-    assert holder_of(str(device), tmp_path / "proc") is None
 
 
 # What is printed

@@ -271,15 +271,6 @@ def test_it_looks_twice_a_second_for_half_a_minute_and_then_once(now: float, nex
     assert made.is_due(next_at)
 
 
-def test_whatever_fails_while_the_ports_are_listed_has_one_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    def comports() -> list[object]:
-        raise AttributeError("function 'CM_MapCrToWin32Err' not found")
-
-    monkeypatch.setattr("serial.tools.list_ports.comports", comports)
-    with pytest.raises(UserError):
-        scan()
-
-
 class _Listed(NamedTuple):
     """A port as pyserial describes it."""
 

@@ -34,14 +34,6 @@ from protocol.frame import Direction, Frame
 from tests.support.line.sim_line import end_watch, settled_rig, watched
 
 
-def test_lock_is_sent_once_and_believed_only_when_the_module_says_so() -> None:
-    rig = settled_rig(active=True)
-    locked = rig.run(lock())
-    assert (locked.is_acknowledged, locked.is_locked) == (True, True)
-    assert [request.command.name for request in rig.line.requests] == ["activation", "active", "status"]
-    assert not rig.bench.state().is_active
-
-
 def test_no_read_gathers_while_an_answer_is_awaited() -> None:
     rig = settled_rig()
     read, gathered = rig.line.read, list[float]()

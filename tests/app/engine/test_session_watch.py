@@ -44,15 +44,6 @@ def test_everything_is_read_first_and_again_after_a_restart() -> None:
         sent = len(rig.line.requests)
 
 
-def test_a_module_that_streamed_before_is_left_streaming() -> None:
-    rig = settled_rig(rate=20, **{"stream-at-boot": True})
-    watched(rig)
-    rig.step_for(4)
-    end_watch(rig)
-    assert rig.bench.state().is_streaming
-    assert SERIAL_OUTPUT.name not in {request.command.name for request in rig.line.requests}
-
-
 def test_a_stream_of_one_report_a_second_is_a_stream() -> None:
     rig = settled_rig(rate=1, **{"stream-at-boot": True})
     watched(rig)
@@ -307,14 +298,3 @@ def test_a_stream_goes_on_after_a_silence_and_is_still_steered() -> None:
         switch.is_wanted = is_wanted
         rig.step_for(3)
         assert rig.bench.state().is_streaming is is_wanted
-
-
-def test_a_live_value_grows_stale_with_age() -> None:
-    rig = settled_rig()
-    rig.run(read_everything())
-    view = rig.session.device.view(rig.clock.now_s)
-    assert view.fresh("active", rig.clock.now_s) is False
-    later = view.known("active", rig.clock.now_s + 1.5)
-    assert later is not None
-    assert later.stale_reason is StaleReason.AGED
-    assert view.fresh("freefall_time_s", rig.clock.now_s + 3600) == 1.6

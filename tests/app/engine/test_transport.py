@@ -281,6 +281,7 @@ def test_a_read_that_cannot_be_interrupted_gathers_until_it_is_woken(monkeypatch
     [
         ("GetOverlappedResult failed (OSError(9, 'x', None, 1460))", b"Au", b"Au"),
         ("GetOverlappedResult failed (OSError(9, 'x', None, 1460))", b"", b""),
+        ("GetOverlappedResult failed (BrokenPipeError(9, 'x', None, 109))", b"", b""),
         ("ClearCommError failed", b"Au", None),
     ],
 )
@@ -303,6 +304,11 @@ class Proc(NamedTuple):
     device: Path
     folder: Path
 
+    @property
+    def namesake(self) -> Path:
+        """Another device, which has this name in another namespace."""
+        return self.folder.with_name("elsewhere") / self.device.name
+
     def runs(self, number: int, name: str, opened: Path | None = None) -> None:
         (self.folder / str(number) / "fd").mkdir(parents=True)
         (self.folder / str(number) / "comm").write_text(f"{name}\n", encoding="utf-8")
@@ -323,10 +329,11 @@ class Proc(NamedTuple):
 def proc(tmp_path: Path) -> Proc:
     made = Proc(tmp_path / "ttyUSB0", tmp_path / "proc")
     made.device.touch()
-    (tmp_path / "ttyUSB1").touch()
     made.folder.mkdir()
+    made.namesake.parent.mkdir()
+    made.namesake.touch()
     made.runs(os.getpid(), "dps-s")
-    made.runs(77, "other", tmp_path / "ttyUSB1")
+    made.runs(77, "other", made.namesake)
     return made
 
 
@@ -347,7 +354,7 @@ def test_of_several_the_one_that_locked_it_is_named(number: str, kind: str, name
     proc.runs(43, "screen")
     assert proc.holder() is None
     (proc.folder / "locks").write_text("1: FLOCK  ADVISORY  WRITE\n", encoding="utf-8")
-    proc.has_locked("42", of=proc.device.with_name("ttyUSB1"))
+    proc.has_locked("42", of=proc.namesake)
     proc.has_locked(number, kind)
     assert proc.holder() == (PortHolder(name, 43) if name else None)
     proc.has_locked("43")

@@ -10,7 +10,7 @@ import pytest
 
 from app.engine import worker as worker_module
 from app.engine.procedure import PortLost
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortTrouble
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
 from app.procedures.handshake import handshake
 from app.procedures.history import read_history
@@ -78,20 +78,6 @@ def test_a_port_that_is_not_there_is_a_trouble_in_a_batch(worker: Worker, batche
     assert job.run.error is trouble
 
 
-def test_unplugged_in_the_middle_ends_the_job_with_the_reason(worker: Worker, batches: Batches, sim: str) -> None:
-    worker.open(f"{sim}&delay-ms=400", 115200)
-    batches.until(is_open)
-    job = worker.submit(Job(read_everything()))
-    batches.until(lambda batch: len(batch.samples) > 0)
-    bench.module("worker-test").unplug()
-    assert job.wait(PATIENCE_S)
-    with pytest.raises(PortError) as lost:
-        job.outcome()
-    assert lost.value.trouble is PortTrouble.LOST
-    last = batches.until(has_trouble)
-    assert all(known.is_stale for known in last.device.values.values())
-
-
 def test_the_port_can_be_opened_again_after_it_was_lost(worker: Worker, batches: Batches, sim: str) -> None:
     worker.open(sim, 115200)
     batches.until(is_open)
@@ -130,15 +116,6 @@ def test_a_cancelled_job_answers_within_200_ms(worker: Worker, batches: Batches,
         return time.monotonic() - start_s
 
     assert quickest(cancelled_in_s, 0.2) <= 0.2
-
-
-def test_closing_switches_the_stream_off_again(worker: Worker, batches: Batches, sim: str) -> None:
-    worker.open(f"{sim}&rate=200", 115200, lambda: watch(StreamSwitch()))
-    batches.until(lambda batch: batch.device.is_streaming)
-    batches.mark()
-    worker.close()
-    batches.until(lambda batch: batch.connection.state is PortState.CLOSED)
-    assert not bench.module("worker-test").state().is_streaming
 
 
 @pytest.mark.parametrize("options", ["", "&mute=yes", "&rate=1440&stream-at-boot=yes", "&delay-ms=900"])
@@ -190,7 +167,6 @@ def test_reading_everything_over_a_pseudo_terminal(worker: Worker, batches: Batc
     assert len(everything.values) == len(READABLE) - 1
 
 
-_STEP_S = 0.02
 _STREAM_HZ = 50
 
 

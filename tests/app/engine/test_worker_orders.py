@@ -62,15 +62,6 @@ def test_an_interrupt_ends_the_lingering_after_the_first_byte_and_loses_none(
     line.close()
 
 
-def test_interrupting_a_closed_line_does_nothing() -> None:
-    with run_module() as module:
-        line = transport.open_line(module.port, 115200)
-        line.interrupt()
-        assert line.read(0.01, 0.0) == b""
-        line.close()
-        line.interrupt()
-
-
 def test_a_socket_that_cannot_be_interrupted_is_none_the_worse() -> None:
     with run_module("--tcp", "127.0.0.1:0") as module:
         line = transport.open_line(module.port, 115200)

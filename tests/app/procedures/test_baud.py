@@ -11,10 +11,8 @@ from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud
 from app.procedures.find import look_for
 from app.procedures.write import SetReply
 from app.safety.acts import Act
-from app.safety.interlocks import Interlock
-from app.safety.journal import NoJournal, Outcome
+from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
-from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATES, HEARTBEAT
 from protocol.events import Answered
 from protocol.fields import ValueRefused
@@ -177,19 +175,6 @@ def test_what_changes_while_the_disk_works_is_logged_as_not_sent(what: str) -> N
         rig.session.close()
     rig.step_until(lambda: run.is_done)
     assert journal.outcomes == {0: Outcome.NOT_SENT}
-    assert sets(rig) == 0
-
-
-def test_a_change_whose_intent_cannot_be_logged_is_not_sent_and_its_rates_are_not_searched(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    rig, journal = Rig(), FakeJournal()
-    monkeypatch.setattr(journal, "begin", NoJournal(UserMessage("The disk is full.")).begin)
-    changed = change(rig, 9600, journal)
-    assert changed.end is BaudEnd.NOT_SENT
-    assert [one.condition for one in changed.refusals] == [Interlock.INTENT_DURABLE]
-    assert changed.sentence == "Nothing was sent. The audit log cannot be written. The disk is full."
-    assert journal.intents == []
     assert sets(rig) == 0
 
 

@@ -22,7 +22,7 @@ from app.procedures.history import (
 )
 from app.settings.profiles import NO_PROFILE
 from app.simulator.memory import record_frame
-from protocol.catalogue import MAX_RECORDS, TRIGGER_RECORDS
+from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Answered
 from protocol.frame import encode_long
 from protocol.messages import EmptySlot, TriggerRecord, decode, decode_record
@@ -102,12 +102,6 @@ def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     assert trigger_records(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result is CheckResult.UNKNOWN
     by_a_person = Case(evidence=evidence, profile=NO_PROFILE, past=Past(), person=Person(are_records_reviewed=True))
     assert trigger_records(by_a_person).result is CheckResult.WARN
-
-
-def test_ten_percent_of_lost_frames_never_pass_for_a_complete_reading() -> None:
-    for seed in range(60):
-        read = read_records({"history": 9, "drop": 0.1, "records": "spaced", "seed": seed})
-        assert read.faults == []
 
 
 def test_an_unclean_pass_confirms_nothing() -> None:
@@ -205,13 +199,3 @@ def test_a_record_is_certain_in_two_readings_and_an_equal_second_one_only_where_
     assert history_of([Pass((C,)), Pass((A, B))]).all == (A, B, C), "the fullest reading is first"
     assert history_of([Pass(())], is_line_dead=True) == History(is_line_dead=True)
     assert history_of([]) == History()
-
-
-@pytest.mark.parametrize(
-    ("slots", "records", "shown"), [(3, 2, 3), (MAX_RECORDS, 0, MAX_RECORDS), (MAX_RECORDS, 1, -1)]
-)
-def test_there_are_no_more_empty_slots_than_records_are_lacking(slots: int, records: int, shown: int) -> None:
-    with_slots = Pass((empty(),) * slots)
-    with_records = Pass((A,) * records)
-    assert history_of([with_slots, with_records]).empty_slots == (MAX_RECORDS - 1 if shown < 0 else shown)
-    assert history_of([with_slots] * 2).empty_slots == min(slots, MAX_RECORDS)

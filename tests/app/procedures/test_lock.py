@@ -58,14 +58,6 @@ def deafen(rig: Rig, is_lost: Callable[[int, bytes], bool]) -> list[float]:
     return times
 
 
-def test_it_is_not_repeated_beyond_its_limit_from_the_first_frame_on() -> None:
-    repeat = LockRepeat()
-    for now in (100.0, 105.0):
-        repeat.note_sent(now)
-    assert repeat.is_repeating(100.0 + LOCKS_FOR_S - 0.01)
-    assert not repeat.is_repeating(100.0 + LOCKS_FOR_S)
-
-
 def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
     rig = settled_rig(active=True)
     began = rig.clock()

@@ -166,20 +166,3 @@ def test_everything_is_kept_only_after_a_restart_that_was_seen(ending: Ending, f
     result = PowerCycleResult(ending=ending, stamps=stamps, boots_before=7)
     is_seen = ending in (Ending.RESTARTED, Ending.SEVERAL)
     assert result.is_fine is (is_seen and fate in (Retention.RETAINED, Retention.UNREADABLE))
-
-
-@pytest.mark.parametrize(("options", "asked"), [({}, 22), ({"mute_codes": frozenset((0x23,))}, 6)])
-def test_the_boot_count_is_asked_for_once_a_second_and_waited_for_a_second(options: dict[str, Any], asked: int) -> None:
-    rig = Rig(options)
-    assert rig.run(survives_power_cycle({}, longest_wait_s=10.0)).ending is Ending.NOT_SEEN
-    assert rig.line.requests.count(BY_NAME["boot_count"].query()) == pytest.approx(asked, abs=2)
-
-
-def test_nobody_has_to_switch_it_off_sooner_than_in_two_minutes() -> None:
-    rig = Rig()
-    began, run = rig.clock(), Run(survives_power_cycle({}))
-    rig.session.run(run)
-    rig.step_until(lambda: run.is_done, limit_s=200)
-    assert run.result is not None
-    assert run.result.ending is Ending.NOT_SEEN
-    assert rig.clock() - began == pytest.approx(120, abs=0.9)

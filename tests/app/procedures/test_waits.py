@@ -83,15 +83,6 @@ def test_what_is_not_answered_costs_its_time_and_no_more(
     assert len(rig.line.requests) == frames
 
 
-def test_a_deployment_waits_five_seconds_for_the_disk() -> None:
-    rig, journal = settled_rig(active=True), FakeJournal()
-    journal.is_held = True
-    began = rig.clock()
-    permit = Permit(Act.DEPLOY, Origin.RITUAL, began)
-    assert rig.run(perform(Act.DEPLOY, journal, permit=permit)).outcome is Outcome.NOT_SENT
-    assert rig.clock() - began == pytest.approx(5.0, abs=0.02)
-
-
 @pytest.mark.parametrize(("took_s", "is_slow"), [(0.1, False), (0.11, True)])
 def test_a_disk_is_slow_that_takes_longer_than_a_tenth_of_a_second(took_s: float, is_slow: bool) -> None:
     entry: Entry = Future()
