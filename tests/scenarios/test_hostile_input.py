@@ -15,8 +15,7 @@ import pytest
 from app import __main__ as program
 from app.engine import ports as port_list
 from app.engine.transport import PortError, PortTrouble, open_line
-from app.settings.profile_file import ProfileRefused, parse_profile, read_profile, save_profile
-from app.settings.profiles import Profile
+from app.settings.profile_file import ProfileRefused, parse_profile
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import Parser
@@ -189,16 +188,6 @@ def test_messages_of_argparse_are_escaped_too(capsys: pytest.CaptureFixture[str]
 
 
 # Files
-
-
-def test_the_target_of_a_link_is_replaced_and_the_link_kept(tmp_path: Path) -> None:
-    """Replaces the file, as QSaveFile and git do."""
-    target, link = tmp_path / "real.toml", tmp_path / "link.toml"
-    target.write_text("old", encoding="utf-8")
-    link.symlink_to(target)
-    save_profile(link, Profile(name="H6"))
-    assert link.is_symlink()
-    assert read_profile(target).name == "H6"
 
 
 def test_circular_links_and_links_of_other_users_in_shared_folders_are_refused(

@@ -21,16 +21,13 @@ from app.engine.worker import Worker
 from app.procedures import stream
 from app.recordings.library import RecordingLibrary
 from protocol.catalogue import SERIAL_OUTPUT
-from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
+from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 from tests.support.line.sim_line import engine_view
 from tests.support.patience import in_time
 from tests.support.records.captures import read_session
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
-
-
-FORBIDDEN = {0x10, 0x11, 0x12, 0x24, 0x25}
 
 
 def test_monitor_switches_the_stream_on_and_off(
@@ -87,16 +84,6 @@ def test_monitor_goes_on_after_a_sleep_and_leaves_the_module_silent(
     assert not bench_of(port).state().is_streaming
 
 
-def test_monitor_says_when_the_port_goes(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    bench = bench_of(port)
-    with falls_after(bench, 9, bench.unplug):
-        assert program.main(["monitor", "--port", port, "--json"]) == 3
-    printed = Printed(capsys)
-    assert len(printed.out.splitlines()) >= 1
-    assert "unplugged" in printed.err
-    assert is_one_sentence(printed.err)
-
-
 def test_the_stream_is_switched_off_though_its_answer_was_not_awaited() -> None:
     """Ctrl-C between the switching on and its acknowledgement."""
     procedure = stream.watch(stream.StreamSwitch(), read_all=False)
@@ -143,25 +130,6 @@ def test_reading_sends_nothing_that_changes(
         program.main([command, "--port", f"{port}?{quirks}", "--json"])
     assert {frame[2] for frame in wire} == {0x01, 0x14, 0x15, 0x20, 0x21, 0x22, 0x23, 0x32, 0x33, 0x34}
     assert {frame[3] for frame in wire if frame[2] != 0x01} == {0x01}
-
-
-@pytest.mark.parametrize("quirks", ["records=spaced&history=3", "empty_slots=zeros", "history=9&double=0.3&seed=3"])
-def test_history_sends_nothing_but_its_question(
-    port: str, hasty: None, quirks: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
-) -> None:
-    program.main(["history", "--port", f"{port}?{quirks}", "--json"])
-    assert {frame[2] for frame in wire} <= {0x01, 0x35}
-    assert {frame[3] for frame in wire if frame[2] == 0x35} == {0x01}
-
-
-@pytest.mark.parametrize("quirks", ["", "stream=silent&drop=0.3&seed=5", "remembers=yes&corrupt=0.05"])
-def test_monitor_sends_only_the_switch_besides(
-    port: str, hasty: None, quirks: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
-) -> None:
-    program.main(["monitor", "--port", f"{port}?{quirks}", "--seconds", "0.6", "--json"])
-    sets = {frame[2] for frame in wire if frame[2] != 0x01 and frame[3] == 0x02}
-    assert sets <= {SERIAL_OUTPUT.code}
-    assert not FORBIDDEN & {frame[2] for frame in wire}
 
 
 # `dps-s record`, and `dps-s decode` of what it wrote.

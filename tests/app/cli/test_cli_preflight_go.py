@@ -43,13 +43,6 @@ def test_another_connection_is_never_ready_or_go(
     assert (verdict, against) == ("NO-GO", {"attitude_trigger", "freefall_trigger"})
 
 
-def test_a_restart_that_the_boot_count_does_not_count(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    _enabled(port, capsys)
-    bench_of(port).module.memory.boot_count -= 1
-    bench_of(port).restart()
-    assert _checked(port, capsys)[0] == "NO-GO"
-
-
 ACTIVATE = ("preflight", "--activate", "--yes", "--module", "M-07")
 
 

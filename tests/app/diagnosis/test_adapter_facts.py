@@ -2,8 +2,6 @@
 
 import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,10 +12,8 @@ from app.engine.device import Device, StaleReason
 from app.engine.ports import PortInfo
 from app.engine.procedure import Ask, Cancelled, Procedure
 from app.engine.session import Run
-from app.engine.transport import holder_of
 from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS
 from protocol.events import Answered, OutcomeUnknown
-from protocol.link import Link
 from protocol.messages import Acknowledgement
 from tests.support.line.sim_line import Rig
 
@@ -187,23 +183,6 @@ def ask(*requests: Ask) -> Procedure[list[object]]:
     return outcomes
 
 
-def test_an_abandoned_act_has_an_unknown_outcome() -> None:
-    link = Link(0.0)
-    link.ask(THRESHOLD.set(75), 0.0)
-    assert link.abandon(0.5) == [OutcomeUnknown(THRESHOLD.set(75), 0.5, 0.5)]
-    link.ask(STATUS.query(), 1.0)
-    assert link.abandon(1.5) == []
-    assert link.abandon(1.6) == []
-
-
-def test_an_act_that_waits_for_its_heartbeat_was_not_sent() -> None:
-    link = Link(0.0)
-    link.ask(THRESHOLD.set(75), 0.0)
-    link.abandon(0.1)
-    link.ask(THRESHOLD.set(70), 0.2)  # after a heartbeat, because the first may still be answered
-    assert link.abandon(0.3) == []
-
-
 @pytest.mark.parametrize(("is_sent", "reason"), [(True, StaleReason.WRITE_UNCONFIRMED), (False, None)])
 def test_a_write_that_is_cancelled_makes_the_known_value_stale_if_it_was_sent(
     is_sent: bool, reason: StaleReason | None
@@ -261,24 +240,3 @@ def test_values_reported_before_an_act_are_stale_after_it(
     known = device.view(rig.clock()).values.get(key)
     assert known is not None
     assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")
-def test_a_process_without_access_does_not_hide_another() -> None:
-    master, slave = os.openpty()
-    name = os.ttyname(slave)
-    os.close(slave)
-    code = "import sys; file = open(sys.argv[1]); print('open', flush=True); sys.stdin.read()"
-    with subprocess.Popen(
-        [sys.executable, "-c", code, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as other:
-        try:
-            assert other.stdout is not None
-            assert other.stdout.readline() == "open\n"
-            holder = holder_of(name)
-            assert holder is not None
-            assert holder.pid == other.pid
-            assert holder_of("/dev/null-that-is-not-there") is None
-        finally:
-            other.communicate("", timeout=10)
-            os.close(master)

@@ -163,8 +163,8 @@ def test_the_bay_is_closed_below_the_light_threshold(lights: list[Value], result
     assert finding("light", series={"light_v": lights}).result is UNKNOWN
 
 
-@pytest.mark.parametrize(("age_s", "result"), [(1.0, PASS), (1.01, FAIL)])
-def test_the_last_status_is_a_second_old_at_most(age_s: float, result: CheckResult) -> None:
+@pytest.mark.parametrize(("age_s", "result"), [(1.0, PASS), (1.01, FAIL), (None, UNKNOWN)])
+def test_the_last_status_is_a_second_old_at_most(age_s: float | None, result: CheckResult) -> None:
     found = finding("status", status_age_s=age_s)
     assert (found.result, found.measured, found.limit.in_english()) == (result, age_s, "≤ 1.0 s")
 

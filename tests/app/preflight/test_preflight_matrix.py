@@ -1,22 +1,17 @@
 """GO and READY only when everything holds: every single fault and every pair is named and hides none of the others."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
 import pytest
 
-from app.engine.device import StatusSample
-from app.limits.past import Past
-from app.preflight.evidence import STILL_S, Disturbance, Evidence
-from app.preflight.findings import Case, CheckResult, Finding
-from app.preflight.line_checks import TRIALS_NEEDED, acceleration_still, status_fresh, tilt_level, tilt_still
+from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.findings import CheckResult
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
-from app.settings.profiles import NO_PROFILE, ActivatedBy, ManualLine, Profile
+from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, Hazard
-from protocol.messages import Status
 from tests.support.records.preflight_rig import (
     APPROVED,
     FAULTS,
@@ -136,34 +131,6 @@ def test_a_profile_is_taken_whole() -> None:
         manual=(ManualLine("Bridle free", is_required=True), ManualLine("Pack date", is_done=False)),
     )
     assert (answered.limit("tilt_max_deg"), answered.limit("tilt_spread_max_deg")) == (3, 2)
-
-
-@pytest.mark.parametrize(
-    ("age_s", "result"), [(1.0, CheckResult.PASS), (1.01, CheckResult.FAIL), (None, CheckResult.UNKNOWN)]
-)
-def test_the_last_status_counts_for_a_second(age_s: float | None, result: CheckResult) -> None:
-    evidence = Evidence(port="sim", status_age_s=age_s)
-    assert status_fresh(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result is result
-
-
-@pytest.mark.parametrize(
-    ("check_of", "at_limit", "beyond"),
-    [
-        (tilt_level, Status(5, 1.0, False, False), Status(6, 1.0, False, False)),
-        (tilt_still, Status(2, 1.0, False, False), Status(3, 1.0, False, False)),
-        (acceleration_still, Status(0, 1.2, False, False), Status(0, 1.3, False, False)),
-    ],
-)
-def test_a_module_may_move_up_to_the_limit(
-    check_of: Callable[[Case], Finding], at_limit: Status, beyond: Status
-) -> None:
-    trials = [
-        StatusSample.of(Status(0, 1.0, False, False), STILL_S * number / TRIALS_NEEDED)
-        for number in range(TRIALS_NEEDED)
-    ]
-    for last, result in ((at_limit, CheckResult.PASS), (beyond, CheckResult.FAIL)):
-        evidence = Evidence(port="sim", trials=[*trials, StatusSample.of(last, STILL_S)])
-        assert check_of(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).result is result
 
 
 def test_light_that_reads_lower_is_judged_the_other_way() -> None:

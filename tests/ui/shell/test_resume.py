@@ -151,22 +151,6 @@ def test_it_comes_back_under_another_name(
         assert {command.query() for command in READABLE} <= set(desk.sent)
 
 
-def test_another_adapter_under_the_same_name_is_not_opened(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
-) -> None:
-    first_name = desk.name
-    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
-        desk.module.tell("unplug")
-        desk.others = [replace(SECOND_ADAPTER, device=first_name)]
-        wait_said(qtbot, assembly, Absence.ANOTHER.value)
-        looks = desk.looks
-        qtbot.waitUntil(lambda: desk.looks >= looks + 3)
-        assert phase(assembly) is Phase.LOST
-        desk.others = []
-        desk.module.tell("plug")
-        wait_back(qtbot, assembly)
-
-
 def test_another_adapter_that_takes_the_name_late_is_closed_again(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
 ) -> None:
@@ -190,39 +174,6 @@ def test_another_adapter_that_takes_the_name_late_is_closed_again(
         wait_back(qtbot, assembly)
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
         qtbot.waitUntil(lambda: connector.current._return.returns == 1)
-
-
-def test_of_two_identical_adapters_the_usb_socket_decides(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
-) -> None:
-    desk.others = [replace(ADAPTER, device="/dev/ttyUSB8", location="1-7")]
-    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
-        desk.module.tell("unplug")
-        desk.adapter = replace(ADAPTER, location="1-8")
-        wait_said(qtbot, assembly, Absence.SEVERAL.value)
-        desk.module.tell("plug")
-        looks = desk.looks
-        qtbot.waitUntil(lambda: desk.looks >= looks + 2)
-        wait_said(qtbot, assembly, Absence.SEVERAL.value)
-        desk.adapter = ADAPTER
-        wait_back(qtbot, assembly)
-        assert assembly.connector.current.connection.port == desk.name
-
-
-def test_a_port_without_identity_is_not_opened_again(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
-) -> None:
-    desk.adapter = PortInfo("")
-    with connected(qtbot, qapp, tmp_path, desk, "") as assembly:
-        desk.module.tell("unplug")
-        wait_said(qtbot, assembly, Absence.NAME_ONLY.value)
-        assert phase(assembly) is Phase.FAILED
-        assert assembly.window.notice_bar.button("connect_again") is not None
-        desk.module.tell("plug")
-        desk.looks = 0
-        assembly.ports.refresh()
-        qtbot.waitUntil(lambda: desk.looks > 0 and assembly.ports.is_current)
-        assert not assembly.connector.current.is_open
 
 
 def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:

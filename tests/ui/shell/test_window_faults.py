@@ -2,11 +2,9 @@
 event.
 """
 
-import errno
 import gc
 import itertools
 import logging
-import os
 import signal
 import subprocess
 import sys
@@ -18,7 +16,6 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
-import serial
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
@@ -36,7 +33,7 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.logs import start_log
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
+from tests.support.processes import ENVIRONMENT, ROOT, run_module
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, wait_online, window
 from ui.core.port_watcher import PortWatcher
@@ -74,44 +71,6 @@ def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplic
         ports.release()
         qtbot.waitUntil(lambda: assembly.ports.has_listed)
     assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
-
-
-@POSIX_ONLY
-def test_a_port_in_use_names_the_process(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with run_module("--uptime", "60") as module:
-        command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "60", "--json"]
-        with subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE) as first:
-            try:
-                assert first.stdout is not None
-                assert first.stdout.readline()  # it works
-                with window(qapp, tmp_path) as assembly:
-                    assembly.connector.connect_to(Target(module.port, 115200))
-                    qtbot.waitUntil(lambda: assembly.connector.current.state.phase is Phase.FAILED)
-                    qtbot.waitUntil(lambda: "in use by" in notice_of(assembly))
-                    if sys.platform.startswith("linux"):
-                        holders = (first.pid, module.process.pid)  # the simulated module has it open too
-                        assert any(f"(process {pid})" in notice_of(assembly) for pid in holders)
-                    first.terminate()
-                    first.communicate(timeout=PATIENCE_S)
-                    assembly.window._connect_again()
-                    wait_online(qtbot, assembly)
-            finally:
-                with suppress(ProcessLookupError):
-                    first.kill()
-
-
-@POSIX_ONLY
-def test_a_port_without_permission(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(_serial: serial.Serial) -> None:
-        raise serial.SerialException(errno.EACCES, f"could not open port: {os.strerror(errno.EACCES)}")
-
-    monkeypatch.setattr(serial.Serial, "open", refuse)
-    with window(qapp, tmp_path) as assembly:
-        assembly.connector.connect_to(Target("/dev/ttyS0", 115200))
-        qtbot.waitUntil(lambda: "/dev/ttyS0" in notice_of(assembly))
-        assert assembly.connector.current.state.phase is Phase.FAILED
 
 
 def fill(store: Store) -> None:

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
-from app.engine.motion import MotionExtremes, MotionWatch
 from app.engine.session import Run
 from app.procedures.act import Performed, perform
 from app.safety.acts import REQUESTS, Act
@@ -22,7 +21,7 @@ from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
 from protocol.catalogue import STATUS
 from protocol.link_states import Presence
-from protocol.messages import Source, Status
+from protocol.messages import Source
 from tests.gestures.gesture_bench import GestureBench
 from tests.gestures.gesture_table import ACTS, go_to
 from tests.support.journals import FakeJournal
@@ -240,18 +239,6 @@ def test_the_tilt_is_read_afterwards_and_nothing_is_promised() -> None:
     unread = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED)
     assert unread.sentence == "Acknowledged. Could not read the tilt: check it."
     assert outcome_meaning(unread) is Meaning.ATTENTION
-
-
-def test_the_watch_forgets_what_is_old_and_misses_no_extreme() -> None:
-    watch = MotionWatch()
-    for step in range(4000):
-        tilt = 30 if step == 700 else 5
-        watch.feed(Status(tilt, 0.3 if step == 2600 else 1.0, triggered=False, active=False), step / 1000)
-    assert watch.view(3.0) == MotionExtremes(0.401, 3.999, 5, 30, 0.3, 1.0)
-    later = watch.view(4.0)
-    assert later is not None
-    assert (later.tilt_high_deg, later.acceleration_low_g) == (5, 0.3)
-    assert watch.view(9.0) is None
 
 
 @pytest.mark.parametrize(

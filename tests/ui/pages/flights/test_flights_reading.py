@@ -1,11 +1,8 @@
 """Reading logs that never end, or take long."""
 
-import os
 import re
-import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -28,19 +25,6 @@ def test_each_verdict_has_its_own_text(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(texts, "verdict_of", lambda _outcome, verdict=verdict: verdict)
         said.add(texts.verdict_text(None))
     assert len(said - {""}) == len(texts.Verdict)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="makes a named pipe")
-def test_a_pipe_is_refused_and_not_waited_for(desk: Desk, tmp_path: Path) -> None:
-    path = tmp_path / "pipe.csv"
-    os.mkfifo(path)  # type: ignore[attr-defined,unused-ignore]
-    desk.page.open_paths([path])
-    try:
-        desk.wait_read()
-        assert desk.notice() == "1 not read. pipe: unknown kind of file."
-    finally:
-        with suppress(OSError):  # nobody reads it
-            os.close(os.open(path, os.O_WRONLY | os.O_NONBLOCK))
 
 
 def test_a_long_table_shows_progress_and_can_be_cancelled(

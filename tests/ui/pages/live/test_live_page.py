@@ -150,15 +150,6 @@ def test_marks_and_pause_go_with_their_module(live: Bench) -> None:
     assert (list(plot.canvas.marks), plot.time_range.is_live) == ([], True)
 
 
-def test_events_are_marked_on_the_time_line(live: Bench) -> None:
-    live.say()
-    live.now_s += 1
-    live.say(active=True)
-    live.page.plot.time_range.point_at(live.now_s)
-    assert "· activated" in live.page.plot.reading
-    assert "Tilt 12°" in live.page.plot.reading
-
-
 # Looks
 
 

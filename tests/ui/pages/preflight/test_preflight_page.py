@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import evidence_of
@@ -17,7 +17,6 @@ from app.limits.past import Past
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.verdict import CHECKS, Judged
-from app.records.report_html import body
 from app.records.verification import RecordState, verify_file
 from app.settings.profiles import Profile
 from app.store.store import Store
@@ -38,7 +37,6 @@ from tests.support.window.preflight_window import (
     said,
 )
 from tests.support.window.steps import await_child, choosing, find, let_lay_out
-from ui.files.file_dialogs import ThenPath
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.row import Mend, remedy
@@ -327,27 +325,6 @@ def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
         confirm_name(bench)
         edit = bench.find(QLineEdit, "preflight_module_edit")
         bench.until(lambda: edit.text() == "M-07")
-
-
-def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
-    name = "<b>x</b>=1+../\u202e☠"
-    with on_bench(qtbot, qapp, tmp_path, "hostile", "preflight") as bench:
-        page = bench.preflight
-        bench.assembly.connector.current.module.choose(name)
-        bench.find(QLineEdit, "preflight_who").setText("=cmd|'/c calc'!A1")
-        assert bench.check() is Standing.READY
-        suggested: list[Path] = []
-
-        def ask(_parent: QWidget, _title: str, path: Path, _filter: str, then: ThenPath) -> None:
-            suggested.append(path)
-            then(tmp_path / "r.pdf")
-
-        page.files.ask_path = ask
-        bench.click(page.buttons.print)
-        assert suggested[0].parent == Path.home()
-        assert "<b>x" not in body(json.loads((tmp_path / "r.json").read_text(encoding="utf-8")))
-        bench.click(page.buttons.history)
-        assert page.history.isVisible()
 
 
 def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(

@@ -109,13 +109,6 @@ def test_unplugged_in_the_middle(rig: OnBench) -> None:
     assert kept(rig) == []
 
 
-def test_a_module_that_says_nothing_is_never_go(quick: None, rig: OnBench) -> None:
-    rig.bench.change(mute=True)
-    assert rig.check() is Standing.VOID
-    assert rig.preflight.work.assessment is not None
-    assert rig.preflight.work.assessment.verdict.value == "NO-GO"
-
-
 def test_a_new_check_shows_nothing_of_the_old_one(quick: None, rig: OnBench) -> None:
     page = rig.preflight
     assert rig.check() is Standing.READY
@@ -152,15 +145,6 @@ def test_a_twin_behind_the_same_port_is_never_ready_or_go(quick: None, before: s
         assessment = rig.preflight.work.assessment
         assert assessment is not None
         assert {"attitude_trigger", "freefall_trigger"} <= set(assessment.open_checks)
-
-
-def test_a_restart_that_is_not_counted_ends_ready_until_they_are_enabled_again(quick: None, rig: OnBench) -> None:
-    assert rig.check() is Standing.READY
-    rig.bench.module.memory.boot_count -= 1
-    rig.restart()
-    rig.wait_standing(Standing.VOID)
-    assert rig.check(is_enabling=False) is Standing.NO_GO
-    assert rig.check() is Standing.READY
 
 
 LIMIT_S = 60.0

@@ -9,7 +9,7 @@ from shutil import copyfile
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.entry_texts import size_text
@@ -161,29 +161,6 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
     live.plot.time_range.show_instant(1010.0)
     live.refresh()
     assert panel.activation.accessibleName() == "Activation: LOCKED"
-
-
-def test_it_is_zoomed_and_panned_within_its_bounds(opened: Desk) -> None:
-    plot = opened.live.plot
-    canvas = find(plot, QWidget, "time-plot-canvas")
-    whole = plot.time_range.span
-    canvas.setFocus()
-    for _ in range(8):
-        opened.qtbot.keyClick(canvas, Qt.Key.Key_Plus)
-    zoomed = plot.time_range.span
-    assert zoomed.length_s < whole.length_s / 4
-    for _ in range(80):
-        opened.qtbot.keyClick(canvas, Qt.Key.Key_Left)
-    assert plot.time_range.span.start_s == whole.start_s
-    assert plot.time_range.span.length_s == pytest.approx(zoomed.length_s)
-    for _ in range(40):
-        opened.qtbot.keyClick(canvas, Qt.Key.Key_Minus)
-    assert plot.time_range.span.length_s == pytest.approx(whole.length_s)
-    opened.click(find(plot, QToolButton, "time-plot-window-10"))
-    assert plot.time_range.span.length_s == pytest.approx(10)
-    opened.qtbot.keyClick(canvas, Qt.Key.Key_Space)  # nothing to pause
-    opened.click(find(plot, QToolButton, "time-plot-whole"))
-    assert plot.time_range.span == whole
 
 
 def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.simulator.setup import Delivery, EmptySlots
+from app.simulator.setup import EmptySlots
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
@@ -200,16 +200,6 @@ def test_the_cause_is_whole_in_a_narrow_list(qtbot: QtBot, width: int, is_hidden
     longest = f"{tr('attitude')} + {tr('free fall')}"
     assert table.columnWidth(Column.WHY) > table.fontMetrics().horizontalAdvance(longest)
     assert table.isColumnHidden(Column.SETTINGS) is is_hidden
-
-
-@pytest.mark.parametrize("delivery", list(Delivery))
-def test_nine_records_in_any_order(qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "nine", "triggers", history=9, records=delivery) as bench:
-        bench.read_triggers()
-        assert bench.triggers.table.filter.rowCount() == 9
-        assert all(told(bench, row) for row in range(9))
-        boots = [bench.triggers.table.filter.shown()[row].record.boot_count for row in range(9)]
-        assert boots == sorted(boots, reverse=True)  # newest first
 
 
 def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
