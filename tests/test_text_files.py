@@ -14,7 +14,7 @@ _PLACE = {"read_text": 0, "write_text": 1}
 
 def unstated(source: str) -> Iterator[tuple[int, str]]:
     """Line and name of each call that leaves the encoding to the system."""
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(ast.parse(source)) if any(name in source for name in _PLACE) else ():
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _PLACE:
             named = {keyword.arg for keyword in node.keywords}
             if "encoding" not in named and len(node.args) <= _PLACE[node.func.attr]:

@@ -8,7 +8,7 @@ from string import Template
 from typing import Final
 
 from PySide6.QtCore import QChildEvent, QEvent, QObject, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontInfo, QPalette
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontInfo, QPalette, QShowEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
@@ -215,8 +215,10 @@ class Appearance(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """A part that came later is styled before it is first shown, one out of sight when it is shown again."""
-        if event.type() == QEvent.Type.Show and isinstance(watched, QWidget) and watched not in self._holders:
-            self.apply_to(watched)
+        # By class, as `type()` would make an enumeration's member of every event.
+        if isinstance(event, QShowEvent):
+            if isinstance(watched, QWidget) and watched not in self._holders:
+                self.apply_to(watched)
         elif isinstance(event, QChildEvent) and event.type() == QEvent.Type.ChildPolished:
             part = event.child()
             if watched in self._holders and isinstance(part, QWidget) and part not in self._holders:

@@ -233,6 +233,7 @@ def _scale_icons(widget: QAbstractButton | QAbstractItemView) -> None:
         widget.setIconSize(QSize(scaled(size.width()), scaled(size.height())))
 
 
+@cache
 def app_icon() -> QIcon:
     """The program's own: a white parachute on a dark rounded square, the same in every theme."""
     own = QIcon()

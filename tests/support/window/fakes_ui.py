@@ -16,7 +16,7 @@ from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.store.store import Store
-from app.text.i18n import CHINESE, ENGLISH, set_language
+from app.text.i18n import CHINESE, ENGLISH, language, set_language
 from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
 from ui.core.port_watcher import PortWatcher
@@ -118,7 +118,8 @@ def close_window(assembly: Assembly) -> None:
     assembly.connector.stop(2.0)
     assembly.ports.stop(2.0)
     assembly.storage.close()
-    assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
+    if language() != ENGLISH or not assembly.language_switch._qt_texts.isEmpty():
+        assembly.language_switch.use(ENGLISH)  # removes Qt's own translation from the application
     assembly.window.deleteLater()
     QApplication.processEvents()
 
