@@ -2,9 +2,9 @@
 name that a person gave is compared with what was last read under it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -15,20 +15,18 @@ from pytestqt.qtbot import QtBot
 from app.engine.identity import NO_EXPECTATION, UNKNOWN, Identity, IdentityEvidence, Trust, evidence_of
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
-from app.engine.worker import Batch
 from app.safety.acts import Act
-from app.simulator.bench import SimulatedBench
 from app.simulator.hardware import BOOT_GAP_S
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, STATUS, Request
-from protocol.events import Sent
 from protocol.link_states import Presence
 from tests.app.engine.test_identity import FOUND, NOT_PROVEN, OPTIONS, ask, with_setting
-from tests.support.line.sim_line import Rig, watched
-from tests.support.window.fakes_ui import simulated, wait_online, window
+from tests.support.line.sim_line import Rig as LineRig
+from tests.support.line.sim_line import watched
+from tests.support.window.fakes_ui import TRAFFIC_ALONE
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import find, press
 from ui.acts.outcomes import open_conditions
-from ui.main import Assembly
 from ui.pages.settings.controller import SettingsController
 from ui.pages.tests.page import TestsPage as GuidedPage
 from ui.services.module_field import ModuleField
@@ -36,20 +34,13 @@ from ui.services.module_name import ModuleName
 from ui.widgets.sliders import WheelGuard
 
 NAME = "M-07"
-_BOOTED_MS = round(2000 * BOOT_GAP_S)
+_BOOTED_S = 2 * BOOT_GAP_S
 """A heartbeat after the first answer would be another restart, and a decision about the module before it void."""
 
 
-class Desk:
-    def __init__(self, qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, port: str) -> None:
-        self.qtbot, self.assembly, self.bench = qtbot, assembly, bench
-        self.target = Target(f"sim://{port}", 115200)
-        self.sent: list[Request] = []
-        assembly.connector.batch.connect(self._on_batch)
-        assembly.connector.current.stream.is_wanted = True
-
-    def _on_batch(self, batch: Batch) -> None:
-        self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
+@dataclass
+class Desk(Rig):
+    """A window on a module whose stream is wanted."""
 
     @property
     def naming(self) -> ModuleName:
@@ -57,7 +48,7 @@ class Desk:
 
     @property
     def changes(self) -> list[Request]:
-        return [one for one in self.sent if not one.is_repeatable]
+        return [one for one in self.requests if not one.is_repeatable]
 
     @property
     def asked(self) -> str:
@@ -65,20 +56,13 @@ class Desk:
         is_question = self.assembly.window.notice_bar.button("identity_same") is not None
         return notice.text if notice is not None and is_question else ""
 
-    def wait(self, is_so: Callable[[], bool]) -> None:
-        self.qtbot.waitUntil(is_so)
-
-    def connect(self) -> None:
-        self.assembly.connector.connect_to(self.target)
-        wait_online(self.qtbot, self.assembly)
-
     def know(self) -> None:
         """Named, read, and kept."""
         self.naming.choose(NAME)
         self.naming.remember_adapter()
         store = self.assembly.storage.store
         assert isinstance(store, Store)
-        self.wait(lambda: any(store.evidence(module.name).is_complete for module in store.modules()))
+        self.until(lambda: any(store.evidence(module.name).is_complete for module in store.modules()))
 
     def answer(self, key: str) -> None:
         button = self.assembly.window.notice_bar.button(key)
@@ -91,38 +75,46 @@ class Desk:
 
 
 @contextmanager
-def desk(qtbot: QtBot, qapp: QApplication, folder: Path, port: str) -> Iterator[Desk]:
-    with simulated(port, boots=37, uptime=60) as bench, window(qapp, folder) as assembly:
-        one = Desk(qtbot, assembly, bench, port)
+def connected(
+    qtbot: QtBot, qapp: QApplication, folder: Path, *, boots: int = 37, threshold_deg: int = 60
+) -> Iterator[Desk]:
+    name = f"identity{folder.name}"
+    with on_fake_time(Desk, qtbot, qapp, folder, name, TRAFFIC_ALONE, boots=boots, uptime=60) as one:
+        one.bench.module.memory.attitude_threshold = threshold_deg
+        one.assembly.connector.current.stream.is_wanted = True
         one.connect()
-        one.know()
         yield one
-        assembly.storage.close()
+        one.assembly.storage.close()
+
+
+@pytest.fixture
+def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    """On a module that is known by its name."""
+    with connected(qtbot, qapp, tmp_path) as made:
+        made.know()
+        yield made
 
 
 @pytest.mark.parametrize(("answer", "name"), [("identity_new", ""), ("identity_same", NAME)])
-def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, answer: str, name: str
-) -> None:
-    with desk(qtbot, qapp, tmp_path, "back") as one:
-        connector = one.assembly.connector
-        whose = connector.current.adapter_key
-        one.bench.unplug()
-        one.wait(lambda: not connector.current.is_open)
-        one.exchange(12)
-        qtbot.wait(_BOOTED_MS)
-        one.sent.clear()
-        one.bench.plug()
-        one.wait(lambda: "boot count 12, was 37" in one.asked)
-        assert "may be another module" in one.asked
-        assert one.naming.name == ""
-        assert one.assembly.window.top_bar._module == ""
-        assert one.changes == []
-        one.answer(answer)
-        one.wait(lambda: one.asked == "" and connector.current.identity.is_settled)
-        assert one.naming.name == name
-        assert (connector.current.adapter_key == whose) is bool(name)
-        one.wait(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
+def test_another_module_that_comes_back_on_the_same_port_is_asked_about(one: Desk, answer: str, name: str) -> None:
+    connector = one.assembly.connector
+    whose = connector.current.adapter_key
+    one.bench.unplug()
+    one.until(lambda: not connector.current.is_open)
+    one.exchange(12)
+    one.wait(_BOOTED_S)
+    one.requests.clear()
+    one.bench.plug()
+    one.until(lambda: "boot count 12, was 37" in one.asked)
+    assert "may be another module" in one.asked
+    assert one.naming.name == ""
+    assert one.assembly.window.top_bar._module == ""
+    assert one.changes == []
+    one.answer(answer)
+    one.until(lambda: one.asked == "" and connector.current.identity.is_settled)
+    assert one.naming.name == name
+    assert (connector.current.adapter_key == whose) is bool(name)
+    one.until(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
 
 
 @pytest.mark.parametrize("answer", ["identity_new", "identity_same"])
@@ -130,118 +122,109 @@ def test_of_modules_without_names_behind_one_adapter_nothing_survives_an_absence
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, answer: str
 ) -> None:
     """The usual batch: the adapter stays plugged in, and each module has been started more often than the last."""
-    with simulated("batch", boots=5, uptime=60) as bench, window(qapp, tmp_path) as assembly:
-        one = Desk(qtbot, assembly, bench, "batch")
-        one.connect()
-        port = assembly.connector.current
-        one.wait(lambda: evidence_of(port.device.values, is_fresh=True).is_complete)
+    with connected(qtbot, qapp, tmp_path, boots=5) as one:
+        port = one.assembly.connector.current
+        one.until(lambda: evidence_of(port.device.values, is_fresh=True).is_complete)
         first = port.kept
         port.kept.as_found = Snapshot(settings={"light_threshold_v": 1.8})
-        bench.change(mute=True)
-        one.wait(lambda: port.device.presence is Presence.OFFLINE)
-        bench.module.memory.light_threshold = 24
-        bench.module.memory.boot_count = 6
-        bench.restart()
-        qtbot.wait(_BOOTED_MS)
-        bench.end_faults()
-        one.wait(lambda: "light threshold 2.4 V, was 1.8 V" in one.asked)
+        one.bench.change(mute=True)
+        one.until(lambda: port.device.presence is Presence.OFFLINE)
+        one.bench.module.memory.light_threshold = 24
+        one.bench.module.memory.boot_count = 6
+        one.bench.restart()
+        one.wait(_BOOTED_S)
+        one.bench.end_faults()
+        one.until(lambda: "light threshold 2.4 V, was 1.8 V" in one.asked)
         assert first.watch.changed == {}
-        one.wait(lambda: port.device.fresh("light_threshold_v", assembly.connector.clock()) == 2.4)
+        one.until(lambda: port.device.fresh("light_threshold_v", one.clock()) == 2.4)
         one.answer(answer)
-        one.wait(lambda: port.identity.is_settled)
+        one.until(lambda: port.identity.is_settled)
         is_new = answer == "identity_new"
         assert (port.kept is first, port.kept.as_found is None) == (not is_new, is_new)
 
 
-def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_press(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with desk(qtbot, qapp, tmp_path, "by hand") as one:
-        one.assembly.connector.current.disconnect_port()
-        one.wait(lambda: not one.assembly.connector.current.is_open)
-        one.sent.clear()
-        one.connect()
-        one.wait(lambda: one.asked.startswith("M-07? Read its label."))
-        assert (one.naming.name, one.changes) == ("", [])
-        page = GuidedPage(one.assembly.window._services)
-        page.setParent(one.assembly.window)
-        page.show()
-        assert page.known_by.text() == "module not named: only this connection counts"
-        one.answer("identity_same")
-        one.wait(lambda: one.naming.name == NAME and one.asked == "")
-        one.wait(lambda: page.known_by.text() == "M-07, confirmed by a person on this connection")
-        one.assembly.connector.current.disconnect_port()
-        one.wait(lambda: not one.assembly.connector.current.is_open)
-        one.wait(lambda: page.known_by.text() == "")
-        one.exchange(12)
-        one.sent.clear()
-        one.connect()
-        one.wait(lambda: "boot count 12, was 37" in one.asked)
-        assert (one.naming.name, one.naming.expected_name) == ("", NAME)
-        services = one.assembly.window._services
-        assert NOT_PROVEN in [refusal.sentence for refusal in open_conditions(services, Act.ACTIVATE)]
-        settings = SettingsController(services)
-        settings.form.fill({"attitude_threshold_deg": 70})
-        settings.write(is_unlocked=True)
-        notice = settings.notice()
-        assert notice is not None
-        assert notice.text == f"Nothing was written. {NOT_PROVEN}"
-        assert one.changes == []
+def test_another_module_is_asked_about_at_connecting_and_the_same_takes_one_press(one: Desk) -> None:
+    one.assembly.connector.current.disconnect_port()
+    one.until(lambda: not one.assembly.connector.current.is_open)
+    one.requests.clear()
+    one.connect()
+    one.until(lambda: one.asked.startswith("M-07? Read its label."))
+    assert (one.naming.name, one.changes) == ("", [])
+    page = GuidedPage(one.assembly.window._services)
+    page.setParent(one.assembly.window)
+    page.show()
+    assert page.known_by.text() == "module not named: only this connection counts"
+    one.answer("identity_same")
+    one.until(lambda: one.naming.name == NAME and one.asked == "")
+    one.until(lambda: page.known_by.text() == "M-07, confirmed by a person on this connection")
+    one.assembly.connector.current.disconnect_port()
+    one.until(lambda: not one.assembly.connector.current.is_open)
+    one.until(lambda: page.known_by.text() == "")
+    one.exchange(12)
+    one.requests.clear()
+    one.connect()
+    one.until(lambda: "boot count 12, was 37" in one.asked)
+    assert (one.naming.name, one.naming.expected_name) == ("", NAME)
+    services = one.assembly.window._services
+    assert NOT_PROVEN in [refusal.sentence for refusal in open_conditions(services, Act.ACTIVATE)]
+    settings = SettingsController(services)
+    settings.form.fill({"attitude_threshold_deg": 70})
+    settings.write(is_unlocked=True)
+    notice = settings.notice()
+    assert notice is not None
+    assert notice.text == f"Nothing was written. {NOT_PROVEN}"
+    assert one.changes == []
 
 
 @pytest.mark.parametrize("is_named", [True, False])
-def test_leaving_the_empty_field_of_the_name_answers_nothing(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_named: bool
-) -> None:
+def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named: bool) -> None:
     """Whoever presses "Enable triggers and check" takes the focus from the field."""
-    with desk(qtbot, qapp, tmp_path, "left") as one:
-        connector = one.assembly.connector
-        if not is_named:
-            one.naming.choose("")
-            one.wait(lambda: not connector.current.identity.is_named)
-        one.bench.unplug()
-        one.wait(lambda: not connector.current.is_open)
-        one.bench.plug()
-        one.wait(lambda: one.asked != "" and connector.current.identity.is_for_a_person)
-        asked = connector.current.identity
-        field = ModuleField("module", connector, one.assembly.window._services.texts, WheelGuard())
-        qtbot.addWidget(field)
-        edit = find(field, QLineEdit)
-        assert edit.text() == ""
-        edit.editingFinished.emit()
-        one.sent.clear()
-        one.wait(lambda: len(one.sent) > 5)
-        assert connector.current.identity == asked
-        assert one.asked != ""
+    connector = one.assembly.connector
+    if not is_named:
+        one.naming.choose("")
+        one.until(lambda: not connector.current.identity.is_named)
+    one.bench.unplug()
+    one.until(lambda: not connector.current.is_open)
+    one.bench.plug()
+    one.until(lambda: one.asked != "" and connector.current.identity.is_for_a_person)
+    asked = connector.current.identity
+    field = ModuleField("module", connector, one.assembly.window._services.texts, WheelGuard())
+    one.qtbot.addWidget(field)
+    edit = find(field, QLineEdit)
+    assert edit.text() == ""
+    edit.editingFinished.emit()
+    one.requests.clear()
+    one.until(lambda: len(one.requests) > 5)
+    assert connector.current.identity == asked
+    assert one.asked != ""
 
 
 def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_the_front(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+    one: Desk, qtbot: QtBot
 ) -> None:
-    with desk(qtbot, qapp, tmp_path, "typed") as one:
-        connector, texts = one.assembly.connector, one.assembly.window._services.texts
-        field, other = ModuleField("module", connector, texts, WheelGuard()), QLineEdit()
-        for widget in (field, other):
-            qtbot.addWidget(widget)
-            widget.show()
-        field.activateWindow()
-        one.wait(field.isActiveWindow)
-        edit = find(field, QLineEdit)
-        edit.setFocus()
-        edit.clear()
-        qtbot.keyClicks(edit, "M-")
-        other.activateWindow()
-        one.wait(other.isActiveWindow)
-        assert (one.naming.name, edit.text()) == (NAME, "M-")
-        field.activateWindow()
-        one.wait(field.isActiveWindow)
-        qtbot.keyClicks(edit, "08")
-        qtbot.keyClick(edit, Qt.Key.Key_Return)
-        assert one.naming.name == "M-08"
-        for port in ("/dev/another", "/dev/third"):  # from the second on without a name
-            qtbot.keyClicks(edit, "9")
-            connector.connect_to(Target(port, 115200))
-            assert edit.text() == "", "it was typed for the former module"
+    connector, texts = one.assembly.connector, one.assembly.window._services.texts
+    field, other = ModuleField("module", connector, texts, WheelGuard()), QLineEdit()
+    for widget in (field, other):
+        qtbot.addWidget(widget)
+        widget.show()
+    field.activateWindow()
+    one.until(field.isActiveWindow)
+    edit = find(field, QLineEdit)
+    edit.setFocus()
+    edit.clear()
+    qtbot.keyClicks(edit, "M-")
+    other.activateWindow()
+    one.until(other.isActiveWindow)
+    assert (one.naming.name, edit.text()) == (NAME, "M-")
+    field.activateWindow()
+    one.until(field.isActiveWindow)
+    qtbot.keyClicks(edit, "08")
+    qtbot.keyClick(edit, Qt.Key.Key_Return)
+    assert one.naming.name == "M-08"
+    for port in ("/dev/another", "/dev/third"):  # from the second on without a name
+        qtbot.keyClicks(edit, "9")
+        connector.connect_to(Target(port, 115200))
+        assert edit.text() == "", "it was typed for the former module"
 
 
 OF_ANOTHER = replace(FOUND, boot_count=90)
@@ -252,94 +235,79 @@ OF_ANOTHER = replace(FOUND, boot_count=90)
 )
 @pytest.mark.parametrize("was_asked", [False, True])
 def test_a_name_that_the_readings_refute_is_asked_about(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, before: IdentityEvidence, *, was_asked: bool
+    one: Desk, before: IdentityEvidence, *, was_asked: bool
 ) -> None:
     """Typed for a module without a name, or as the answer to the question; nothing of the other one is overwritten."""
-    with desk(qtbot, qapp, tmp_path, "typed") as one:
-        store = one.assembly.storage.store
-        assert isinstance(store, Store)
-        store.register_module("M-90")
-        store.store_evidence("M-90", before)
-        if was_asked:
-            one.bench.restart()
-            one.bench.module.memory.boot_count = 37
-            one.wait(lambda: one.asked.startswith("M-07? Read"))
-        one.naming.choose("M-90")
-        if before is FOUND:
-            one.wait(lambda: one.naming.name == "M-90" and one.asked == "")
-            return
-        one.wait(lambda: "another module" in one.asked)
-        assert one.naming.name == ""
-        qtbot.wait(300)
-        assert store.evidence("M-90") == before
-        assert "It is M-90" in [button.text() for button in one.assembly.window.notice_bar.findChildren(QPushButton)]
-        one.answer("identity_same")
-        one.wait(lambda: one.naming.name == "M-90" and one.asked == "")
+    store = one.assembly.storage.store
+    assert isinstance(store, Store)
+    store.register_module("M-90")
+    store.store_evidence("M-90", before)
+    if was_asked:
+        one.bench.restart()
+        one.bench.module.memory.boot_count = 37
+        one.until(lambda: one.asked.startswith("M-07? Read"))
+    one.naming.choose("M-90")
+    if before is FOUND:
+        one.until(lambda: one.naming.name == "M-90" and one.asked == "")
+        return
+    one.until(lambda: "another module" in one.asked)
+    assert one.naming.name == ""
+    one.wait(0.3)
+    assert store.evidence("M-90") == before
+    assert "It is M-90" in [button.text() for button in one.assembly.window.notice_bar.findChildren(QPushButton)]
+    one.answer("identity_same")
+    one.until(lambda: one.naming.name == "M-90" and one.asked == "")
 
 
 @pytest.mark.parametrize("first", ["new module", "a name that fits", "a name that does not"])
 @pytest.mark.parametrize("fits", [True, False])
-def test_of_two_names_given_in_a_row_the_last_counts(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, first: str, *, fits: bool
-) -> None:
+def test_of_two_names_given_in_a_row_the_last_counts(one: Desk, first: str, *, fits: bool) -> None:
     """The engine has not told of the first yet when the second is typed."""
-    with desk(qtbot, qapp, tmp_path, "twice") as one:
-        store = one.assembly.storage.store
-        assert isinstance(store, Store)
-        for name, before in (("M-90", OF_ANOTHER), ("M-37", FOUND), ("M-38", FOUND)):
-            store.register_module(name)
-            store.store_evidence(name, before)
-        last = "M-37" if fits else "M-90"
-        if first == "new module":
-            one.naming.treat_as_new(name="M-08")
-        else:
-            one.naming.choose("M-38" if first == "a name that fits" else "M-90")
-        one.naming.choose(last)
-        if fits:
-            one.wait(lambda: one.naming.name == last and one.assembly.connector.current.identity.is_settled)
-            qtbot.wait(300)
-            assert (one.naming.name, one.asked) == (last, "")
-        else:
-            one.wait(lambda: "boot count 37, was 90" in one.asked)
-            assert one.naming.expected_name == last
-        assert store.evidence("M-90") == OF_ANOTHER
+    store = one.assembly.storage.store
+    assert isinstance(store, Store)
+    for name, before in (("M-90", OF_ANOTHER), ("M-37", FOUND), ("M-38", FOUND)):
+        store.register_module(name)
+        store.store_evidence(name, before)
+    last = "M-37" if fits else "M-90"
+    if first == "new module":
+        one.naming.treat_as_new(name="M-08")
+    else:
+        one.naming.choose("M-38" if first == "a name that fits" else "M-90")
+    one.naming.choose(last)
+    if fits:
+        one.until(lambda: one.naming.name == last and one.assembly.connector.current.identity.is_settled)
+        one.wait(0.3)
+        assert (one.naming.name, one.asked) == (last, "")
+    else:
+        one.until(lambda: "boot count 37, was 90" in one.asked)
+        assert one.naming.expected_name == last
+    assert store.evidence("M-90") == OF_ANOTHER
 
 
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("next", boots=37, uptime=60) as bench:
-        with window(qapp, tmp_path) as assembly:
-            first = Desk(qtbot, assembly, bench, "next")
-            first.connect()
-            first.know()
-            assembly.storage.close()
-        with window(qapp, tmp_path) as assembly:
-            second = Desk(qtbot, assembly, bench, "next")
-            second.connect()
-            second.wait(lambda: second.asked.startswith("M-07? Read its label."))
-            assert second.naming.name == ""
-            second.answer("identity_same")
-            second.wait(lambda: second.naming.name == NAME)
-            assembly.storage.close()
-        bench.module.memory.attitude_threshold = 85
-        with window(qapp, tmp_path) as assembly:
-            third = Desk(qtbot, assembly, bench, "next")
-            third.connect()
-            third.wait(lambda: "attitude threshold 85°, was 60°" in third.asked)
-            assert third.naming.name == ""
-            third.naming.choose("M-08")
-            third.wait(lambda: third.naming.name == "M-08" and third.asked == "")
-            assembly.storage.close()
+    with connected(qtbot, qapp, tmp_path) as first:
+        first.know()
+    with connected(qtbot, qapp, tmp_path) as second:
+        second.until(lambda: second.asked.startswith("M-07? Read its label."))
+        assert second.naming.name == ""
+        second.answer("identity_same")
+        second.until(lambda: second.naming.name == NAME)
+    with connected(qtbot, qapp, tmp_path, threshold_deg=85) as third:
+        third.until(lambda: "attitude threshold 85°, was 60°" in third.asked)
+        assert third.naming.name == ""
+        third.naming.choose("M-08")
+        third.until(lambda: third.naming.name == "M-08" and third.asked == "")
 
 
-def named(before: IdentityEvidence = UNKNOWN) -> Rig:
-    rig = Rig(OPTIONS)
+def named(before: IdentityEvidence = UNKNOWN) -> LineRig:
+    rig = LineRig(OPTIONS)
     rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=before)
     watched(rig)
     rig.step_for(5)
     return rig
 
 
-def identity(rig: Rig) -> Identity:
+def identity(rig: LineRig) -> Identity:
     return rig.session.identity.identity
 
 
@@ -373,7 +341,7 @@ def test_what_refutes_a_name_does_so_until_it_is_read_again() -> None:
 
 def test_a_name_is_asked_about_where_what_may_refute_it_is_not_read_yet() -> None:
     """A procedure has the line meanwhile."""
-    rig = Rig(OPTIONS)
+    rig = LineRig(OPTIONS)
     rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=OF_ANOTHER)
     rig.run(ask(STATUS.query()))
     rig.step_for(5)
