@@ -13,7 +13,7 @@ from enum import Enum
 from typing import Any, Final
 
 from app.simulator.memory import record_frame
-from app.terminal.console import ANSWER_NO, NO_LINK, PARTIAL, SUCCESS, USAGE_ERROR
+from app.terminal.console import ANSWER_NO, NO_LINK, PARTIAL, SUCCESS
 from protocol.fields import Value
 from tests.adversary.program import Ran
 from tests.support.line.truth import KEYS, Heard, Truth, flag_in, settings_keys
@@ -327,8 +327,3 @@ def judge_zero(case: Case) -> Iterator[Finding]:
 def judge_shutdown(case: Case) -> Iterator[Finding]:
     if case.ran.code == SUCCESS and case.truth.now.is_on:
         yield Finding(Breach.FALSE_OUTCOME, "confirmed, and the module is still on")
-
-
-def judge_nothing(case: Case) -> Iterator[Finding]:
-    if case.ran.code != USAGE_ERROR or case.truth.sent:
-        yield Finding(Breach.EXIT_CODE, f"without --yes: exit code {case.ran.code}, {len(case.truth.sent)} frames")

@@ -1,16 +1,11 @@
 """Nasty byte streams, and whether the stream parser and the reference decoder agree about them.
 
-    python -m tests.scenarios.fuzz --inputs 1000000 --seed 1            (with --link: the link instead, see
-    tests/scenarios/fuzz_link.py)
-
 Every input is cut at random places, fed to the parser and compared: the same frames at the same places, every byte in
 exactly one piece, never more than 15 bytes waiting.
 """
 
-import argparse
 import random
 import sys
-import time
 from dataclasses import dataclass
 
 from protocol.catalogue import BY_CODE, COMMANDS
@@ -32,7 +27,6 @@ class Figures:
     """Counts of a run."""
 
     inputs: int = 0
-    bytes: int = 0
     frames: int = 0
     disagreements: int = 0
 
@@ -131,43 +125,9 @@ def fuzz(count: int, seed: int) -> Figures:
         follows_host = source.random() < 0.5
         found = agrees(data, asked, follows_host=follows_host, source=source)
         figures.inputs += 1
-        figures.bytes += len(data)
         if found is None:
             figures.disagreements += 1
             print(f"disagreement: asked {asked}, follows host {follows_host}: {data.hex(' ')}", file=sys.stderr)
         else:
             figures.frames += found
     return figures
-
-
-def _fuzz_link(count: int, seed: int) -> int:
-    from tests.scenarios.fuzz_link import fuzz_link  # which needs this module's bytes
-
-    started = time.perf_counter()
-    figures = fuzz_link(count, seed)
-    ends = ", ".join(f"{number} {end.value}" for end, number in figures.ends.items())
-    seconds = time.perf_counter() - started
-    print(f"{figures.inputs} conversations, {figures.steps} steps; {ends}; {figures.faults} faults, {seconds:.1f} s")
-    return 1 if figures.faults else 0
-
-
-def main() -> int:
-    """Run from the command line; return 1 if the decoders disagree or the referee finds a fault."""
-    parser = argparse.ArgumentParser(description="Compare the stream parser with the reference decoder.")
-    parser.add_argument("--inputs", type=int, default=100_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--link", action="store_true", help="conversations of the link instead")
-    options = parser.parse_args()
-    started = time.perf_counter()
-    if options.link:
-        return _fuzz_link(options.inputs, options.seed)
-    figures = fuzz(options.inputs, options.seed)
-    print(
-        f"{figures.inputs} inputs, {figures.bytes} bytes, {figures.frames} frames accepted, "
-        f"{figures.disagreements} disagreements, {time.perf_counter() - started:.1f} s"
-    )
-    return 1 if figures.disagreements else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

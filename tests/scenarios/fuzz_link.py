@@ -1,7 +1,5 @@
 """The link in conversations with honest modules and with whatever else may come, before a referee.
 
-    python -m tests.scenarios.fuzz --link --inputs 1000000 --seed 1
-
 One input is one conversation: some requests (LOCK also in the middle of another one), answered or not, late, doubled,
 in pieces, through restarts, streams, echoes and noise, on a clock that is looked at in time or somewhat late.
 """

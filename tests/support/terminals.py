@@ -37,13 +37,16 @@ class Terminal:
             os.close(self._slave)
 
     def choke(self) -> None:
-        """Fill the driver's buffer, so that the next write blocks."""
+        """Fill the driver's buffers, so that the next write blocks."""
         os.set_blocking(self._slave, False)
-        while True:
+        refused = 0
+        while refused < 5:  # the system moves what was written on, which makes room for more
             try:
                 os.write(self._slave, b"\x00" * 1024)
+                refused = 0
             except BlockingIOError:
-                return
+                refused += 1
+                time.sleep(0.01)
 
 
 @contextmanager

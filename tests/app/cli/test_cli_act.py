@@ -17,7 +17,7 @@ from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
 from app.store.store import open_store
 from app.system.folders import data_folder
-from tests.app.records.test_filing import FRAME, file_one
+from tests.app.records.test_filing import FRAME
 from tests.app.records.test_record import checked_record
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 from tests.support.flights import log_bytes as made
@@ -120,13 +120,6 @@ def test_no_station_is_taken_over_from_what_is_altered_or_not_signed(
     capsys.readouterr()
     program.main(["verify", "--stations"])
     assert len(capsys.readouterr().out.splitlines()) == 1
-
-
-def test_this_computers_own_records_are_intact(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with closing(open_store()) as store:
-        own = file_one(store, "M-07").record
-    assert program.main(["verify", str(_written(tmp_path / "own.json", own))]) == 0
-    assert "signed by this computer." in capsys.readouterr().out
 
 
 def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:

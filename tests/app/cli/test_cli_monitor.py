@@ -4,7 +4,6 @@ import csv
 import io
 import json
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -15,7 +14,6 @@ import pytest
 
 import app.__main__ as program
 from app.captures.entries import Way
-from app.engine import transport
 from app.engine.procedure import Ask, Cancelled, Inspect
 from app.engine.worker import Worker
 from app.procedures import stream
@@ -95,21 +93,6 @@ def test_the_stream_is_switched_off_though_its_answer_was_not_awaited() -> None:
     assert isinstance(cleaning, Ask)
     assert cleaning.request == SERIAL_OUTPUT.set(False)
     procedure.close()
-
-
-def test_a_stream_over_tcp_comes_whole_and_at_once() -> None:
-    """A socket tells of one waiting byte at most; taken singly, a stream would come ever later."""
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        line = transport.open_line(f"socket://127.0.0.1:{listener.getsockname()[1]}", 115200)
-        with listener.accept()[0] as module:
-            module.sendall(bytes(range(250)) * 20)
-            received, reads = b"", 0
-            while len(received) < 5000 and reads < 100:
-                received += line.read(0.01, 0.008)
-                reads += 1
-            line.close()
-    assert received == bytes(range(250)) * 20
-    assert reads < 20
 
 
 DIALECTS = (

@@ -38,15 +38,6 @@ def test_every_frame_of_the_table(vector: Vector, capsys: pytest.CaptureFixture[
     assert objects(capsys.readouterr().out) == [place | vector.means]
 
 
-def test_what_was_asked_is_taken_from_the_host(capsys: pytest.CaptureFixture[str]) -> None:
-    ask_voltage, ask_records = BY_ID["cell-voltage-query"].hex, BY_ID["trigger-records-query"].hex
-    voltage = LIKE_A_VOLTAGE[: 6 * 3]
-    assert run("--json", "--asked", "trigger_records", ask_voltage, voltage, ask_records, LIKE_A_VOLTAGE) == 0
-    first, second = objects(capsys.readouterr().out)[1::2]
-    assert first["cell_voltage_v"] == 4.04
-    assert (second["command"], second["boot_count"]) == ("trigger_records", 202)
-
-
 def test_a_set_in_the_capture_makes_the_reply_an_acknowledgement(capsys: pytest.CaptureFixture[str]) -> None:
     sent = BY_ID["freefall-time-set-1.6s"].hex
     assert run("--json", sent, "41 75 22 01 01 24", "42 61 17 02 01 1A", "41 75 16 01 01 18") == 0
@@ -60,12 +51,6 @@ def test_asked_counts_until_the_host_is_heard(capsys: pytest.CaptureFixture[str]
     assert run("--json", "--asked", "cell_voltage", LIKE_A_VOLTAGE[:17], BY_ID["status-query"].hex, LIKE_A_VOLTAGE) == 0
     commands = [one["command"] for one in objects(capsys.readouterr().out)]
     assert commands == ["cell_voltage", "status", "trigger_records"]
-
-
-def test_with_nothing_known_a_whole_record_wins(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("--json", LIKE_A_VOLTAGE) == 0
-    (record,) = objects(capsys.readouterr().out)
-    assert record["command"] == "trigger_records"
 
 
 @pytest.mark.parametrize("name", ["not-there.dpscap", "no-folder/41", "folder"])

@@ -58,11 +58,13 @@ def test_preferences_apply_at_once_and_are_saved(qtbot: QtBot, qapp: QApplicatio
         main.choices.use_language("zh_CN")
         choose(dialog.zoom, 100)
         choose(dialog.theme, "dark")
+        main.resize(main.width(), 610)
+        size = main.size()
     after = Preferences(tmp_path / "window.ini")
     assert (after.language, after.theme, after.zoom_percent) == ("zh_CN", "dark", 100)
     assert not after.is_sidebar_wide
     with window(qapp, tmp_path, options=WindowOptions()) as assembly:
-        assert (language(), assembly.appearance.choice) == ("zh_CN", Choice.DARK)
+        assert (language(), assembly.appearance.choice, assembly.window.size()) == ("zh_CN", Choice.DARK, size)
         assembly.appearance.choose(Choice.LIGHT)
 
 

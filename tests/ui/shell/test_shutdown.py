@@ -17,14 +17,11 @@ import serial
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine import transport
 from app.engine.procedure import Procedure
 from app.engine.target import Target
-from app.engine.worker import PortState, Worker
 from app.procedures.find import find_rate
 from app.procedures.history import read_history
 from app.procedures.read import read_everything
-from tests.support.line.batches import Batches
 from tests.support.line.stubborn_port import StubbornPort
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ENVIRONMENT, ROOT
@@ -102,31 +99,6 @@ def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tm
             assert assembly.connector.stop(PATIENCE_S)
     finally:
         terminal.hang_up()
-
-
-@POSIX_ONLY
-def test_a_blocked_write_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where the driver would hold it for far longer than a write may usually take."""
-    monkeypatch.setattr(transport, "WRITE_LIMIT_S", 60.0)
-    terminal, batches = Terminal(), Batches()
-    worker = Worker(batches)
-    worker.start()
-    try:
-        worker.open(terminal.name, 115200, read_for_ever)
-        batches.until(lambda batch: batch.link is not None and batch.link.counters.sent > 0)
-        terminal.choke()
-        batches.mark()
-        batches.until(lambda batch: batch.connection.state is PortState.OPEN)
-        with in_time(CLOSING_S):
-            assert worker.stop(PATIENCE_S)
-    finally:
-        terminal.hang_up()
-        assert worker.stop(PATIENCE_S)
-
-
-def read_for_ever() -> Procedure[None]:
-    while True:
-        yield from read_everything()
 
 
 @pytest.mark.parametrize(

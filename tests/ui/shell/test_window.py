@@ -14,16 +14,15 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
-from app.text.i18n import language
-from tests.support.window.fakes_ui import connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import notice_text, press
-from ui.core.preferences import LastPort, Preferences
+from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.shell.page_area import fitting
 from ui.style.icons import Icon
-from ui.style.theme import Choice, Meaning
+from ui.style.theme import Meaning
 
 
 def choose(assembly: Assembly, key: str) -> QPushButton:
@@ -110,52 +109,12 @@ def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tm
         assert not assembly.window.top_bar.lock.isEnabled()
 
 
-def test_chinese_while_running(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    translation = tmp_path / "test.ts"
-    pairs = {"LOCK": "锁定", "Not connected": "未连接", "Traffic": "通信", "Time": "时间", "unknown": "未知"}
-    messages = "".join(
-        f"<message><source>{one}</source><translation>{two}</translation></message>" for one, two in pairs.items()
-    )
-    translation.write_text(f"<TS><context><name>dps-s</name>{messages}</context></TS>", encoding="utf-8")
-    with window(qapp, tmp_path) as assembly:
-        shell = assembly.window
-        qtbot.waitUntil(lambda: shell.stack.count() > 0)
-        shell.choices.use_language(str(translation))
-        assert shell.top_bar.lock.text() == "锁定"
-        assert shell.top_bar.port.word == "未连接"
-        assert shell.top_bar.activation.word == "未知"
-        assert shell.navigation.item(shell.navigation.count() - 1).text() == "通信"
-        shell.choices.use_language("en")
-        assert language() == "en"
-        assert shell.top_bar.lock.text() == "LOCK"
-        assert shell.navigation.item(shell.navigation.count() - 1).text() == "Traffic"
-
-
 def test_the_title_and_qts_own_texts_are_translated(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, options=WindowOptions(language="zh_CN")) as assembly:
         assert assembly.window.windowTitle() == qapp.applicationDisplayName() == "DPS-S 上位机"
         assert qapp.translate("QPlatformTheme", "Cancel") == "取消"
         assembly.window.choices.use_language("en")
         assert qapp.translate("QPlatformTheme", "Cancel") == "Cancel"
-
-
-def test_preferences_are_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("kept"), window(qapp, tmp_path) as assembly:
-        assembly.window.choices.use_theme("dark")
-        assembly.window.choices.use_language("zh_CN")
-        assembly.window.resize(assembly.window.width(), 610)
-        size = assembly.window.size()
-        assembly.connector.connect_to(Target("sim://kept", 57600 * 2))
-        wait_online(qtbot, assembly)
-    after = Preferences(tmp_path / "window.ini")
-    assert (after.theme, after.language) == ("dark", "zh_CN")
-    assert after.last_port == LastPort("sim://kept", "", 115200)
-    options = WindowOptions()
-    with window(qapp, tmp_path, options=options) as assembly:
-        assert assembly.appearance.choice is Choice.DARK
-        assert language() == "zh_CN"
-        assert assembly.window.size() == size
-        assembly.appearance.choose(Choice.LIGHT)
 
 
 def test_a_damaged_preferences_file_is_ignored(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

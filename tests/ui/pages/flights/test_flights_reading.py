@@ -1,8 +1,7 @@
 """Reading logs that never end, or take long."""
 
-import re
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,6 @@ from pytestqt.qtbot import QtBot
 
 from app.flight_analysis.many_logs import SummarisedLog
 from app.flight_analysis.summary import summarise
-from app.flight_logs import csv_log
 from tests.support.flights.many_flights import write_csv, write_logs
 from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
 from ui.pages.flights import controller, texts
@@ -25,34 +23,6 @@ def test_each_verdict_has_its_own_text(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(texts, "verdict_of", lambda _outcome, verdict=verdict: verdict)
         said.add(texts.verdict_text(None))
     assert len(said - {""}) == len(texts.Verdict)
-
-
-def test_a_long_table_shows_progress_and_can_be_cancelled(
-    desk: Desk, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    may_go_on, number, rows = threading.Event(), csv_log._number, 0
-
-    def slowly(cell: str) -> float:
-        nonlocal rows
-        rows += 1
-        assert rows < 15_000 * 2 or may_go_on.wait(30)
-        return number(cell)
-
-    path = tmp_path / "long.csv"
-    path.write_text("time_s,tilt_deg\n" + "".join(f"{row / 100},10\n" for row in range(100_000)), encoding="utf-8")
-    monkeypatch.setattr(csv_log, "_number", slowly)
-    desk.page.open_paths([path])
-    try:
-        qtbot.waitUntil(lambda: re.search(r"\(0 of 1\): [1-9]\d? %$", desk.notice()) is not None)
-        button = desk.page.strip.button("cancel_flights")
-        assert button is not None
-        button.click()
-        assert desk.notice() == "Cancelled. 0 of 1 logs"
-    finally:
-        may_go_on.set()
-    assert desk.page.work.task.wait(30)
-    assert rows < 25_000 * 2, "the rest is not read"
-    assert desk.shown(MUST_NOT) == []
 
 
 def test_cancel_is_immediate_and_late_results_change_nothing(
@@ -83,28 +53,6 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     QApplication.processEvents()
     desk.page.work.poll()
     assert desk.shown(MUST_NOT) == [str(paths[0])]
-
-
-def test_closing_ends_the_reading(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
-                                  monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
-    has_begun, was_told = threading.Event(), threading.Event()
-    path = write_csv(tmp_path / "one.csv", tilted("", 20))
-
-    def endless(
-        _l: list[Path], _o: object, *, is_cancelled: Callable[[], bool], **_told: object
-    ) -> Iterator[SummarisedLog]:
-        has_begun.set()
-        while not is_cancelled():
-            was_told.wait(0.01)
-        was_told.set()
-        yield from ()
-
-    monkeypatch.setattr(controller, "summarise_logs", endless)
-    with opened(qtbot, qapp, tmp_path / "home") as one:
-        one.page.open_paths([path])
-        assert has_begun.wait(30)
-        one.assembly.window.close_now()
-        assert was_told.wait(30)
 
 
 def test_what_is_said_of_missing_columns_follows_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

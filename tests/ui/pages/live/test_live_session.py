@@ -17,9 +17,8 @@ from app.engine.device import StatusSample
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
-from app.engine.worker import Batch, Connection, PortState
+from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
-from app.recordings.recording import traffic_of
 from app.text.i18n import CHINESE, ENGLISH, set_language
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, recorder_in, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
@@ -231,28 +230,6 @@ def test_samples_of_two_ports_are_not_joined(qtbot: QtBot, qapp: QApplication) -
     qtbot.waitUntil(lambda: len(taken) == 3)
     assert [(one.connection, len(one.samples)) for one in taken] == [(OPEN, 6), (CLOSED, 3), (OTHER, 3)]
     bridge.close()
-
-
-def test_every_sample_of_a_session_is_recorded(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("kept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        kept, sign = assembly.connector.current.recording, assembly.window.recording_sign
-        taken: list[StatusSample] = []
-        assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
-        connect(qtbot, assembly, "sim://kept")
-        qtbot.waitUntil(lambda: sign.label.text().startswith("Recorded since"))
-        qtbot.waitUntil(lambda: len(taken) > 20)
-        assembly.window.disconnect_port()
-        qtbot.waitUntil(lambda: kept.sign.since is None)
-        qtbot.waitUntil(lambda: assembly.connector.current.connection.state is PortState.CLOSED)
-        (entry,) = kept.library.entries()
-        assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
-        with opened(entry.path) as recording:
-            found = recording.excerpt(recording.start_s, recording.end_s)
-            recorded = found.tilt.time_s.tolist()
-            assert len(recorded) - len(taken) in (0, 1)  # an answer that arrived while the port was being closed
-            assert recorded[: len(taken)] == pytest.approx([one.at for one in taken], abs=1e-6)
-            assert found.tilt.value.tolist()[: len(taken)] == [one.tilt_deg for one in taken]
-            assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in traffic_of(recording.entry)}
 
 
 def test_a_recorded_session_streams_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -248,19 +248,3 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         bench.click(discard)
         assert not editor.isVisible()
         assert read_profile(tmp_path / "x.toml").name == "H6"
-
-
-def test_three_clicks_from_a_connected_module_to_a_go(quick: None, rig: OnBench) -> None:
-    """The name is typed once, before; the report is the primary button then."""
-    page = rig.preflight
-    name_module(rig, "M-07")
-    rig.click(page.buttons.enable)
-    rig.wait_standing(Standing.READY)
-    assert page.buttons.print.property("role") == "primary"
-    assert page.list.fold.text().endswith("passed")
-    assert not page.list.rows["tilt"].isVisible()
-    rig.click(page.activation.confirm.ask)
-    rig.click(page.activation.confirm.go)
-    rig.wait_standing(Standing.GO)
-    assert page.work.record is not None
-    assert page.work.record["module"] == "M-07"
