@@ -154,13 +154,14 @@ def test_closing_twice_ends_once(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
 def test_no_process_stays_behind(tmp_path: Path, sticks_in: str) -> None:
     """The thread that the driver holds does not keep the program alive, and nothing is printed about it."""
     code = """if True:
-        import json, sys, time
+        import functools, json, sys, time
         from PySide6.QtCore import QTimer
         import serial
         from tests.support.line.stubborn_port import StubbornPort
         from ui import main as application
         from ui.shell.main_window import MainWindow
         serial.serial_for_url = StubbornPort(sys.argv[1])
+        application.assemble = functools.partial(application.assemble, entries=())
         end = MainWindow._end
         def timed(window):
             began = time.monotonic()

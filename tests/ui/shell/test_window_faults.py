@@ -136,8 +136,9 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
 def test_killed_and_started_again(tmp_path: Path) -> None:
     """kill -9 leaves a port that can be opened, a store that can be read, and no word of it to the next one."""
     code = """if True:
-        import sys
+        import functools, sys
         from ui import main as application
+        application.assemble = functools.partial(application.assemble, entries=())
         def told(assembly, options, start=application.start):
             assembly.connector.came_online.connect(lambda _target: print("online", flush=True))
             start(assembly, options)
@@ -166,9 +167,10 @@ def test_killed_and_started_again(tmp_path: Path) -> None:
 @POSIX_ONLY
 def test_what_a_killed_window_left_active_stands_first_at_the_next_start(tmp_path: Path) -> None:
     code = """if True:
-        import sys
+        import functools, sys
         from PySide6.QtCore import QTimer
         from ui import main as application
+        application.assemble = functools.partial(application.assemble, entries=())
         def watched(assembly, options, start=application.start):
             def look():
                 notice = assembly.window.notice_bar.notice
