@@ -42,8 +42,6 @@ def type_another_name(bench: OnBench) -> None:
     [
         (lambda bench: bench.bench.restart(), "The module restarted"),
         (lambda bench: bench.bench.unplug(), "Port lost"),
-        (lambda bench: bench.bench.power_off(), "No reply"),
-        (lambda bench: bench.bench.set_bay(is_open=True), "Changed: Light"),
         (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging"),
         (grow_old, "Too old"),
         (type_another_name, "Changed: entries"),
@@ -60,7 +58,7 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     assert all(act.isHidden() for act in offered)
     one = page.banner.announcement
     assert one.word == "VOID"
-    assert one.head in (why, f"{why} for a moment")  # where it is seen before the module counts as silent
+    assert one.head == why
     assert page.work.filed is not None
     checked_at = str(page.work.filed.record["at"])[11:19]
     assert one.lines[-1].endswith(checked_at)  # whose results these are, also beside another module's name
@@ -134,9 +132,12 @@ def exchange(bench: OnBench, *, is_active: bool) -> None:
     bench.until(lambda: bench.preflight.work.can_check and bench.preflight.work.reported_active is is_active)
 
 
-@pytest.mark.parametrize(("before", "after"), [("", ""), ("", "M-08"), ("M-07", ""), ("M-07", "M-07")])
-def test_a_twin_behind_the_same_port_is_never_ready_or_go(quick: None, before: str, after: str, rig: OnBench) -> None:
-    for is_active in (False, True):
+def test_a_twin_behind_the_same_port_is_never_ready_or_go(quick: None, rig: OnBench) -> None:
+    for before, after, is_active in (
+        ("", "", True), ("", "M-08", False), ("M-07", "", True), ("M-07", "M-07", False), ("M-07", "M-07", True),
+    ):  # fmt: skip
+        rig.bench.module.activate(is_active=False)
+        rig.until(lambda: rig.preflight.work.reported_active is False)
         name_module(rig, before)
         assert rig.check() is Standing.READY
         exchange(rig, is_active=is_active)
