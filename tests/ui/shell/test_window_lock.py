@@ -1,7 +1,6 @@
 """LOCK from the window: one gesture, repeatable, and confirmed only by the module's report."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -11,23 +10,22 @@ from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION
-from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import notice_text, press
-from ui.main import Assembly
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
 
 @pytest.mark.parametrize("way", ["click", "key"])
-def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, way: str) -> None:
-    with active_module(qtbot, qapp, tmp_path, "lock") as (assembly, bench):
-        if way == "click":
-            press(qtbot, assembly.window.top_bar.lock)
-        else:
-            qtbot.keyClick(assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
-        qtbot.waitUntil(lambda: not bench.state().is_active)
-        qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED")
-        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text())
+def test_lock_is_one_gesture(one: Rig, way: str) -> None:
+    if way == "click":
+        press(one.qtbot, one.assembly.window.top_bar.lock)
+    else:
+        one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
+    one.until(lambda: not one.bench.state().is_active)
+    one.until(lambda: one.assembly.window.top_bar.activation.word == "LOCKED")
+    one.until(lambda: "LOCKED" in one.assembly.window.status_bar.passing.text())
 
 
 def lossy(bench: SimulatedBench, lost: int) -> list[float]:
@@ -44,215 +42,189 @@ def lossy(bench: SimulatedBench, lost: int) -> list[float]:
     return times
 
 
-@contextmanager
-def active_module(
-    qtbot: QtBot, qapp: QApplication, folder: Path, name: str
-) -> Iterator[tuple[Assembly, SimulatedBench]]:
-    with simulated(name, active=True) as bench, window(qapp, folder) as assembly:
-        connect(qtbot, assembly, f"sim://{name}")
-        qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled)
-        yield assembly, bench
+@pytest.fixture
+def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
+    """On an ACTIVE module."""
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, f"lock{tmp_path.name}", TRAFFIC_ALONE, active=True) as made:
+        made.connect()
+        made.until(made.assembly.window.top_bar.lock.isEnabled)
+        yield made
 
 
-def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with active_module(qtbot, qapp, tmp_path, "repeated") as (assembly, bench):
-        times = lossy(bench, 5)
-        bar = assembly.window.notice_bar
-        press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: "LOCK sent 3×, not yet" in notice_text(bar))
-        assert bar.notice is not None
-        assert bar.notice.meaning is Meaning.ATTENTION
-        assert assembly.window.status_bar.passing.text() == "", "it would stand beside the notice: Locking…"
-        qtbot.waitUntil(lambda: not bench.state().is_active)
-        qtbot.waitUntil(lambda: bar.notice is None)
-        assert len(times) == 6
-        confirmed = assembly.connector.current.lock.confirmed
-        assert confirmed is not None
-        assert confirmed.sent == 6
+def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
+    times = lossy(one.bench, 5)
+    bar = one.assembly.window.notice_bar
+    press(one.qtbot, one.assembly.window.top_bar.lock)
+    one.until(lambda: "LOCK sent 3×, not yet" in notice_text(bar))
+    assert bar.notice is not None
+    assert bar.notice.meaning is Meaning.ATTENTION
+    assert one.assembly.window.status_bar.passing.text() == "", "it would stand beside the notice: Locking…"
+    one.until(lambda: not one.bench.state().is_active)
+    one.until(lambda: bar.notice is None)
+    assert len(times) == 6
+    confirmed = one.assembly.connector.current.lock.confirmed
+    assert confirmed is not None
+    assert confirmed.sent == 6
 
 
-def wait_for_identity(qtbot: QtBot, assembly: Assembly) -> None:
+def wait_for_identity(one: Rig) -> None:
     """Wait until enough was read to recognise the module after a loss of the port."""
-    port = assembly.connector.current
-    qtbot.waitUntil(lambda: port.device.values.keys() >= {"boot_count", "freefall_time_s"})
+    port = one.assembly.connector.current
+    one.until(lambda: port.device.values.keys() >= {"boot_count", "freefall_time_s"})
 
 
-def say_which_module(qtbot: QtBot, assembly: Assembly, key: str) -> None:
-    """Answer the question which module this is. It is asked again if the module fell silent just then, as it may on a
-    busy machine: the answer would have been about what was there before."""
-    bar, port = assembly.window.notice_bar, assembly.connector.current
-    for _ in range(10):
-        qtbot.waitUntil(lambda: bar.button(key) is not None)
-        press(qtbot, bar.button(key))
-        with suppress(qtbot.TimeoutError):
-            qtbot.waitUntil(lambda: port.identity.is_settled, timeout=3000)
-            return
-    pytest.fail("the question stays")
+def say_which_module(one: Rig, key: str) -> None:
+    bar, port = one.assembly.window.notice_bar, one.assembly.connector.current
+    one.until(lambda: bar.button(key) is not None)
+    press(one.qtbot, bar.button(key))
+    one.until(lambda: port.identity.is_settled)
 
 
-def test_lock_pressed_again_is_sent_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with active_module(qtbot, qapp, tmp_path, "twice") as (assembly, bench):
-        times = lossy(bench, 1)
-        lock = assembly.window.top_bar.lock
-        press(qtbot, lock)
-        qtbot.waitUntil(lambda: len(times) >= 1)
-        press(qtbot, lock)
-        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text())
-        assert not bench.state().is_active
-        assert len(times) >= 2
+def test_lock_pressed_again_is_sent_at_once(one: Rig) -> None:
+    times = lossy(one.bench, 1)
+    lock = one.assembly.window.top_bar.lock
+    press(one.qtbot, lock)
+    one.until(lambda: len(times) >= 1)
+    press(one.qtbot, lock)
+    one.until(lambda: "LOCKED" in one.assembly.window.status_bar.passing.text())
+    assert not one.bench.state().is_active
+    assert len(times) >= 2
 
 
-def test_escape_does_not_end_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with active_module(qtbot, qapp, tmp_path, "escape") as (assembly, bench):
-        times = lossy(bench, 4)
-        press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: len(times) >= 2)
-        qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
-        qtbot.waitUntil(lambda: not bench.state().is_active)
+def test_escape_does_not_end_it(one: Rig) -> None:
+    times = lossy(one.bench, 4)
+    press(one.qtbot, one.assembly.window.top_bar.lock)
+    one.until(lambda: len(times) >= 2)
+    one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_Escape)
+    one.until(lambda: not one.bench.state().is_active)
 
 
-def fail(qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, monkeypatch: pytest.MonkeyPatch) -> Notice:
+def fail(one: Rig, monkeypatch: pytest.MonkeyPatch) -> Notice:
     monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.5)
-    bench.change(mute=True)
-    press(qtbot, assembly.window.top_bar.lock)
-    bar = assembly.window.notice_bar
-    qtbot.waitUntil(lambda: bar.button("lock_again") is not None)
+    one.bench.change(mute=True)
+    press(one.qtbot, one.assembly.window.top_bar.lock)
+    bar = one.assembly.window.notice_bar
+    one.until(lambda: bar.button("lock_again") is not None)
     assert bar.notice is not None
     return bar.notice
 
 
 def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_it_is_locked(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    one: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with active_module(qtbot, qapp, tmp_path, "deaf") as (assembly, bench):
-        notice = fail(qtbot, assembly, bench, monkeypatch)
-        assert notice.meaning is Meaning.DANGER
-        assert "treat the module as ACTIVE" in notice.text
-        assert notice.dismiss is None
-        bar = assembly.window.notice_bar
-        assembly.window.attention.stay()
-        qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
-        assert "treat the module as ACTIVE" in notice_text(bar)
-        bench.end_faults()
-        bench.change(mute=False)
-        bench.module.activate(is_active=False)  # somebody locks it in another way
-        port = assembly.connector.current
-        qtbot.waitUntil(lambda: bar.notice is None or port.identity.is_for_a_person)  # after a second of silence
-        port.confirm_identity()
-        qtbot.waitUntil(lambda: bar.notice is None)
-        assert assembly.connector.current.lock.failed is None
+    notice = fail(one, monkeypatch)
+    assert notice.meaning is Meaning.DANGER
+    assert "treat the module as ACTIVE" in notice.text
+    assert notice.dismiss is None
+    bar = one.assembly.window.notice_bar
+    one.assembly.window.attention.stay()
+    one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_Escape)
+    assert "treat the module as ACTIVE" in notice_text(bar)
+    one.bench.end_faults()
+    one.bench.change(mute=False)
+    one.bench.module.activate(is_active=False)  # somebody locks it in another way
+    port = one.assembly.connector.current
+    one.until(lambda: bar.notice is None or port.identity.is_for_a_person)  # after a second of silence
+    port.confirm_identity()
+    one.until(lambda: bar.notice is None)
+    assert one.assembly.connector.current.lock.failed is None
 
 
-def test_a_lock_that_fails_is_forgotten_with_its_module(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with active_module(qtbot, qapp, tmp_path, "deaf") as (assembly, bench), simulated("other"):
-        fail(qtbot, assembly, bench, monkeypatch)
-        connect(qtbot, assembly, "sim://other")
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is None)
+def test_a_lock_that_fails_is_forgotten_with_its_module(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    with simulated("other"):
+        fail(one, monkeypatch)
+        one.url = "sim://other"
+        one.connect()
+        one.until(lambda: one.assembly.window.notice_bar.notice is None)
 
 
-def test_closing_with_an_unconfirmed_lock_is_confirmed(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with active_module(qtbot, qapp, tmp_path, "closing") as (assembly, bench):
-        fail(qtbot, assembly, bench, monkeypatch)
-        assembly.window.close()
-        assert assembly.window.isVisible()
-        notice = assembly.window.notice_bar.notice
-        assert notice is not None
-        assert [choice.key for choice in notice.choices] == ["lock_and_leave", "leave_active", "stay"]
+def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    fail(one, monkeypatch)
+    one.assembly.window.close()
+    assert one.assembly.window.isVisible()
+    notice = one.assembly.window.notice_bar.notice
+    assert notice is not None
+    assert [choice.key for choice in notice.choices] == ["lock_and_leave", "leave_active", "stay"]
 
 
-def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with active_module(qtbot, qapp, tmp_path, "returns") as (assembly, bench):
-        bar = assembly.window.notice_bar
-        wait_for_identity(qtbot, assembly)
-        bench.change(mute=True)
-        press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: assembly.connector.current.lock.is_repeating)
-        bench.unplug()
-        qtbot.waitUntil(lambda: not assembly.connector.current.is_open)
-        assert assembly.connector.current.lock.is_repeating
-        assert "when the port is back" in notice_text(bar)
-        bench.end_faults()
-        bench.change(mute=False)
-        bench.plug()
-        qtbot.waitUntil(lambda: not bench.state().is_active)
-        qtbot.waitUntil(lambda: bar.button("identity_same") is not None)
-        qtbot.wait(300)  # it has reported LOCKED several times, and may be a twin
-        assert assembly.connector.current.lock.confirmed is None
-        assert "treat the module as ACTIVE" in notice_text(bar)
-        say_which_module(qtbot, assembly, "identity_same")
-        qtbot.waitUntil(lambda: assembly.connector.current.lock.confirmed is not None)
+def test_it_is_sent_again_when_the_port_comes_back_in_time(one: Rig) -> None:
+    bar = one.assembly.window.notice_bar
+    wait_for_identity(one)
+    one.bench.change(mute=True)
+    press(one.qtbot, one.assembly.window.top_bar.lock)
+    one.until(lambda: one.assembly.connector.current.lock.is_repeating)
+    one.bench.unplug()
+    one.until(lambda: not one.assembly.connector.current.is_open)
+    assert one.assembly.connector.current.lock.is_repeating
+    assert "when the port is back" in notice_text(bar)
+    one.bench.end_faults()
+    one.bench.change(mute=False)
+    one.bench.plug()
+    one.until(lambda: not one.bench.state().is_active)
+    one.until(lambda: bar.button("identity_same") is not None)
+    one.wait(0.3)  # it has reported LOCKED several times, and may be a twin
+    assert one.assembly.connector.current.lock.confirmed is None
+    assert "treat the module as ACTIVE" in notice_text(bar)
+    say_which_module(one, "identity_same")
+    one.until(lambda: one.assembly.connector.current.lock.confirmed is not None)
 
 
 @pytest.mark.parametrize("is_late", [False, True])
 @pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
 def test_the_report_of_what_may_be_another_module_confirms_nothing(
-    qtbot: QtBot,
-    qapp: QApplication,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    answer: str,
-    is_late: bool,
+    one: Rig, monkeypatch: pytest.MonkeyPatch, answer: str, is_late: bool
 ) -> None:
-    with active_module(qtbot, qapp, tmp_path, f"exchanged {answer} {is_late}") as (assembly, bench):
-        connector, bar = assembly.connector, assembly.window.notice_bar
-        lock = connector.current.lock
-        wait_for_identity(qtbot, assembly)
-        if is_late:
-            monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.2)
-        bench.change(mute=True)
-        press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: bool(lock.sent))
-        bench.unplug()
-        qtbot.waitUntil(lambda: not connector.current.is_open and lock.is_repeating is not is_late)
-        bench.change(mute=False)
-        bench.module.memory.boot_count -= 20
-        bench.restart()  # another one, which is locked
-        bench.plug()
-        qtbot.waitUntil(lambda: connector.current.identity.is_for_a_person)
-        qtbot.waitUntil(lambda: not lock.is_repeating)
-        qtbot.wait(300)  # it has reported LOCKED several times
-        assert (lock.confirmed, lock.failed is None) == (None, False)
-        qtbot.waitUntil(lambda: "treat the module as ACTIVE. This may be another" in notice_text(bar))
-        say_which_module(qtbot, assembly, answer)
-        qtbot.waitUntil(lambda: bar.notice is None or "restarted" in bar.notice.text)
-        assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
+    connector, bar = one.assembly.connector, one.assembly.window.notice_bar
+    lock = connector.current.lock
+    wait_for_identity(one)
+    if is_late:
+        monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.2)
+    one.bench.change(mute=True)
+    press(one.qtbot, one.assembly.window.top_bar.lock)
+    one.until(lambda: bool(lock.sent))
+    one.bench.unplug()
+    one.until(lambda: not connector.current.is_open and lock.is_repeating is not is_late)
+    one.bench.change(mute=False)
+    one.bench.module.memory.boot_count -= 20
+    one.bench.restart()  # another one, which is locked
+    one.bench.plug()
+    one.until(lambda: connector.current.identity.is_for_a_person)
+    one.until(lambda: not lock.is_repeating)
+    one.wait(0.3)  # it has reported LOCKED several times
+    assert (lock.confirmed, lock.failed is None) == (None, False)
+    one.until(lambda: "treat the module as ACTIVE. This may be another" in notice_text(bar))
+    say_which_module(one, answer)
+    one.until(lambda: bar.notice is None or "restarted" in bar.notice.text)
+    assert (lock.confirmed is not None, lock.failed) == (answer == "identity_same", None)
 
 
-def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Rig) -> None:
     """The adapter stays plugged in; another module with the same boot count and settings, locked, answers."""
-    with active_module(qtbot, qapp, tmp_path, "twin") as (assembly, bench):
-        connector = assembly.connector
-        lock = connector.current.lock
-        wait_for_identity(qtbot, assembly)
-        assembly.connector.current.module.choose("M-1")
-        qtbot.waitUntil(lambda: connector.current.identity.is_named)
-        bench.change(mute=True)
-        press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: connector.current.device.breaks > 0)
-        bench.module.activate(is_active=False)
-        bench.change(mute=False)
-        port = connector.current
-        qtbot.waitUntil(lambda: port.identity.is_for_a_person and not lock.is_repeating)
-        qtbot.wait(300)  # it has reported LOCKED several times
-        assert (lock.confirmed, lock.failed is None) == (None, False)
-        say_which_module(qtbot, assembly, "identity_same")
-        qtbot.waitUntil(lambda: lock.confirmed is not None)
+    connector = one.assembly.connector
+    lock = connector.current.lock
+    wait_for_identity(one)
+    one.assembly.connector.current.module.choose("M-1")
+    one.until(lambda: connector.current.identity.is_named)
+    one.bench.change(mute=True)
+    press(one.qtbot, one.assembly.window.top_bar.lock)
+    one.until(lambda: connector.current.device.breaks > 0)
+    one.bench.module.activate(is_active=False)
+    one.bench.change(mute=False)
+    port = connector.current
+    one.until(lambda: port.identity.is_for_a_person and not lock.is_repeating)
+    one.wait(0.3)  # it has reported LOCKED several times
+    assert (lock.confirmed, lock.failed is None) == (None, False)
+    say_which_module(one, "identity_same")
+    one.until(lambda: lock.confirmed is not None)
 
 
-def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with active_module(qtbot, qapp, tmp_path, "purpose") as (assembly, bench):
-        times = lossy(bench, 100)
-        press(qtbot, assembly.window.top_bar.lock)
-        qtbot.waitUntil(lambda: len(times) >= 2)
-        assembly.connector.current.lock.end()
-        qtbot.waitUntil(lambda: not assembly.connector.current.lock.is_repeating)
-        assert not assembly.connector.current.lock.is_unproven
-        count = len(times)
-        qtbot.wait(400)
-        assert len(times) == count
+def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
+    times = lossy(one.bench, 100)
+    press(one.qtbot, one.assembly.window.top_bar.lock)
+    one.until(lambda: len(times) >= 2)
+    one.assembly.connector.current.lock.end()
+    one.until(lambda: not one.assembly.connector.current.lock.is_repeating)
+    assert not one.assembly.connector.current.lock.is_unproven
+    count = len(times)
+    one.wait(0.4)
+    assert len(times) == count
