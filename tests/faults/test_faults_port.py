@@ -1,11 +1,9 @@
 """Real ports, on pseudo-terminals: errors of the system and of pyserial become our own, and everything ends in time."""
 
 import errno
-import signal
 import subprocess
 import sys
 import termios
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,8 +21,8 @@ from protocol.catalogue import STATUS
 from protocol.events import Rejected
 from protocol.link_states import Presence
 from tests.support.line.batches import Batches
-from tests.support.patience import PATIENCE_S, in_time
-from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, RunningModule
+from tests.support.patience import PATIENCE_S
+from tests.support.processes import ENVIRONMENT, ROOT, RunningModule
 from tests.support.terminals import CLOSING_S, STATUS_FRAME, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -183,25 +181,3 @@ def test_bytes_after_closing_are_ignored(worker: Worker, batches: Batches, termi
 def test_writing_and_closing_end_within_half_a_second() -> None:
     assert transport.WRITE_LIMIT_S <= CLOSING_S - 0.1
     assert CLOSING_LIMIT_S <= CLOSING_S - 0.05
-
-
-def test_sigterm_ends_in_time_and_switches_the_stream_off(module: RunningModule) -> None:
-    command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "30"]
-    with subprocess.Popen(
-        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as first:
-        assert first.stdout is not None
-        assert first.stdout.readline()
-        with in_time(2.0):
-            first.send_signal(signal.SIGTERM)
-            _, said = first.communicate(timeout=PATIENCE_S)
-    assert "Traceback" not in said
-    line = open_line(module.port, 115200)
-    try:
-        end_s = time.monotonic() + 0.3
-        came = b""
-        while time.monotonic() < end_s:
-            came += line.read(0.01, 0.0)
-        assert len(came) <= 2 * len(STATUS_FRAME)  # the stream is off; at most what was on its way
-    finally:
-        line.close()

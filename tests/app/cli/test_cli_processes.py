@@ -87,12 +87,14 @@ def test_a_stranger_can_read_it(module: RunningModule) -> None:
     assert people.stdout.startswith("Boot count  After power-on  Source")
 
 
-def test_monitor_interrupted_leaves_the_module_silent(module: RunningModule) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_monitor_interrupted_leaves_the_module_silent(number: int, module: RunningModule) -> None:
     with started("monitor", "--port", module.port, "--json") as process:
         assert process.stdout is not None
         lines = lines_until(process.stdout, 2.9)
-        process.send_signal(signal.SIGINT)
-        rest, errors = process.communicate(timeout=PATIENCE_S)
+        with in_time(2.0):
+            process.send_signal(number)
+            rest, errors = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, errors) == (0, "")
     assert [json.loads(line)["tilt_deg"] for line in (*lines, *rest.splitlines())][-1] == 0
     assert len(lines) > 20, "it did not stream"

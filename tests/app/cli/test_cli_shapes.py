@@ -115,22 +115,6 @@ def test_csv_file_is_replaced_as_a_whole(tmp_path: Path, record: TriggerRecord) 
     assert sorted(one.name for one in tmp_path.iterdir()) == ["link.csv", "records.csv"]
 
 
-def test_a_failed_csv_leaves_the_old_file(
-    tmp_path: Path, record: TriggerRecord, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "records.csv"
-    path.write_bytes(b"older")
-
-    def fail(_number: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", fail)
-    with pytest.raises(OSError, match="No space"):
-        write_whole(path, records.csv_of(History((record,))).encode())
-    assert path.read_bytes() == b"older"
-    assert [one.name for one in tmp_path.iterdir()] == ["records.csv"]
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="named pipes in folders are POSIX")
 def test_csv_goes_into_a_pipe_that_stays_one(tmp_path: Path, record: TriggerRecord) -> None:
     pipe = tmp_path / "pipe"

@@ -14,7 +14,6 @@ from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, Measured
 from app.limits.past import LastTested, Past
 from app.preflight.evidence import FrameLog
 from app.preflight.findings import Case, CheckResult, Person
-from app.preflight.module_checks import guided_tests
 from app.preflight.verdict import assess
 from app.records.filing import file_check
 from app.records.report_html import body
@@ -124,31 +123,6 @@ def test_tests_must_be_a_table() -> None:
 
 def _tested(kind: GuidedKind, days: float | None, verdict: GuidedVerdict = PASSED) -> dict[GuidedKind, LastTested]:
     return {kind: LastTested(StoredTest(kind=kind, verdict=verdict, at="2026-01-01", who="Li"), days)}
-
-
-@pytest.mark.parametrize(
-    ("within", "past", "expected"),
-    [
-        ({}, {}, CheckResult.PASS),
-        ({}, _tested(GuidedKind.TILT, 400.0), CheckResult.PASS),
-        ({}, _tested(GuidedKind.TILT, 4.0, FAILED), CheckResult.WARN),
-        ({GuidedKind.TILT: 30}, {}, CheckResult.FAIL),
-        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 30.0), CheckResult.PASS),
-        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 30.1), CheckResult.FAIL),
-        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, None), CheckResult.FAIL),
-        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 1.0, FAILED), CheckResult.FAIL),
-        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 1.0, UNCLEAR), CheckResult.FAIL),
-        ({GuidedKind.TILT: 30}, _tested(GuidedKind.BAY, 1.0), CheckResult.FAIL),
-    ],
-)
-def test_a_demanded_test_that_is_missing_failed_or_too_old_fails_the_check(
-    within: dict[GuidedKind, int], past: dict[GuidedKind, LastTested], expected: CheckResult
-) -> None:
-    profile = Profile(tests_within_days=within)
-    case = Case(evidence=check().assessment.case.evidence, profile=profile, past=Past(module="M", tests=past))
-    assert guided_tests(case).result is expected
-    unnamed = Case(evidence=case.evidence, profile=profile, past=Past(tests=past))
-    assert guided_tests(unnamed).result is (CheckResult.UNKNOWN if within else expected)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 import serial
 
 from app.simulator import bench as benches
-from protocol.catalogue import BY_NAME, COMMANDS, SERIAL_OUTPUT, STATUS
+from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS
 from protocol.frame import Frame
 from protocol.stream import StreamParser
 from tests.support.patience import PATIENCE_S, quickest
@@ -30,17 +30,6 @@ def fresh() -> Iterator[None]:
 def port(url: str = URL, *, timeout_s: float | None = 0.5, baud_rate: int = 115200) -> serial.Serial:
     opened: serial.Serial = serial.serial_for_url(url, baudrate=baud_rate, timeout=timeout_s)
     return opened
-
-
-def test_every_question_is_answered() -> None:
-    with port(URL + "?history=1") as opened:
-        for command in COMMANDS:
-            if command.can_be_asked:
-                opened.write(command.query().encode())
-                raw = opened.read(command.layout.value)
-                (frame,) = StreamParser(asked=command.query()).feed(raw)
-                assert isinstance(frame, Frame)
-                assert frame.code in command.reply_codes
 
 
 def test_a_read_waits_for_its_time_out_and_not_longer() -> None:

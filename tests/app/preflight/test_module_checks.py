@@ -211,7 +211,7 @@ def last(verdict: GuidedVerdict, age_days: float | None) -> LastTested:
         (None, FAIL, "Attitude trigger: never tested"),
     ],
 )
-def test_a_test_that_is_demanded_must_have_passed_in_time(
+def test_a_demanded_test_that_is_missing_failed_or_too_old_fails_the_check(
     found_last: LastTested | None, result: CheckResult, shown: str
 ) -> None:
     tests = {} if found_last is None else {GuidedKind.TILT: found_last}
@@ -220,6 +220,7 @@ def test_a_test_that_is_demanded_must_have_passed_in_time(
     assert found.measured == int(result is FAIL)
     assert found.limit.in_english().startswith("Attitude trigger within 30 days; ")
     assert guided({GuidedKind.TILT: 30}, tests, None).result is UNKNOWN
+    assert guided({GuidedKind.BAY: 30}, tests).result is FAIL, "a test of something else"
 
 
 def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
@@ -227,6 +228,7 @@ def test_without_a_demand_only_a_failed_test_is_a_warning() -> None:
     for found, result, shown in (
         (guided({}, {}), PASS, "none"),
         (guided({}, {GuidedKind.BAY: passed}), PASS, "Parachute bay: passed (2 d)"),
+        (guided({}, {GuidedKind.TILT: last(GuidedVerdict.PASSED, 400.0)}), PASS, "Attitude trigger: passed (400 d)"),
         (guided({}, {GuidedKind.BAY: passed, GuidedKind.TILT: failed}), WARN, "Attitude trigger: FAILED (3 d)"),
         (guided({}, {}, None), PASS, "none"),
     ):

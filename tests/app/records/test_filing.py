@@ -16,7 +16,6 @@ from app.records.check_store import CheckStore, Visit
 from app.records.filing import Filed, file_check
 from app.records.record import Record
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers
-from app.records.verification import Chain, RecordState, verify
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
@@ -219,58 +218,3 @@ def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None
         checks = CheckStore(store.database)
         assert checks.aircraft() == ("X8", "Q4", "H6")
         assert [checks.aircraft_of(module) for module in ("A", "B", "C")] == ["X8", "H6", ""]
-
-
-# A check that was reported as stored survives a kill at any moment.
-
-
-_WRITER = """
-import sys
-from datetime import UTC, datetime
-from pathlib import Path
-from app.records.record import RecordContext
-from app.procedures.history import History
-from app.records.check_store import CheckStore, Visit
-from app.store.store import open_store
-from tests.support.records.preflight_rig import check
-from tests.app.trigger_records.test_trigger_history import raw
-
-store = CheckStore(open_store(Path(sys.argv[1])).database)
-checked, number, life = check(), 0, []
-
-def make(number, previous):
-    about = RecordContext(at=datetime.now(UTC), program_version="1", number=number, previous=previous)
-    return checked.record(about, module="M")
-
-while True:
-    number += 1
-    life.append(raw(number, 7))
-    store.store_visit("M", life[-9:], port="p", boot_count=number % 256, is_confirmed=True)
-    print(number, store.append_check(make, "M")["hash"], flush=True)
-"""
-
-
-@pytest.mark.parametrize("after", [1, 3, 8])
-def test_kill_loses_nothing_that_was_acknowledged(tmp_path: Path, after: int) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-c", _WRITER, str(tmp_path)], cwd=ROOT, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        said = [process.stdout.readline() for _ in range(after)]
-        process.kill()
-        said += process.stdout.readlines()
-    acknowledged = [line.split() for line in said if line.endswith("\n")]
-    assert len(acknowledged) >= after
-    with closing(open_store(tmp_path)) as opened:
-        assert opened.notice is None
-        store = CheckStore(opened.database)
-        for number, hash_ in acknowledged:
-            record = store.record(hash_)
-            assert record is not None
-            verification = verify(record, store)
-            assert verification.state is RecordState.NOT_SIGNED
-            assert verification.chain is (Chain.FIRST if number == "1" else Chain.LINKED)
-        life = [one.raw for one in store.records("M")]
-        assert len(life) >= len(acknowledged)
-        store.store_visit("M", life[-9:], port="p", boot_count=len(life) % 256, is_confirmed=True)
-        assert [one.raw for one in store.records("M")] == life

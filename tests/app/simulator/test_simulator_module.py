@@ -6,8 +6,8 @@ from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import EmptySlots, Setup
-from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, SERIAL_OUTPUT, STATUS, TRIGGER_RECORDS
-from protocol.frame import Direction, Frame
+from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, TRIGGER_RECORDS
+from protocol.frame import Frame
 from protocol.messages import Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
 from tests.support.line.simulated import booted, receive, say, tick
@@ -323,10 +323,3 @@ def test_half_a_frame_is_completed_soon_or_never() -> None:
     assert say(module, "01 00 24", 0.01) == "41 75 23 01 01 25"
     assert say(module, "42 61 23", 1.0) == ""
     assert say(module, "01 00 24", 2.0) == ""
-
-
-def test_requests_sent_together_are_answered_in_order() -> None:
-    replies = receive(running(), (STATUS.query().encode() + SERIAL_OUTPUT.set(False).encode()) * 2, 0.0)
-    frames = [piece for piece in StreamParser().feed(replies) if isinstance(piece, Frame)]
-    assert [frame.code for frame in frames] == [0x32, 0x13, 0x32, 0x13]
-    assert {frame.direction for frame in frames} == {Direction.MODULE_TO_HOST}

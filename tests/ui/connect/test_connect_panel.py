@@ -1,7 +1,5 @@
 """Choosing a port, connecting, errors, and reconnecting."""
 
-import os
-import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -33,7 +31,7 @@ from tests.support.window.steps import notice_text, press
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
 from ui.core.preferences import LastPort, Preferences
-from ui.main import Assembly, WindowOptions
+from ui.main import Assembly
 
 OPEN, EMPTY = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200), DeviceView()
 
@@ -226,17 +224,6 @@ def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication
         bench.plug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED)
         assert not assembly.connector.current.is_requested
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
-def test_a_real_pseudo_terminal_that_hangs_up(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    master, slave = os.openpty()
-    name = os.ttyname(slave)
-    with window(qapp, tmp_path, options=WindowOptions(language="en", port=name)) as assembly:
-        qtbot.waitUntil(lambda: phase(assembly) in (Phase.ASKING, Phase.SILENT))
-        os.close(slave)
-        os.close(master)
-        qtbot.waitUntil(lambda: phase(assembly) in (Phase.LOST, Phase.FAILED))
 
 
 # The bridge

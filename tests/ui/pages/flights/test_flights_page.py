@@ -333,16 +333,6 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert page.map.isVisible()
 
 
-def test_a_missing_log_is_reported(desk: Desk, tmp_path: Path) -> None:
-    path = write_csv(tmp_path / "gone.csv", tilted("", 20))
-    desk.page.open_paths([path])
-    desk.wait_read()
-    path.unlink()
-    desk.page.open_flight(desk.page.lists.of[MUST_NOT].table.filter.row_at(0))
-    waiting = desk.page.flight.chart.waiting
-    desk.qtbot.waitUntil(lambda: "No such file" in waiting.text())
-
-
 def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
     exchange, page = desk.page._services.exchange, desk.page
     desk.add(tilted("turn", 50))

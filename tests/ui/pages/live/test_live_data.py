@@ -332,11 +332,6 @@ def test_files_are_replaced_atomically(tmp_path: Path) -> None:
     assert (path.read_bytes(), names_in(tmp_path)) == (b"whole file", ["values.csv"])
 
 
-def test_saving_raises_errors_of_the_system(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        write_parts(tmp_path / "missing" / "values.csv", [b"x"], 1)
-
-
 def test_saving_can_be_cancelled(tmp_path: Path) -> None:
     told: list[float] = []
 
