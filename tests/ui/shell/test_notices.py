@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -25,7 +26,7 @@ from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, notice_text
 from ui.core.texts import Texts
-from ui.main import PAGES, WindowOptions
+from ui.main import PAGES
 from ui.shell.attention import link_notice
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
@@ -166,35 +167,34 @@ LOST = tuple(
 SILENT = tuple(LinkState(Phase.SILENT, "/dev/ttyUSB10", 115200, silence=silence) for silence in Silence)
 
 
-@pytest.mark.parametrize("language", ["en", "zh_CN"])
-@pytest.mark.parametrize(("theme", "width"), [(Theme.SUNLIGHT, 960), (Theme.LIGHT, 1024)])
 def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
-    qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, language: str, theme: Theme, width: int
+    qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In sunlight on the narrowest one what follows may be elided, which its tooltip and "Why?" give."""
     failed = Locked(outcome=Outcome.UNKNOWN, sent=31)
-    with window(qapp, tmp_path, entries=(), options=WindowOptions(language=language)) as assembly:
+    with window(qapp, tmp_path, entries=()) as assembly:
         main, shown = assembly.window, [NOTICES[0]]
-        assembly.appearance.choose(theme)
-        main.resize(width, 540)
         monkeypatch.setattr(main.attention, "_notice", lambda: shown[0])
         label = find(main.notice_bar, FittedLabel, "notice_text")
-        again = Choice("lock_again", tr("LOCK again"), lambda: None)
-        for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10", since=0.0), LinkState(Phase.LATE)):
-            alone = link_notice(replace(state, was_active=True), 99.0, ACTS)
-            said = link_notice(state, 99.0, ACTS, is_unlocked=True)
-            assert alone is not None
-            assert said is not None
-            choices = said.choices if state in LOST else (again, *said.choices)
-            locking = replace(said, text=join_sentences([failed.sentence, said.text]), choices=choices)
-            for shown[0] in (alone, locking):
-                main.attention.refresh()
-                let_lay_out(main)
-                is_whole = not label.text().endswith("…")
-                assert is_whole or width == 960, shown[0]
-                least = failed.sentence if failed.sentence in shown[0].text else link_text(state, 99.0).what
-                assert least in label.text(), shown[0]
-        assembly.appearance.choose(Theme.LIGHT)
+        for language, (theme, width) in product(("en", "zh_CN"), ((Theme.SUNLIGHT, 960), (Theme.LIGHT, 1024))):
+            assembly.language_switch.use(language)
+            assembly.appearance.choose(theme)
+            main.resize(width, 540)
+            again = Choice("lock_again", tr("LOCK again"), lambda: None)
+            for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10", since=0.0), LinkState(Phase.LATE)):
+                alone = link_notice(replace(state, was_active=True), 99.0, ACTS)
+                said = link_notice(state, 99.0, ACTS, is_unlocked=True)
+                assert alone is not None
+                assert said is not None
+                choices = said.choices if state in LOST else (again, *said.choices)
+                locking = replace(said, text=join_sentences([failed.sentence, said.text]), choices=choices)
+                for shown[0] in (alone, locking):
+                    main.attention.refresh()
+                    let_lay_out(main)
+                    is_whole = not label.text().endswith("…")
+                    assert is_whole or width == 960, shown[0]
+                    least = failed.sentence if failed.sentence in shown[0].text else link_text(state, 99.0).what
+                    assert least in label.text(), shown[0]
 
 
 def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:

@@ -2,6 +2,7 @@
 module holds."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from unittest.mock import patch
 
@@ -297,37 +298,36 @@ def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path:
         assert not cut_off(page)
 
 
-@pytest.mark.parametrize("size", [(1366, 768), (1024, 600), (960, 540)])
-def test_in_sunlight_values_and_chosen_flags_are_whole(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, size: tuple[int, int]
-) -> None:
+def test_in_sunlight_values_and_chosen_flags_are_whole(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, options=WindowOptions(language=ENGLISH), entries=page_entries("settings")) as assembly:
         with qtbot.waitSignal(assembly.window.pages_made):
-            assembly.window.resize(*size)
-        assembly.appearance.choose(Choice.SUNLIGHT)
+            assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.panel.hide()
         assembly.window.go_to("settings")
         page = find(assembly.window, SettingsPage)
         command = BY_NAME["attitude_trigger"]
+        shown, advised, rows = page.rows[command.key], page.rows["attitude_threshold_deg"], page.rows.values()
         row = FormRow(command=command, module_value=None, edited=False, state=RowState.EDITED)
-        page.rows[command.key].show_row(row, 0.0, is_editable=True, is_chosen=False)
-        assert not [fault for fault in cut_off(page) if command.name in fault]
-        rows = page.rows.values()
-        assert sum(is_in_sight(row) for row in rows) >= (7 if size == (1366, 768) else 5)
-        advised = page.rows["attitude_threshold_deg"]
-        edited = replace(row, command=advised.command, edited=30)
-        with patch.object(page.work.form, "rows", lambda *_known: (edited,)):
-            page.refresh()
-            let_lay_out(page)
-            assert advised.reason.text().endswith("more.") or size == (960, 540)
-        heights = [row.height() for row in rows]
-        assert max(heights) - min(heights) <= 1  # fields are as high as buttons
         bold, small = QFontMetricsF(font(Size.BODY, is_bold=True)), QFontMetricsF(font(Size.SMALL))
-        assert bold.horizontalAdvance(value_text(BAUD_RATE, 115200)) <= page.baud.value_label.width()
-        assert (
-            small.horizontalAdvance(page.rows[command.key].value_label.note)
-            <= page.rows[command.key].value_label.width()
-        )
+        for size in ((960, 540), (1024, 600), (1366, 768)):
+            assembly.window.resize(*size)
+            shown.show_row(row, 0.0, is_editable=True, is_chosen=False)
+            let_lay_out(page)
+            assert not [fault for fault in cut_off(page) if command.name in fault], size
+            assert sum(is_in_sight(row) for row in rows) >= (7 if size == (1366, 768) else 5), size
+            edited = replace(row, command=advised.command, edited=30)
+            with patch.object(page.work.form, "rows", partial(_only, edited)):
+                page.refresh()
+                let_lay_out(page)
+                assert advised.reason.text().endswith("more.") or size == (960, 540)
+            heights = [row.height() for row in rows]
+            assert max(heights) - min(heights) <= 1, size  # fields are as high as buttons
+            assert bold.horizontalAdvance(value_text(BAUD_RATE, 115200)) <= page.baud.value_label.width()
+            assert small.horizontalAdvance(shown.value_label.note) <= shown.value_label.width()
+
+
+def _only(row: FormRow, *_known: object) -> tuple[FormRow, ...]:
+    return (row,)
 
 
 @pytest.mark.parametrize("size", [FIRST_SIZE, QSize(1024, 600)])
