@@ -21,12 +21,14 @@ from protocol.link_states import Presence
 from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
+    TRAFFIC_ALONE,
     ListedPorts,
     connect,
     simulated,
     wait_online,
     window,
 )
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import notice_text, press
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
@@ -192,23 +194,24 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
 
 
 def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("rate", baud=57600), window(qapp, tmp_path) as assembly:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "rate", TRAFFIC_ALONE, baud=57600) as one:
+        assembly = one.assembly
         assembly.connector.connect_to(Target("sim://rate", 115200))
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None)
+        one.until(lambda: assembly.window.notice_bar.button("find_rate") is not None)
         press(qtbot, assembly.window.notice_bar.button("find_rate"))
         assert phase(assembly) is Phase.FINDING
-        wait_online(qtbot, assembly)
+        one.until(lambda: phase(assembly) is Phase.ONLINE)
         assert assembly.connector.current.connection.baud_rate == 57600
 
 
 def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("auto", baud=9600), window(qapp, tmp_path) as assembly:
-        panel = assembly.window.panel
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "auto", TRAFFIC_ALONE, baud=9600) as one:
+        assembly, panel = one.assembly, one.assembly.window.panel
         qtbot.waitUntil(panel.isVisible)
         qtbot.keyClicks(panel.other, "sim://auto")
         panel.rate.setCurrentIndex(panel.rate.findData(FIND_RATE))
         qtbot.keyClick(panel.other, Qt.Key.Key_Return)
-        wait_online(qtbot, assembly)
+        one.until(lambda: phase(assembly) is Phase.ONLINE)
         assert assembly.connector.current.connection.baud_rate == 9600
 
 

@@ -37,7 +37,8 @@ from protocol.frame import Direction, Frame, Reason
 from protocol.link_states import Presence
 from protocol.messages import Heartbeat, Status, decode
 from tests.support.patience import quickest
-from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.settings_bench import desk
 from tests.support.window.steps import choosing, find, press, show_page
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
@@ -79,9 +80,10 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, name: str, query: str, cause: Cause, button: str
 ) -> None:
     options = parse_options(parse_qsl(query, keep_blank_values=True))
-    with simulated(name, **options), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        assembly.connector.connect_to(Target(f"sim://{name}", 115200))
-        qtbot.waitUntil(lambda: cause_of(page) is cause)
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, name, ALONE, **options) as one:
+        page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
+        one.assembly.connector.connect_to(Target(one.url, 115200))
+        one.until(lambda: cause_of(page) is cause)
         assert page.why.act.isVisible()
         assert page.why.act.text() == button
         assert page.why.next_step.isVisible()
@@ -91,32 +93,33 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
 def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with simulated("why-silent") as module, diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        connect(qtbot, assembly, "sim://why-silent")
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-silent", ALONE) as one:
+        page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
+        one.connect()
         assert not page.why.silence.isVisible()
-        module.power_off()
-        qtbot.waitUntil(page.why.silence.isVisible)
+        one.bench.power_off()
+        one.until(page.why.silence.isVisible)
         said = re.fullmatch(
             r"Last value at (.+)\. Requests unanswered since the last reply: (\d+) of (\d+)\. The port is open\.",
             page.why.silence.text(),
         )
         assert said is not None
         assert 0 < int(said[2]) <= int(said[3])
-        last = max(known.at for known in assembly.connector.current.device.values.values())
-        ago_s = assembly.connector.clock() - last
+        last = max(known.at for known in one.assembly.connector.current.device.values.values())
+        ago_s = one.clock() - last
         shown = {time.strftime("%H:%M:%S", time.localtime(time.time() - ago_s + off_s)) for off_s in (-1, 0, 1)}
         assert said[1] in shown
 
 
 def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     options = {"baud": 57600, "stream_at_boot": True, "rate": 50}
-    with simulated("why-find", **options), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        assembly.connector.connect_to(Target("sim://why-find", 115200))
-        qtbot.waitUntil(lambda: cause_of(page) is Cause.WRONG_RATE)
-        qtbot.waitUntil(lambda: page.why.act.isEnabled() and page.why.act.isVisible())
-        press(qtbot, page.why.act)
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: "answers" in page.why.what.text())
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-find", ALONE, **options) as one:
+        page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
+        one.assembly.connector.connect_to(Target(one.url, 115200))
+        one.until(lambda: cause_of(page) is Cause.WRONG_RATE)
+        one.click(page.why.act)
+        one.until(lambda: "answers" in page.why.what.text())
+        assert one.assembly.connector.current.device.presence is Presence.ONLINE
         assert page.why.diagnosis is None
         assert not page.why.act.isVisible()
 
