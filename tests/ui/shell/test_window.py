@@ -14,7 +14,8 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
-from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.fakes_ui import TRAFFIC_ALONE, connect, simulated, window
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import notice_text, press
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions
@@ -196,19 +197,19 @@ def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
 
 
 def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("bridge") as bench, window(qapp, tmp_path) as assembly:
-        connector, main = assembly.connector, assembly.window
-        connect(qtbot, assembly, "sim://bridge")
-        qtbot.waitUntil(lambda: connector.current.state.phase is Phase.ONLINE)
-        qtbot.waitUntil(lambda: "ago" in main.status_bar.age.text())
-        bench.change(stream_at_boot=True, lag_ms=1600.0)
-        bench.module.start_stream(bench.clock())
-        qtbot.waitUntil(lambda: connector.current.state.phase is Phase.LATE)
-        qtbot.waitUntil(lambda: "late" in main.status_bar.age.text())
-        qtbot.waitUntil(lambda: "late" in main.top_bar.port.word)
-        assert connector.current.device.fresh("active", connector.clock()) is None
-        bench.change(lag_ms=0.0)
-        qtbot.waitUntil(lambda: connector.current.state.phase is Phase.ONLINE)
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "bridge", TRAFFIC_ALONE) as one:
+        connector, main = one.assembly.connector, one.assembly.window
+        one.connect()
+        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
+        one.until(lambda: "ago" in main.status_bar.age.text())
+        one.bench.change(stream_at_boot=True, lag_ms=1600.0)
+        one.bench.module.start_stream(one.clock())
+        one.until(lambda: connector.current.state.phase is Phase.LATE)
+        one.until(lambda: "late" in main.status_bar.age.text())
+        one.until(lambda: "late" in main.top_bar.port.word)
+        assert connector.current.device.fresh("active", one.clock()) is None
+        one.bench.change(lag_ms=0.0)
+        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
 
 
 FREE = QRect(0, 24, 960, 490)

@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import StatusSample
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import await_child, let_lay_out
 from ui.core.texts import LanguageSwitch
 from ui.pages.live.page import LivePage
@@ -223,12 +224,12 @@ def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
 
 
 def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("live") as bench, window(qapp, tmp_path, entries=page_entries("live", "diagnosis")) as assembly:
-        page = await_child(qtbot, assembly.window, LivePage)
-        connect(qtbot, assembly, "sim://live")
-        qtbot.waitUntil(lambda: not page.is_empty)
-        qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName())
-        qtbot.waitUntil(lambda: bench.state().is_streaming)
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "live", page_entries("live", "diagnosis")) as one:
+        assembly, page = one.assembly, await_child(qtbot, one.root, LivePage)
+        one.connect()
+        one.until(lambda: not page.is_empty)
+        one.until(lambda: "60° fires" in page.panel.gauge.accessibleName())
+        one.until(lambda: one.bench.state().is_streaming)
         assembly.window.go_to("diagnosis")
         qtbot.waitUntil(lambda: not page.isVisible())  # the other page may have to be made first
         span, count = page.plot.time_range.span, len(page.data.tilt)
@@ -236,10 +237,10 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
         page.save.note.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
         qtbot.keyClick(assembly.window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
         assert asked == []  # the key belongs to the page in sight
-        qtbot.waitUntil(lambda: len(page.data.tilt) > count + 5)
+        one.until(lambda: len(page.data.tilt) > count + 5)
         assert page.plot.time_range.span == span
         assembly.window.go_to("live")
-        qtbot.waitUntil(lambda: page.plot.time_range.span.end_s > span.end_s)
+        one.until(lambda: page.plot.time_range.span.end_s > span.end_s)
 
 
 def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(

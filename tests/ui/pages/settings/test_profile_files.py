@@ -11,17 +11,18 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import Phase
 from app.engine.identity import Trust
 from app.engine.target import Target
 from app.settings.form import RowState
-from app.simulator import bench as benches
 from app.store.store import Store
 from protocol.link_states import Presence
 from tests.support.journals import begin_baud
 from tests.support.window import walk
-from tests.support.window.fakes_ui import page_entries, simulated, wait_online, window
+from tests.support.window.fakes_ui import page_entries, simulated, window
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
-from tests.support.window.steps import choosing, find, notice_text, press
+from tests.support.window.steps import choosing, find, notice_text
 from ui.services.storage import Storage
 from ui.style.painted_widget import Freshness
 from ui.widgets.notice_bar import NoticeBar
@@ -178,20 +179,13 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
     storage = Storage()
     begin_baud(storage.store)
     storage.close()
-    with simulated("crashed", baud=module_rate), window(qapp, tmp_path, entries=page_entries("settings")) as assembly:
-        bar = find(assembly.window, NoticeBar, "notice_bar")
-
-        def shown() -> QPushButton | None:
-            button = bar.button("look_for_baud")
-            return button if button is not None and button.isVisible() else None
-
-        qtbot.waitUntil(lambda: shown() is not None)
-        press(qtbot, shown())
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: not assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
-        assert (
-            assembly.connector.current.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
-        )
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "crashed", page_entries("settings"), baud=module_rate) as one:
+        bar, connector = one.find(NoticeBar, "notice_bar"), one.assembly.connector
+        one.until(lambda: bar.button("look_for_baud") is not None)
+        one.click(bar.button("look_for_baud"))
+        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
+        one.until(lambda: not one.assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
+        assert connector.current.connection.baud_rate == one.bench.module.baud_rate == module_rate
 
 
 def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
