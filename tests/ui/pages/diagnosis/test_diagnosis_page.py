@@ -124,8 +124,12 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert not page.why.act.isVisible()
 
 
-def test_a_port_that_is_not_there(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_without_a_port_and_with_one_that_is_not_there_a_port_is_to_be_chosen(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        assert cause_of(page) is None
+        assert page.why.act.text() == "Choose a port"
         assembly.connector.connect_to(Target(str(tmp_path / "none"), 115200))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         panel = assembly.window.panel
@@ -134,13 +138,6 @@ def test_a_port_that_is_not_there(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         assert panel.isVisible()
         page.why.choose_wanted.emit()
         assert panel.isVisible()  # shown, never toggled
-
-
-def test_nothing_connected_asks_for_a_port(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.why.refresh()
-        assert page.why.diagnosis is None
-        assert page.why.act.text() == "Choose a port"
 
 
 def test_a_command_is_shown_and_copied(
