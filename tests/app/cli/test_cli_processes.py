@@ -151,8 +151,9 @@ def test_monitor_stuck_in_a_full_pipe_can_be_ended() -> None:
         deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline and not is_blocked_in_writing(process.pid):
             select.select([], [], [], 0.05)
-        process.send_signal(signal.SIGTERM)
-        process.wait(PATIENCE_S)
+        with in_time(2.0):
+            process.send_signal(signal.SIGTERM)
+            process.wait(PATIENCE_S)
         assert process.stderr is not None
         assert process.stderr.read() == ""
         assert is_quiet(module.port)
