@@ -4,6 +4,7 @@ The module of a sub-command is imported only when it is called.
 """
 
 import argparse
+import atexit
 import errno
 import gc
 import io
@@ -44,6 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if argv is None else argv)
     if argv is None and words and words[0] in BY_NAME and words[0] != WINDOW:
         gc.set_threshold(_OBJECTS_PER_COLLECTION)
+        atexit.register(gc.freeze)  # looking through all objects at the end takes another tenth
     _prepare_output()
     set_language(system_language())
     translate_argparse()

@@ -7,6 +7,7 @@ command needs an entry here and nothing else. E1 … E15 are the places where th
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
 from protocol.translatable import marked
@@ -40,8 +41,7 @@ class Layout(Enum):
     """41 75 35 01 and eleven data bytes, sum."""
 
 
-@dataclass(frozen=True, slots=True)
-class Advice:
+class Advice(NamedTuple):
     """The vendor's advice about a value (建议). Other values cause a warning, never a refusal."""
 
     text: str
@@ -130,8 +130,7 @@ class Command:
         return Request(self, SET, self.write.encode(value))
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(NamedTuple):
     """A host frame with its meaning: 42 61, code, control, data, sum. Always six bytes."""
 
     command: Command
@@ -312,8 +311,7 @@ DEFAULT_BAUD_RATE = 115200
 RESET_BELOW_THRESHOLD_DEG = 10  # "复位角度=姿态阈值角度减10°"
 
 
-@dataclass(frozen=True, slots=True)
-class FramePart:
+class FramePart(NamedTuple):
     """One named value of a long frame."""
 
     name: str

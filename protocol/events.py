@@ -30,8 +30,7 @@ class Role(Enum):
     """Our own bytes come back: a half-duplex adapter, or receive and transmit are shorted."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sent:
+class Sent(NamedTuple):
     """Bytes for the wire. `attempt` counts from 1."""
 
     raw: bytes
@@ -51,14 +50,12 @@ class Received(NamedTuple):
     """The earliest time at which the module can have sent it; see `protocol.lag`."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rejected:
+class Rejected(NamedTuple):
     noise: Noise
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class Answered:
+class Answered(NamedTuple):
     """The request's answer: one message, or all trigger records in the order in which they came (E6).
 
     `round_trip_s` is None where a repeated request makes it ambiguous which one was answered (Karn's rule).
@@ -71,8 +68,7 @@ class Answered:
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class Unanswered:
+class Unanswered(NamedTuple):
     """No answer after `attempts` attempts; the last wait was `waited_s`.
 
     `attempts` is 0 where the fence was not answered and the request was therefore never sent.
@@ -84,8 +80,7 @@ class Unanswered:
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class OutcomeUnknown:
+class OutcomeUnknown(NamedTuple):
     """A set or an act without an answer. It may have been carried out; it is never repeated."""
 
     request: Request
@@ -93,8 +88,7 @@ class OutcomeUnknown:
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class Restarted:
+class Restarted(NamedTuple):
     """The module has just been switched on: everything known about it is stale.
 
     Certain with two unasked heartbeats. A single one counts as a restart too, as the other may have been lost: not
@@ -105,8 +99,7 @@ class Restarted:
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class FellSilent:
+class FellSilent(NamedTuple):
     """Questions go, or went, unanswered for `Timing.silent_gap_s` or longer: the module may have been exchanged."""
 
     at: float

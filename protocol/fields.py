@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from itertools import count
+from typing import NamedTuple
 
 from protocol.translatable import marked
 
@@ -31,8 +32,7 @@ class ValueRefused(ValueError):
         self.neighbours = neighbours
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(NamedTuple):
     """A measured or set amount: byte / `per_unit`, in `unit`.
 
     Dividing by a whole number gives the nearest float to the decimal that the vendor prints (190 / 50 is 3.8),
@@ -86,8 +86,7 @@ class Quantity:
         return f"{raw / self.per_unit:.{self.decimals}f}{gap}{self.unit}"
 
 
-@dataclass(frozen=True, slots=True)
-class Flag:
+class Flag(NamedTuple):
     """Yes or no. `true` is the byte for yes: 00 for the two inverted trigger flags (16, 17).
 
     `lenient`: any byte but `true` means no, as the table says of 30 and 31 ("01 active, anything else not").

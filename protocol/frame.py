@@ -83,8 +83,7 @@ class Fault:
         return self.text.format(**self.values)
 
 
-@dataclass(frozen=True, slots=True)
-class Noise:
+class Noise(NamedTuple):
     """Consecutive bytes that are not a frame, and why."""
 
     raw: bytes

@@ -1,13 +1,12 @@
 """Request in flight."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from protocol.catalogue import Request
 from protocol.messages import Message
 
 
-@dataclass(frozen=True, slots=True)
-class Flight:
+class Flight(NamedTuple):
     request: Request
     waits_s: tuple[float, ...]
     attempt: int = 0

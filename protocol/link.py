@@ -21,7 +21,6 @@ The owner writes the bytes of `take_outgoing` after each call, and calls `tick` 
 All changes of state go through the two tables of `link_states`.
 """
 
-from dataclasses import replace
 from math import inf
 
 from protocol.catalogue import HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
@@ -201,13 +200,13 @@ class Link:
 
     def _hold(self, flight: Flight, until: float, now: float) -> list[Event]:
         """Send it at `until`, or as soon afterwards as the line is ready."""
-        return self._release(replace(flight, held_until=until), now)
+        return self._release(flight._replace(held_until=until), now)
 
     def _release(self, flight: Flight, now: float) -> list[Event]:
         until = now if flight.held_until is None else flight.held_until
         due = self.gap.due(flight.request, until, is_repeated=flight.attempt > 0, now=now)
         if now < due:
-            self._flight = replace(flight, deadline=due)
+            self._flight = flight._replace(deadline=due)
             return []
         if self.exchange is Exchange.DRAINING:
             self._move(Step.QUIET)
@@ -215,9 +214,9 @@ class Link:
 
     def _send(self, flight: Flight, now: float) -> list[Event]:
         if not flight.attempt:
-            flight = replace(flight, received_before=self._parser.end)
+            flight = flight._replace(received_before=self._parser.end)
         deadline = now + flight.waits_s[flight.attempt]
-        self._flight = replace(flight, attempt=flight.attempt + 1, sent_at=now, deadline=deadline, held_until=None)
+        self._flight = flight._replace(attempt=flight.attempt + 1, sent_at=now, deadline=deadline, held_until=None)
         self.unanswered_since = self.unanswered_since or now
         self.gap.sent(is_repeated=flight.attempt > 0, now=now)
         self.lag.ask(flight.request, now)
@@ -315,7 +314,7 @@ class Link:
     def _collect(self, flight: Flight, message: Message, now: float) -> None:
         ends = flight.collects_until or now + self.timing.records_longest_s
         deadline = min(ends, now + self.timing.records_quiet_s)
-        self._flight = replace(flight, messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
+        self._flight = flight._replace(messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
 
     def _on_other(self, frame: Frame, now: float, events: list[Event]) -> None:
         """Take a frame that does not answer the request in flight."""

@@ -7,7 +7,7 @@ answer a set of 17 (E4), D4 = 01 after a set may be "understood" instead of a va
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Flag as BitFlag
-from typing import Any
+from typing import Any, NamedTuple
 
 from protocol.catalogue import (
     BY_CODE,
@@ -37,8 +37,7 @@ class Heartbeat:
     """Code 01: the module is present."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(NamedTuple):
     """The value that a command's six-byte reply carries. `raw` is D4."""
 
     command: Command
@@ -52,8 +51,7 @@ class Reading:
         return self.command.reply.decode(self.raw)
 
 
-@dataclass(frozen=True, slots=True)
-class Acknowledgement:
+class Acknowledgement(NamedTuple):
     """The reply to a set, or to the act that has the form of a query (25): "received", which proves no value (E2)."""
 
     request: Request
@@ -71,8 +69,7 @@ class Acknowledgement:
         return self.is_echo or (is_by_one and self.raw == 0x01)
 
 
-@dataclass(frozen=True, slots=True)
-class Status:
+class Status(NamedTuple):
     """Code 32: `41 75 32 tilt acc trig act sum`. Also what is streamed."""
 
     tilt_deg: int
@@ -105,8 +102,7 @@ class Source(BitFlag):
     BIT7 = 0x80
 
 
-@dataclass(frozen=True, slots=True)
-class TriggerRecord:
+class TriggerRecord(NamedTuple):
     """Code 35, sixteen bytes: a trigger and the module's state at that time; layout in `RECORD_PARTS`."""
 
     boot_count: int

@@ -1,11 +1,10 @@
 """Measures round trips and derives the timeout."""
 
 from collections import deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class Timing:
+class Timing(NamedTuple):
     """Seconds, with their sources."""
 
     answer_s: float = 1.0

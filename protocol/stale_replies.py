@@ -5,8 +5,8 @@ only the answer to a later request proves that none can follow.
 """
 
 from collections import deque
-from dataclasses import dataclass
 from math import inf
+from typing import NamedTuple
 
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Layout, Request
 from protocol.messages import answers
@@ -19,16 +19,14 @@ _MAX_EXPECTED = 64
 _MAX_COPIED = 8
 
 
-@dataclass(frozen=True, slots=True)
-class _Outstanding:
+class _Outstanding(NamedTuple):
     """A request whose reply may still come."""
 
     request: Request
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Copied:
+class _Copied(NamedTuple):
     """A frame of which copies may follow. `request`: what it answered, if anything."""
 
     raw: bytes

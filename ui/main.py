@@ -14,6 +14,7 @@ from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import FrameType, ModuleType
+from typing import NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
@@ -59,8 +60,7 @@ PAINT_LIMIT_MS = 1000
 """A window that is not painted (started minimised) gets its pages after this time."""
 
 
-@dataclass(frozen=True, slots=True)
-class WindowOptions:
+class WindowOptions(NamedTuple):
     """With `offscreen_seconds` the window runs unattended for that time, writes `evidence`, and exits. Without `port`
     and `demo` the user chooses a port."""
 

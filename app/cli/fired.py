@@ -6,7 +6,6 @@ Exit code 0 if none would have fired, 2 if a log cannot be read, 4 if one or mor
 import argparse
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import astuple
 from pathlib import Path
 
 from app.cli.commands import THRESHOLDS
@@ -89,7 +88,7 @@ def parse_limits(words: Sequence[str]) -> TriggerLimits:
 
 def _judged_with(limits: TriggerLimits, given: Collection[str]) -> str:
     """The thresholds, and which of them are nobody's word: a module may hold others."""
-    values = dict(zip(THRESHOLDS, astuple(limits), strict=True))
+    values = dict(zip(THRESHOLDS, limits, strict=True))
     words = " ".join(f"{name}={typed(value)}" for name, value in values.items())
     usual = join_names(name for name in THRESHOLDS if name not in given)
     text = tr("Judged with: {values}", values=words)

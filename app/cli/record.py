@@ -7,7 +7,6 @@ Exit code 0; 3 if the link was lost, with what came until then; 4 if the file co
 
 import argparse
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -110,7 +109,7 @@ class RecordedSession:
             self._samples += len(inside)
             unwanted = {sample.at for sample in batch.samples[len(inside) :]}
             events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
-            batch = replace(batch, samples=inside, events=events)
+            batch = batch._replace(samples=inside, events=events)
             self._recorder.on_batch(batch)
             if self._table is not None:
                 self._table.on_batch(batch)

@@ -1,9 +1,9 @@
 """State of the link and the next action, as the top bar and the connect panel show them."""
 
 import time
-from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
+from typing import NamedTuple
 
 from app.diagnosis.causes import NextStep, explain
 from app.engine.device import DeviceView
@@ -40,8 +40,7 @@ class Phase(Enum):
     """It was shut down by command, which is not a fault."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinkState:
+class LinkState(NamedTuple):
     phase: Phase
     port: str = ""
     baud_rate: int = 0
@@ -66,8 +65,7 @@ class LinkState:
         return self.phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
 
 
-@dataclass(frozen=True, slots=True)
-class LinkText:
+class LinkText(NamedTuple):
     """In the language in use. `word`: one or two words; `what`: a sentence; `next_step`: may be empty."""
 
     word: str
@@ -123,7 +121,7 @@ def link_text(state: LinkState, now: float) -> LinkText:
     text = _link_text(state, now)
     if not state.was_active or state.is_fine or state.phase is Phase.CLOSED:
         return text
-    return replace(text, next_step=keep_away(text.next_step if state.phase in _AT_THE_COMPUTER else ""))
+    return text._replace(next_step=keep_away(text.next_step if state.phase in _AT_THE_COMPUTER else ""))
 
 
 def _link_text(state: LinkState, now: float) -> LinkText:

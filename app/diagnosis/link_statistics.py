@@ -8,6 +8,7 @@ from collections import Counter, deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import NamedTuple
 
 from app.captures.entries import Way
 from app.captures.explained import Explained
@@ -21,8 +22,7 @@ BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 1
 MAX_TRIPS = 4096
 
 
-@dataclass(frozen=True, slots=True)
-class Slice:
+class Slice(NamedTuple):
     """One second; seconds without a batch have none. `begins_s`: monotonic seconds, whole."""
 
     begins_s: float

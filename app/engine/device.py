@@ -12,7 +12,7 @@ defaults of the vendor's table are never used instead.
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
 from types import MappingProxyType
@@ -79,8 +79,7 @@ STREAM_WINDOW_S = 3.0
 MAX_STRAY_RECORDS = 100 * MAX_RECORDS
 
 
-@dataclass(frozen=True, slots=True)
-class Known:
+class Known(NamedTuple):
     """One value, in its field's unit; `at` is monotonic seconds."""
 
     value: Value
@@ -155,10 +154,10 @@ class DeviceView:
         if known is None or known.stale_reason is not None:
             return known
         if self.is_late and key in STATUS_KEYS:
-            return replace(known, stale_reason=StaleReason.LATE)
+            return known._replace(stale_reason=StaleReason.LATE)
         limit_s = self.fresh_for_s(key, known.how)
         if limit_s is not None and now - known.at > limit_s:
-            return replace(known, stale_reason=StaleReason.AGED)
+            return known._replace(stale_reason=StaleReason.AGED)
         return known
 
     def fresh_for_s(self, key: str, how: How) -> float | None:
@@ -249,7 +248,7 @@ class Device:
         for key in keys:
             known = self._values.get(key)
             if known is not None and not known.is_stale:
-                self._values[key] = replace(known, stale_reason=stale_reason)
+                self._values[key] = known._replace(stale_reason=stale_reason)
 
     def forget(self, before: float) -> None:
         """Forget what was known of another module, which nothing is of since `before`, in monotonic seconds."""
@@ -372,7 +371,7 @@ class Device:
             self._values.pop(key, None)
             self._suspected.pop(key, None)
         elif known is not None:
-            self._values[key] = replace(known, stale_reason=StaleReason.WRITE_UNCONFIRMED)
+            self._values[key] = known._replace(stale_reason=StaleReason.WRITE_UNCONFIRMED)
 
     def _suspect_restart(self) -> None:
         """An unexpected heartbeat may be one of a restart's two, or a late or doubled answer; only the boot count can

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
+from typing import NamedTuple
 
 from app.engine.device import READ_BACK, Device, How, Known, StaleReason
 from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS, ChangedSetting, changed_settings
@@ -69,8 +70,7 @@ def same_module(
     return Trust.PROVEN if is_said else Trust.UNPROVEN
 
 
-@dataclass(frozen=True, slots=True)
-class Expected:
+class Expected(NamedTuple):
     """What is known about the expected module before its port is opened. `is_named`: under a name."""
 
     evidence: IdentityEvidence

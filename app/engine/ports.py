@@ -9,16 +9,15 @@ import subprocess
 import sys
 import threading
 import time
-from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from app.text.user_error import UserError
 from app.text.visible_text import visible
 from protocol.translatable import marked
 
 
-@dataclass(frozen=True, slots=True)
-class PortInfo:
+class PortInfo(NamedTuple):
     """A serial port as the system describes it; "" or None where something is unknown."""
 
     device: str
@@ -134,7 +133,7 @@ def _own_program() -> list[str]:
 
 
 def to_json(ports: list[PortInfo]) -> str:
-    return json.dumps({"ports": [asdict(port) for port in ports]}, ensure_ascii=False)
+    return json.dumps({"ports": [port._asdict() for port in ports]}, ensure_ascii=False)
 
 
 def from_json(text: str) -> list[PortInfo]:

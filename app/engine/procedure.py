@@ -18,7 +18,7 @@ undo what it changed, within the session's closing time.
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from app.engine.device import DeviceView, StatusSample
 from protocol.catalogue import HEARTBEAT, STATUS, Command, Request
@@ -59,8 +59,7 @@ class LockRepeat:
         self.sent += 1
 
 
-@dataclass(frozen=True, slots=True)
-class Ask:
+class Ask(NamedTuple):
     """One exchange; see `Link.ask`. `repeat`: LOCK is sent whenever it is due while the answer is awaited."""
 
     request: Request
@@ -76,8 +75,7 @@ class Pause:
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
-class Await:
+class Await(NamedTuple):
     """Wait for `future`, at most `limit_s`; the line is free meanwhile (slow work is a disk's)."""
 
     future: "Future[Any]"
@@ -99,8 +97,7 @@ class Inspect:
     pass
 
 
-@dataclass(frozen=True, slots=True)
-class LinkView:
+class LinkView(NamedTuple):
     """Figures of the link at one moment."""
 
     counters: Counters
@@ -110,8 +107,7 @@ class LinkView:
     """How long frames from the module take to arrive; None before the first answer. See `protocol.lag`."""
 
 
-@dataclass(frozen=True, slots=True)
-class EngineView:
+class EngineView(NamedTuple):
     """What `Inspect` shows. `baud_rate` is the port's."""
 
     now: float
@@ -129,8 +125,7 @@ class EngineView:
     """False: it may be another module than expected, so only questions are sent. See `app.engine.identity`."""
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
+class Report(NamedTuple):
     """Progress: `done` of `total` steps, and what is being done now (English, marked for translation)."""
 
     done: int

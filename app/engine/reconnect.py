@@ -19,9 +19,8 @@ the connection changed meanwhile, and opens the address that `poll` returns, or 
 
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from enum import Enum
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.engine.identity import Expected, Identity, IdentityEvidence
 from app.engine.ports import PortInfo
@@ -37,8 +36,7 @@ LOSSES = frozenset({PortTrouble.LOST, PortTrouble.STUCK})
 """Troubles of a port that was open."""
 
 
-@dataclass(frozen=True, slots=True)
-class Address:
+class Address(NamedTuple):
     """Where the module is connected. `identity` and `location` as in `PortInfo`, or empty."""
 
     device: str

@@ -1,10 +1,9 @@
 """Connection target: a port with its baud rate and adapter."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
+class Target(NamedTuple):
     """A port to connect to. `baud_rate` is tried first; with `finds_rate` all others if necessary."""
 
     device: str

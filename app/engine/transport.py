@@ -21,12 +21,11 @@ import select
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from threading import Event, Lock
 from types import MappingProxyType
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import serial
 
@@ -65,8 +64,7 @@ class PortTrouble(Enum):
     STUCK = "stuck"
 
 
-@dataclass(frozen=True, slots=True)
-class PortHolder:
+class PortHolder(NamedTuple):
     """A program that has the port open, where the system tells."""
 
     name: str

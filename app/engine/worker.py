@@ -9,9 +9,9 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Generic
+from typing import Any, Generic, NamedTuple
 
 from app.engine.device import Device, DeviceView, StatusSample
 from app.engine.identity import NO_EXPECTATION, UNKNOWN, Expected, Identity, IdentityEvidence
@@ -42,8 +42,7 @@ class PortState(Enum):
     OPEN = "open"
 
 
-@dataclass(frozen=True, slots=True)
-class Connection:
+class Connection(NamedTuple):
     """`trouble`: why the port is not open, unless it was closed on purpose. `opening`: the number of the `Worker.open`
     or `treat_as_new` that it belongs to, from 1."""
 
@@ -54,8 +53,7 @@ class Connection:
     opening: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Batch:
+class Batch(NamedTuple):
     """What happened since the last batch. Every event and every sample is in exactly one batch."""
 
     at: float
@@ -183,7 +181,7 @@ class Worker:
         number = self._openings
 
         def act() -> None:
-            self._connection = replace(self._connection, opening=number)
+            self._connection = self._connection._replace(opening=number)
             if self._session is not None:
                 decide(self._session)
 
@@ -302,7 +300,7 @@ class Worker:
         asleep_s = SleepDetector(self._clock, self._with_sleep).poll
         self._session = Session(line, self._clock, asleep_s=asleep_s, expected=expected, is_attended=is_attended)
         self._device = self._session.device
-        self._set_connection(replace(connection, state=PortState.OPEN))
+        self._set_connection(connection._replace(state=PortState.OPEN))
         if background is not None:
             self._session.run_in_background(background())
 
@@ -324,7 +322,7 @@ class Worker:
             self._lose_port(error)
             return
         self._end_session(PortLost())
-        self._set_connection(replace(self._connection, state=PortState.CLOSED))
+        self._set_connection(self._connection._replace(state=PortState.CLOSED))
 
     def _end_session(self, why: Exception) -> None:
         if self._session is not None:
@@ -337,7 +335,7 @@ class Worker:
     def _lose_port(self, error: Exception) -> None:
         self._end_session(error)
         trouble = error if isinstance(error, PortError) else None
-        self._set_connection(replace(self._connection, state=PortState.CLOSED, trouble=trouble))
+        self._set_connection(self._connection._replace(state=PortState.CLOSED, trouble=trouble))
 
     def _set_connection(self, connection: Connection) -> None:
         self._connection = connection
@@ -363,7 +361,7 @@ class Worker:
         rate = self._session.line.baud_rate if self._session is not None else self._connection.baud_rate
         connection = self._connection
         if rate != connection.baud_rate:
-            connection = self._connection = replace(connection, baud_rate=rate)
+            connection = self._connection = connection._replace(baud_rate=rate)
         self._callback(
             Batch(
                 now,

@@ -4,7 +4,6 @@ The simulated module, the what-if analysis and the analysis of flight logs use i
 (what the table says) and `ASSUMPTIONS` (where it is silent), too.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
@@ -39,8 +38,7 @@ class SensorSample(NamedTuple):
     acceleration_g: float
 
 
-@dataclass(frozen=True, slots=True)
-class TriggerLimits:
+class TriggerLimits(NamedTuple):
     """The settings that decide, in display units."""
 
     attitude_threshold_deg: float = 60

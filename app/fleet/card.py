@@ -143,7 +143,7 @@ def card_of(card: Card, now: float, in_use: LimitsInUse) -> Card:
     return replace(
         card,
         activation=_without_fresh_time(card.activation),
-        trigger=trigger if trigger is None or trigger.is_stale else replace(trigger, at=0.0, sent_after=0.0),
+        trigger=trigger if trigger is None or trigger.is_stale else trigger._replace(at=0.0, sent_after=0.0),
         cell_v=None if cell is None else float(cell),
         cell_outside=outside,
         tilt_deg=None if tilt is None else int(tilt),

@@ -1,6 +1,6 @@
 """Judges where a flight would have fired with given thresholds, under either reading of the vendor's rule."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +42,7 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
 
     Each trigger is judged on the rows in which its quantity is known.
     """
-    only_tilt, only_fall = replace(limits, freefall_is_enabled=False), replace(limits, attitude_is_enabled=False)
+    only_tilt, only_fall = limits._replace(freefall_is_enabled=False), limits._replace(attitude_is_enabled=False)
     tilt = judge_samples(attitude_view(log, reading), only_tilt, resets_s=log.resets_s, counts_locked=False)
     fall = judge_samples(freefall_view(log, reading), only_fall, resets_s=log.resets_s, counts_locked=False)
     sources: dict[float, Source] = {}

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.text.messages import UserMessage
 from protocol.translatable import marked
@@ -41,8 +42,7 @@ VERDICT_WORDS: Mapping[GuidedVerdict, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class MeasuredValue:
+class MeasuredValue(NamedTuple):
     """`value`: for programs, in the unit of `shown`; None if unknown."""
 
     name: UserMessage
@@ -62,8 +62,7 @@ class MeasuredValue:
         }
 
 
-@dataclass(frozen=True, slots=True)
-class GuidedResult:
+class GuidedResult(NamedTuple):
     """A test that was completed. `advice`: what to do."""
 
     kind: GuidedKind

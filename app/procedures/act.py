@@ -11,6 +11,7 @@ repeated. The outcome is what the module reports afterwards.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from app.engine.device import StatusSample
 from app.engine.procedure import (
@@ -130,8 +131,7 @@ def rehearse(act: Act, permit: Permit) -> Performed:
     return Performed(act=act, outcome=Outcome.NOT_SENT, frame=REQUESTS[act].encode(), is_rehearsal=True)
 
 
-@dataclass(frozen=True, slots=True)
-class _Observed:
+class _Observed(NamedTuple):
     is_acknowledged: bool
     raw: int | None
     reports: tuple[StatusSample, ...] = ()
@@ -163,7 +163,7 @@ def perform(
         is_broken = _is_quick(before) and (yield Inspect()).device.breaks != before.device.breaks
         if after.raw is not None and is_broken:  # it may be another module that reports
             is_alive = None if after.is_alive else after.is_alive
-            after = replace(after, reports=(), has_fired=None, is_alive=is_alive)
+            after = after._replace(reports=(), has_fired=None, is_alive=is_alive)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
         return Performed(act=act, outcome=Outcome.UNKNOWN, frame=request.encode())

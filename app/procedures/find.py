@@ -1,8 +1,8 @@
 """Searches for the baud rate at which a module answers."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import cycle
+from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate, is_alive
 from protocol.catalogue import BAUD_RATES, BY_NAME, Request
@@ -22,8 +22,7 @@ _PROOFS_TRIED = 2
 """In case the module does not know one of them."""
 
 
-@dataclass(frozen=True, slots=True)
-class RateSearch:
+class RateSearch(NamedTuple):
     """`baud_rate`: None if nothing answered; `tried`: all rates in order."""
 
     baud_rate: int | None

@@ -10,7 +10,6 @@ import shutil
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -117,7 +116,7 @@ class Recorder:
             if not self._is_wanted:
                 return
             if self._waiting + count + 1 > self._max_waiting:
-                self._latest = replace(batch, samples=(), events=(), finished=())
+                self._latest = batch._replace(samples=(), events=(), finished=())
                 self._dropped += count
                 self._lost += count
                 return

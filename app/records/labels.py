@@ -2,7 +2,6 @@
 
 import html
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -45,8 +44,7 @@ _QR_SCALE: Final = 20
 """Pixels of the picture for a module of the code: sharp at 600 dpi."""
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
+class Label(NamedTuple):
     """`code`: the settings code, "" where it is not known."""
 
     name: str

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from math import inf, isinf
 from types import MappingProxyType
+from typing import NamedTuple
 
 from app.engine.device import FRESH_FOR_S, DeviceView, How, Known, StaleReason
 from app.engine.motion import MotionExtremes
@@ -142,8 +143,7 @@ def _reported(known: Known | None) -> bool | None:
     return bool(known.value)
 
 
-@dataclass(frozen=True, slots=True)
-class Refusal:
+class Refusal(NamedTuple):
     """One open condition."""
 
     condition: Interlock

@@ -8,7 +8,7 @@ and nearly all swapped neighbours.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.engine.device import DeviceView
 from app.settings.values import field_of
@@ -20,8 +20,7 @@ HASHED_CHARACTERS = 7
 COVERED: tuple[Command, ...] = tuple(command for command in SETTINGS if command.reads_back)
 
 
-@dataclass(frozen=True, slots=True)
-class Fingerprint:
+class Fingerprint(NamedTuple):
     """`code` such as "K7QF-3M2X", None if no setting is known; `missing`: covered settings that are not known."""
 
     code: str | None

@@ -42,7 +42,9 @@ def copies_of(store: Path) -> list[Path]:
 
 def copied_at(copy: Path) -> datetime | None:
     try:
-        return datetime.strptime(copy.name.split(".")[1], _STAMP).replace(tzinfo=UTC)
+        stamp = copy.name.split(".")[1]
+        at = datetime.fromisoformat(stamp).replace(tzinfo=UTC)  # `strptime` takes 3 ms the first time
+        return at if at.strftime(_STAMP) == stamp else None
     except (ValueError, IndexError):
         return None
 

@@ -1,7 +1,7 @@
 """Modules that the audit log leaves ACTIVE: activated or not confirmed as locked, and not reported LOCKED since."""
 
-from dataclasses import dataclass
 from datetime import datetime
+from typing import NamedTuple
 
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -18,8 +18,7 @@ _LEAVES_ACTIVE = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class LeftActive:
+class LeftActive(NamedTuple):
     """`at`: when, ISO 8601 in UTC. `is_lock_unconfirmed`: LOCK was sent, and the module did not report LOCKED."""
 
     known_as: KnownAs

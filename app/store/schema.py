@@ -5,8 +5,7 @@ Times are ISO 8601 in UTC.
 
 import sqlite3
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 APPLICATION_ID: Final = 0x44505353
 """ "DPSS": how our file is told from another program's."""
@@ -40,8 +39,7 @@ TABLES: Final = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class StoreLayout:
+class StoreLayout(NamedTuple):
     """`version`: the file's `user_version`. `convert`: makes `TABLES` from those of a former version, within a
     transaction."""
 

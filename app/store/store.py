@@ -2,9 +2,8 @@
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.engine.identity import IdentityEvidence
 from app.engine.snapshots import Snapshot, restorable
@@ -22,8 +21,7 @@ CLOSE_LIMIT_S = 5.0
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class Module:
+class Module(NamedTuple):
     """A module has no serial number of its own: the technician names it. `adapter`: the USB identity it was last at."""
 
     name: str
@@ -31,8 +29,7 @@ class Module:
     first_seen_at: str
 
 
-@dataclass(frozen=True, slots=True)
-class AuditEntry:
+class AuditEntry(NamedTuple):
     """The outcome of one that the program did not see the end of reads as unknown."""
 
     id: int
@@ -45,8 +42,7 @@ class AuditEntry:
     result: Mapping[str, object]
 
 
-@dataclass(frozen=True, slots=True)
-class PendingBaud:
+class PendingBaud(NamedTuple):
     """A change of rate whose end nobody saw: look at `new_rate`, then `old_rate`, then all."""
 
     id: int

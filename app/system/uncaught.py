@@ -5,14 +5,13 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
 from types import TracebackType
+from typing import NamedTuple
 
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class UncaughtError:
+class UncaughtError(NamedTuple):
     """An uncaught exception. `details` is for the clipboard."""
 
     summary: str

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.engine.ports import list_ports
 from app.engine.reconnect import address_of
@@ -21,8 +21,7 @@ from app.text.user_error import UserError
 ORIGIN = "command line"
 
 
-@dataclass(frozen=True, slots=True)
-class Records:
+class Records(NamedTuple):
     """`store` is None if it cannot be opened, which has been reported; then nothing dangerous is sent."""
 
     journal: Journal

@@ -12,10 +12,9 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
+from typing import Final, NamedTuple
 
 ENGLISH: Final = "en"
 CHINESE: Final = "zh_CN"
@@ -26,8 +25,7 @@ _LOCALE_FOLDER: Final = Path(__file__).parent.parent / "locale"
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class _Language:
+class _Language(NamedTuple):
     """The language in use: its name and, for anything but English, its texts by English text."""
 
     name: str

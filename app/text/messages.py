@@ -6,8 +6,7 @@ substituted without `str.format`, so that a text from a file cannot run a format
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Union
+from typing import NamedTuple, Union
 
 from app.text.i18n import CHINESE, language, tr
 from app.text.sentences import join_sentences
@@ -21,8 +20,7 @@ _SENTENCES = re.compile(r"\{p0\}(?: \{p\d+\})+")
 _DEEPEST = 4
 
 
-@dataclass(frozen=True, slots=True)
-class UserMessage:
+class UserMessage(NamedTuple):
     """`values` fill the placeholders of `text`; a `UserMessage` among them is translated too."""
 
     text: str

@@ -6,7 +6,7 @@ a change of the codec that lets more through, or notices more, changes them.
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from itertools import combinations
 from typing import Any
@@ -199,7 +199,7 @@ def test_a_thousand_conversations_of_all_kinds() -> None:
 
 def _changed_by_one(raw: bytes, asked: Request | None = None) -> Message:
     message = decode(raw, asked)
-    return replace(message, raw=message.raw ^ 1) if isinstance(message, Reading) else message
+    return message._replace(raw=message.raw ^ 1) if isinstance(message, Reading) else message
 
 
 def _forgets_at_any_restart(link: Any, events: list[Event], now: float, *, is_certain: bool) -> None:

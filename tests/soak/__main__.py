@@ -15,7 +15,7 @@ import sys
 import tempfile
 import threading
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -108,7 +108,7 @@ def _listed(link: Path) -> PortWatcher:
 
     def look(_limit_s: float) -> list[PortInfo]:
         try:
-            return [replace(_ADAPTER, device=str(link.readlink()))]
+            return [_ADAPTER._replace(device=str(link.readlink()))]
         except FileNotFoundError:
             return []  # unplugged
 

@@ -1,6 +1,5 @@
 """Delivers the worker's batches to the GUI thread; the only place where that thread meets Qt."""
 
-from dataclasses import replace
 from itertools import groupby
 from threading import Lock
 
@@ -66,8 +65,7 @@ def joined(batches: list[Batch]) -> Batch:
     last = batches[-1]
     if len(batches) == 1:
         return last
-    return replace(
-        last,
+    return last._replace(
         samples=tuple(sample for batch in batches for sample in batch.samples),
         events=tuple(event for batch in batches for event in batch.events),
         finished=tuple(job for batch in batches for job in batch.finished),

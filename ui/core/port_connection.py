@@ -128,9 +128,9 @@ class PortConnection(QObject):
     def state(self) -> LinkState:
         connection = self.connection
         if self._is_returning:
-            connection = replace(connection, trouble=self._trouble)
+            connection = connection._replace(trouble=self._trouble)
         elif not self.is_requested and connection.state is PortState.CLOSED:
-            connection = replace(connection, trouble=None)  # that port is no longer wanted
+            connection = connection._replace(trouble=None)  # that port is no longer wanted
         return link_state(
             connection, self.device, self._silence, is_finding=self._finding is not None,
             absence=self._return.absence, switched_off_at=self._last_known.switched_off_at, was_active=self.is_active,
@@ -174,7 +174,7 @@ class PortConnection(QObject):
 
     def disconnect_port(self) -> None:
         if self.connection.state is PortState.OPENING:
-            self.last = replace(self.last, connection=replace(self.connection, state=PortState.CLOSED))
+            self.last = self.last._replace(connection=self.connection._replace(state=PortState.CLOSED))
         was_requested, self._is_listing = self.is_requested, False
         self._return.give_up()
         self._worker.close()
@@ -205,9 +205,9 @@ class PortConnection(QObject):
         under way of it ignored."""
         number = self._worker.treat_as_new(is_named=is_named, before=before)
         if self.target is not None:
-            self.target = replace(self.target, baud_rate=self.connection.baud_rate)  # it answers at this one
+            self.target = self.target._replace(baud_rate=self.connection.baud_rate)  # it answers at this one
         self.adapter_key = f"{'' if self.target is None else self.target.key}#{number}"
-        self._forget(replace(self.connection, opening=number))
+        self._forget(self.connection._replace(opening=number))
         self._opening = number
         self.update_view()
 
@@ -273,7 +273,7 @@ class PortConnection(QObject):
         background = partial(watch, self.stream, memory=self.stream_memory)
         device, rate, is_another = target.device, target.baud_rate, not self.device.values
         self._opening = self._worker.open(device, rate, background, is_another, expected, is_attended=True)
-        self.last = replace(self.last, connection=Connection(PortState.OPENING, device, rate, opening=self._opening))
+        self.last = self.last._replace(connection=Connection(PortState.OPENING, device, rate, opening=self._opening))
         _log.info("Port: %s", self.connection)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
@@ -355,7 +355,7 @@ class PortConnection(QObject):
         if port is not None and target is not None:
             expected, answered_at = self._return.expected(self._lost), self.device.values.get("baud_rate")
             rate = target.baud_rate if answered_at is None else int(answered_at.value)
-            self._open(replace(target, device=port.device, baud_rate=rate), expected)
+            self._open(target._replace(device=port.device, baud_rate=rate), expected)
         elif self._return.is_mistaken:
             self._close_mistaken()
         else:
@@ -365,7 +365,7 @@ class PortConnection(QObject):
         _log.warning("Another adapter is at %s: closed", self.connection.port)
         self._worker.close()
         self._follow_up.start()
-        closed = replace(self.connection, state=PortState.CLOSED)
+        closed = self.connection._replace(state=PortState.CLOSED)
         self._return.feed(closed, self.clock())
         self._forget(closed)
         self.update_view()

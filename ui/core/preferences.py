@@ -1,9 +1,8 @@
 """Preferences in one INI file in the platform's folder for settings."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from platformdirs import user_config_path
 from PySide6.QtCore import QByteArray, QSettings
@@ -17,8 +16,7 @@ MAX_RECENT = 8
 _Value = TypeVar("_Value")
 
 
-@dataclass(frozen=True, slots=True)
-class LastPort:
+class LastPort(NamedTuple):
     """`identity` tells one adapter from another by its USB numbers; empty for what is no USB adapter."""
 
     device: str

@@ -3,9 +3,8 @@
 import logging
 import weakref
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import shiboken6
 from PySide6.QtCore import QEvent, QLibraryInfo, QLocale, QTranslator
@@ -15,8 +14,7 @@ from PySide6.QtWidgets import QApplication
 from app.text.i18n import CHINESE, language, set_language, tr
 
 
-@dataclass(frozen=True, slots=True)
-class _Binding:
+class _Binding(NamedTuple):
     """One text of one widget: how to reach the setter, the English text and its values."""
 
     find_setter: Callable[[], Callable[[str], object] | None]

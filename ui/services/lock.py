@@ -1,7 +1,6 @@
 """LOCK control: one path from every button, key and menu entry, and one state shown everywhere."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
@@ -131,7 +130,7 @@ class PortLock(QObject):
         if self.failed is None:
             return None
         if self.is_possible:
-            others = (replace(choice, is_main=False) for choice in more)
+            others = (choice._replace(is_main=False) for choice in more)
             more = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True), *others)
         return Notice(Meaning.DANGER, self.failed.sentence, more)
 

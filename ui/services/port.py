@@ -3,7 +3,6 @@ worker."""
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 from weakref import WeakSet
@@ -280,7 +279,7 @@ class Ports(QObject):
         self.current = now
         self._show_opening(now)
         self._relay(now)
-        self.batch.emit(replace(now.last, samples=(), events=(), finished=()))
+        self.batch.emit(now.last._replace(samples=(), events=(), finished=()))
         self.changed.emit()
         self.lock_changed.emit()  # while it seemed to be opening LOCK was not possible
         if now.is_open and now.device.presence is Presence.ONLINE and now.target is not None:

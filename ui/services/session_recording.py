@@ -9,11 +9,10 @@ recording nothing.
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from app.engine.worker import Batch, Connection, PortState, Worker
 from app.text.messages import UserMessage
@@ -27,8 +26,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class RecordingState:
+class RecordingState(NamedTuple):
     """State of the running recording as the window shows it. `trouble`: why nothing is written."""
 
     since: datetime | None = None

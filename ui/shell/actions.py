@@ -1,7 +1,7 @@
 """The menu: an action of the window is one record; those of the page shown are the page's own."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QStackedWidget
@@ -22,8 +22,7 @@ _MENUS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class MenuEntry:
+class MenuEntry(NamedTuple):
     """An action. `text` is English, marked; `act` gets the state of one that `is_checkable`; `when` says whether it can
     be done now: see `Actions.refresh`."""
 

@@ -1,8 +1,8 @@
 """Chooses the notice that needs attention: leaving an ACTIVE module, a failed lock, a bad link, another module."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 from PySide6.QtCore import QObject
 
@@ -44,7 +44,7 @@ def link_notice(
     words = link_text(state, now)
     is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
     if is_unlocked or (state.was_active and not is_calm):
-        words = replace(words, next_step=keep_away())  # alone, so that nothing of it is elided
+        words = words._replace(next_step=keep_away())  # alone, so that nothing of it is elided
     parts = ["" if words.what == words.word else words.what, words.next_step]  # the top bar has the word
     if state.was_active and not is_unlocked and not is_calm:
         parts.insert(0, tr(LAST_HEARD_ACTIVE))
@@ -91,8 +91,7 @@ def unsent_notice(count: int, proceed: Callable[[], None], stay: Callable[[], No
     return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), (stays, drops))
 
 
-@dataclass(frozen=True, slots=True)
-class _Question:
+class _Question(NamedTuple):
     """A question about leaving, shown as long as it `is_open`."""
 
     make: Callable[[], Notice]
@@ -254,7 +253,7 @@ class Attention(QObject):
         if asked is not None:
             if locking is None:
                 return asked
-            return replace(asked, meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
+            return asked._replace(meaning=locking.meaning, text=join_sentences([locking.text, asked.text]))
         state = port.state
         left = self._find_left()
         if state.phase is Phase.CLOSED and self._is_choosing() and not self._queued:
@@ -263,10 +262,10 @@ class Attention(QObject):
         link = link_notice(state, port.clock(), self._acts, is_unlocked=is_unlocked)
         locking = self._lock_notice(link.choices if link is not None else ())
         if locking is not None:
-            return locking if link is None else replace(locking, text=join_sentences([locking.text, link.text]))
+            return locking if link is None else locking._replace(text=join_sentences([locking.text, link.text]))
         if left is not None and link is not None:
             choices = (*left.choices, *link.choices)
-            return replace(left, text=join_sentences([left.text, link.text]), choices=choices)
+            return left._replace(text=join_sentences([left.text, link.text]), choices=choices)
         if left is not None:
             return self._trigger_notice() or left
         if self._queued and (link is None or state.phase is Phase.CLOSED):
@@ -349,6 +348,6 @@ class Attention(QObject):
             is_active=self._connector.is_any_active if is_closing else port.is_active,
         )
         if port is not self._connector.current:
-            notice = replace(notice, text=labelled(port.module.name or port.connection.port, notice.text))
+            notice = notice._replace(text=labelled(port.module.name or port.connection.port, notice.text))
         locking = port.lock.notice()
-        return notice if locking is None else replace(notice, text=join_sentences([locking.text, notice.text]))
+        return notice if locking is None else notice._replace(text=join_sentences([locking.text, notice.text]))

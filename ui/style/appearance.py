@@ -1,7 +1,6 @@
 """Applies a theme to the application: style, palette, font and style sheet; follows the system's colour scheme."""
 
 import re
-from dataclasses import fields
 from functools import cache, partial
 from pathlib import Path
 from string import Template
@@ -37,7 +36,7 @@ _PX: Final = re.compile(r"(\d+)px")
 def style_sheet(theme: Theme) -> str:
     grown_px = 2 - theme.border_px
     sheet = _template().substitute(
-        {field.name: getattr(theme, field.name) for field in fields(theme)},
+        theme._asdict(),
         disabled_edge=theme.divider if theme.border_px == 1 else theme.disabled,
         primary_hover=theme.muted if not theme.is_dark else theme.text,
         focus=theme.information.ink,

@@ -8,11 +8,10 @@ eyes without red or green too; `tests/ui/style/test_theme.py` computes both. All
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum, IntEnum
 from functools import cache
 from types import MappingProxyType
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtGui import QColor, QFont, QFontDatabase
 from PySide6.QtWidgets import QApplication
@@ -57,8 +56,7 @@ class Size(IntEnum):
     HERO = 48
 
 
-@dataclass(frozen=True, slots=True)
-class Tint:
+class Tint(NamedTuple):
     """One meaning's colours as #rrggbb: ``ink`` for text, icons and lines on a surface; ``fill`` with
     ``on_fill`` upon it for what is loud; ``wash`` is a quiet background for text in ``ink``."""
 
@@ -68,8 +66,7 @@ class Tint:
     wash: str
 
 
-@dataclass(frozen=True, slots=True)
-class Theme:
+class Theme(NamedTuple):
     """One appearance.  Colours are #rrggbb, ``line_px`` is the width of curves and limits.
 
     ``window`` is behind everything, ``surface`` is a card or a field, ``sunken`` a bar or a header,

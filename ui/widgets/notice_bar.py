@@ -1,8 +1,7 @@
 """Notice across the window or a page with a message and buttons, instead of a dialog."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QPaintEvent
@@ -49,8 +48,7 @@ class Banner(QWidget):
 _ICON_PX: Final = 20
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(NamedTuple):
     """A button of a notice. `key` is a part of its object name, `text` is in the language in use."""
 
     key: str
@@ -63,8 +61,7 @@ class Choice:
     """A hidden button keeps its place for another step of the same act."""
 
 
-@dataclass(frozen=True, slots=True)
-class Notice:
+class Notice(NamedTuple):
     """`text` is in the language in use. `dismiss` adds a button to close it."""
 
     meaning: Meaning

@@ -2,7 +2,6 @@
 
 import os
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -123,7 +122,7 @@ def test_adapters_that_were_present_before_or_stay_are_not_counted() -> None:
 def test_the_history_is_bounded() -> None:
     history = PortHistory()
     for number in range(500):
-        history.poll([replace(ADAPTER, serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
+        history.poll([ADAPTER._replace(serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
     for number in range(500):
         history.poll([ADAPTER] if number % 2 else [], 1000.0 + number)
     assert history.short_visits(PORT, 1500.0, within_s=1000.0) == PortHistory.MAX_KEPT

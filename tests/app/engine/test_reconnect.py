@@ -3,7 +3,6 @@
 import sys
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -17,7 +16,7 @@ from app.engine.worker import Connection, PortState
 from app.text.user_error import UserError
 
 MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
-OTHER = replace(MINE, device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
+OTHER = MINE._replace(device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
 NAMELESS = PortInfo("/dev/ttyUSB0", "CH340", "", "", 0x1A86, 0x7523, "1-1:1.0")
 
 
@@ -46,7 +45,7 @@ def staged(stage: PortStage) -> Reconnection:
     if stage is not PortStage.IDLE:
         made.feed(opened(), 100.0)
     if stage is PortStage.MISTAKEN:
-        made.poll([replace(OTHER, device=MINE.device)], 100.0)
+        made.poll([OTHER._replace(device=MINE.device)], 100.0)
     elif stage in (PortStage.KNOWN, PortStage.LOST):
         made.poll([MINE], 100.0)
     if stage is PortStage.LOST:
@@ -105,7 +104,7 @@ def test_what_somebody_leaves_is_over(stage: PortStage, leave: Callable[[Reconne
 def test_the_same_adapter_is_found_under_another_name() -> None:
     made = lost()
     assert made.is_due(100.0)
-    back = replace(MINE, device="/dev/ttyUSB3")
+    back = MINE._replace(device="/dev/ttyUSB3")
     assert made.poll([OTHER, back], 100.0) == Address("/dev/ttyUSB3", MINE.identity, MINE.location)
 
 
@@ -119,7 +118,7 @@ def test_only_a_url_needs_no_list_of_ports() -> None:
 
 def test_another_adapter_in_its_place_is_left_alone() -> None:
     made = lost()
-    assert made.poll([replace(OTHER, device=MINE.device)], 100.0) is None
+    assert made.poll([OTHER._replace(device=MINE.device)], 100.0) is None
     assert made.absence is Absence.ANOTHER
     assert made.poll([], 101.0) is None
     assert made.absence is Absence.AWAY
@@ -136,7 +135,7 @@ def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
     assert not made.is_due(2.0)
     made.feed(closed(), 3.0)
     assert made.absence is Absence.AWAY
-    assert made.poll([replace(MINE, device="/dev/ttyUSB5")], 3.0) is not None
+    assert made.poll([MINE._replace(device="/dev/ttyUSB5")], 3.0) is not None
 
 
 def test_a_port_that_is_requested_again_is_looked_at_again() -> None:
@@ -157,7 +156,7 @@ def test_another_adapter_that_has_the_name_by_the_time_of_opening_is_closed_agai
     for now in (1.0, 11.0):
         made.feed(opened(), now)
         assert made.is_due(now)
-        assert made.poll([replace(OTHER, device=MINE.device)], now) is None
+        assert made.poll([OTHER._replace(device=MINE.device)], now) is None
         assert (made.is_mistaken, made.is_waiting, made.absence) == (True, True, Absence.ANOTHER)
         made.feed(closed(None), now + 0.1)
         assert not made.is_mistaken
@@ -178,22 +177,22 @@ def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_
 
 def test_without_a_serial_number_the_socket_decides() -> None:
     made = lost(NAMELESS)
-    assert made.poll([replace(NAMELESS, location="1-4:1.0")], 100.0) is None
-    assert made.poll([replace(NAMELESS, device="/dev/ttyUSB5")], 101.0) is not None
+    assert made.poll([NAMELESS._replace(location="1-4:1.0")], 100.0) is None
+    assert made.poll([NAMELESS._replace(device="/dev/ttyUSB5")], 101.0) is not None
 
 
 def test_two_adapters_with_the_same_serial_number_are_told_apart_by_the_socket_or_not_at_all() -> None:
-    twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
+    twin = MINE._replace(device="/dev/ttyUSB1", location="1-2:1.0")
     made = lost()
-    found = made.poll([twin, replace(MINE, device="/dev/ttyUSB2")], 100.0)
+    found = made.poll([twin, MINE._replace(device="/dev/ttyUSB2")], 100.0)
     assert found is not None
     assert found.device == "/dev/ttyUSB2"
-    assert made.poll([twin, replace(twin, device="/dev/ttyUSB4", location="1-3:1.0")], 101.0) is None
+    assert made.poll([twin, twin._replace(device="/dev/ttyUSB4", location="1-3:1.0")], 101.0) is None
     assert made.absence is Absence.SEVERAL
 
 
 def test_the_twin_that_is_left_is_not_taken_for_the_one_that_went() -> None:
-    twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
+    twin = MINE._replace(device="/dev/ttyUSB1", location="1-2:1.0")
     made = Reconnection()
     made.request(address_of(MINE.device, [MINE, twin]))
     made.feed(opened(), 1.0)
@@ -201,14 +200,14 @@ def test_the_twin_that_is_left_is_not_taken_for_the_one_that_went() -> None:
     made.feed(closed(), 2.0)
     assert made.poll([twin], 2.0) is None
     assert made.absence is Absence.SEVERAL
-    found = made.poll([twin, replace(MINE, device="/dev/ttyUSB4")], 3.0)
+    found = made.poll([twin, MINE._replace(device="/dev/ttyUSB4")], 3.0)
     assert found is not None
     assert found.device == "/dev/ttyUSB4"
 
 
 def test_alone_with_its_serial_number_it_may_come_back_in_another_socket() -> None:
     made = lost()
-    assert made.poll([replace(MINE, location="1-9:1.0")], 100.0) is not None
+    assert made.poll([MINE._replace(location="1-9:1.0")], 100.0) is not None
 
 
 def test_a_bare_name_is_never_opened_again() -> None:
@@ -252,11 +251,11 @@ def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -
 
 def test_open_again_is_counted_and_the_next_loss_is_a_new_one() -> None:
     made = lost()
-    found = made.poll([replace(MINE, device="/dev/ttyUSB9")], 100.0)
+    found = made.poll([MINE._replace(device="/dev/ttyUSB9")], 100.0)
     assert found is not None
     made.feed(opened("/dev/ttyUSB9"), 100.5)
     assert (made.returns, made.is_waiting) == (0, False)  # it is not known yet what was opened
-    made.poll([replace(MINE, device="/dev/ttyUSB9")], 100.6)
+    made.poll([MINE._replace(device="/dev/ttyUSB9")], 100.6)
     assert (made.returns, made.is_mistaken) == (1, False)
     made.feed(closed(device="/dev/ttyUSB9"), 200.0)
     assert made.is_waiting
@@ -288,7 +287,7 @@ def test_what_the_system_does_not_tell_of_a_port_is_empty_and_usb_comes_first(mo
     bare = _Listed("/dev/ttyS0")
     usb = _Listed("/dev/ttyUSB0", None, "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [bare, usb])
-    assert scan() == [replace(MINE, description="CP2102"), PortInfo("/dev/ttyS0")]
+    assert scan() == [MINE._replace(description="CP2102"), PortInfo("/dev/ttyS0")]
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """The map over thresholds counts the outcomes of the flights; the curves agree with the judge for all thresholds."""
 
 import math
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -44,7 +43,7 @@ def test_the_map_counts_the_outcome_of_each_flight() -> None:
             found = fire_map(must_not, must, limits, reading)
             assert (found.must_not_count, found.must_count) == (7, 8)
             for row, column in cells:
-                at = replace(limits, attitude_threshold_deg=TILTS_DEG[row], freefall_time_s=TIMES_S[column])
+                at = limits._replace(attitude_threshold_deg=TILTS_DEG[row], freefall_time_s=TIMES_S[column])
                 fired = sum(bool(flight.first_fire(at, reading).sources) for flight in must_not)
                 assert found.must_not_fired[row, column] == fired
                 assert found.must_fired[row, column] == sum(

@@ -256,20 +256,20 @@ def test_read_marks_them() -> None:
 
 
 def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
-    kept = replace(RECORD, cell_voltage_v=3.52)
+    kept = RECORD._replace(cell_voltage_v=3.52)
     assert records_page(History((kept,)))[1].endswith("3.52 V (low)")
     assert "(low) < 3.80 V" in records_page(History((kept,)))
     assert "3.52 V, low" in sentence(kept).translated()
-    assert records_page(History((replace(kept, cell_voltage_v=3.9),)))[1].endswith("3.90 V")
-    assert record_outside(replace(kept, cell_voltage_v=4.7)) is None  # implausible, and marked as that
-    assert record_outside(replace(kept, cell_voltage_v=4.7, charging=True)) is None
+    assert records_page(History((kept._replace(cell_voltage_v=3.9),)))[1].endswith("3.90 V")
+    assert record_outside(kept._replace(cell_voltage_v=4.7)) is None  # implausible, and marked as that
+    assert record_outside(kept._replace(cell_voltage_v=4.7, charging=True)) is None
 
 
 def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
     printer = WordLines(StreamSpan(None))
     printer.begin()
     link = LinkView(Counters(), 0.15, 0.15)
-    for at, seen in enumerate((replace(link, round_trip_median_s=0.02), link, replace(link, lag_s=1.2))):
+    for at, seen in enumerate((link._replace(round_trip_median_s=0.02), link, link._replace(lag_s=1.2))):
         printer.judge_line(seen)
         printer.on_batch(batch(float(at), StatusSample(float(at), 7, 1.0, False, False)))
         printer.print_news()
@@ -321,17 +321,17 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         assert last is not None
         assert last.link is not None
         line._damaged_at = None
-        sound = replace(last, at=connector.clock(), link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02))
+        sound = last._replace(at=connector.clock(), link=last.link._replace(lag_s=0.1, round_trip_median_s=0.02))
         assert sound.link is not None
         line.on_batch(sound)
         assert line.fault.isHidden()
         counters = replace(last.link.counters, rejected_bytes=last.link.counters.rejected_bytes + Counter({"x": 7}))
-        damaged = replace(sound, link=replace(sound.link, counters=counters))
+        damaged = sound._replace(link=sound.link._replace(counters=counters))
         line.on_batch(damaged)
         assert not line.fault.isHidden()
         assert line.fault.text() == "invalid bytes"
         assert not line.sign.pixmap().isNull()
-        line.on_batch(replace(damaged, at=connector.clock() + 11))
+        line.on_batch(damaged._replace(at=connector.clock() + 11))
         assert line.fault.isHidden()
 
 

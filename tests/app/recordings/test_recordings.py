@@ -89,7 +89,7 @@ def test_the_entry_of_a_session(tmp_path: Path) -> None:
 
 
 def test_flags_and_markers(tmp_path: Path) -> None:
-    lost = replace(CLOSED, trouble=PortError(PortTrouble.LOST, PORT, "gone"))
+    lost = CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, "gone"))
     offline = replace(device(1003.5), presence=Presence.OFFLINE, presence_since=1003.2)
     with recorder_in(tmp_path) as bench:
         bench.record(
@@ -141,7 +141,7 @@ def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None
     before = device(900.0, cell_voltage_v=3.3, light_v=0.2, attitude_threshold_deg=30)
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(*HEADING)
-        opening = replace(OPEN, state=PortState.OPENING)
+        opening = OPEN._replace(state=PortState.OPENING)
         first = batch(1000.0, view=before, connection=opening, events=(asked(1000.0),))
         bench.feed(first, batch(1001.0, report(1001.0)))
         bench.finish()
@@ -152,7 +152,8 @@ def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None
 def test_stale_voltages_are_not_recorded(tmp_path: Path) -> None:
     known = Known(3.9, How.READ, 1001.0)
     view = replace(device(1001.0), values=MappingProxyType({"cell_voltage_v": known}))
-    doubted = replace(view, values=MappingProxyType({"cell_voltage_v": replace(known, at=1002.0, stale_reason="aged")}))  # type: ignore[arg-type]
+    aged = known._replace(at=1002.0, stale_reason="aged")  # type: ignore[arg-type]
+    doubted = replace(view, values=MappingProxyType({"cell_voltage_v": aged}))
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)), batch(1001.0, view=view), batch(1002.0, view=doubted))
         bench.finish()

@@ -8,7 +8,6 @@ import io
 import json
 import threading
 from collections.abc import Iterator
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -232,7 +231,7 @@ def recording(tmp_path: Path) -> Iterator[Recording]:
                 view=device(1003.5, attitude_threshold_deg=45, freefall_acceleration_g=0.3, freefall_time_s=1.6),
             ),
             batch(1003.75, events=(Sent(light.encode(), light, 1, 1003.75),), view=device(1003.7, light_v=2.5)),
-            batch(1004.0, connection=replace(CLOSED, trouble=PortError(PortTrouble.LOST, PORT, "gone"))),
+            batch(1004.0, connection=CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, "gone"))),
         )
         bench.finish()
         with opened(bench.path) as made:

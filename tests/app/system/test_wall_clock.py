@@ -1,6 +1,5 @@
 """The time of day stays right over a sleep, in which the monotonic clock stands still."""
 
-from dataclasses import replace
 from datetime import datetime
 
 from PySide6.QtWidgets import QApplication
@@ -74,7 +73,7 @@ def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QAppl
         clock.now_s, clock.wall_offset_s = 1000.02, clock.wall_offset_s + NIGHT_S
         bench.now_s = 1000.02
         bench.worker.callback(
-            replace(last_of(bench), at=1000.02, samples=(StatusSample(1000.02, 9, 1.0, False, False),))
+            last_of(bench)._replace(at=1000.02, samples=(StatusSample(1000.02, 9, 1.0, False, False),))
         )
         qtbot.waitUntil(lambda: bench.page.data.tilt.exact_since_s == 1000.02)
         bench.page.refresh()

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
@@ -29,7 +29,7 @@ from tests.support.patience import PATIENCE_S
 NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 PORT = "/dev/ttyUSB0"
 OPEN = Connection(PortState.OPEN, PORT, 115200)
-CLOSED = replace(OPEN, state=PortState.CLOSED)
+CLOSED = OPEN._replace(state=PortState.CLOSED)
 LINE_HZ = 1440
 WAIT_S = PATIENCE_S
 HEADING = PORT, 115200, "Bench 7"

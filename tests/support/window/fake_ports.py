@@ -1,7 +1,6 @@
 """Ports without threads: each records what it is asked, and publishes what the test says."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -58,7 +57,7 @@ class FakeWorker:
         return len(self.opened)
 
     def close(self) -> None:
-        self.connection = replace(self.connection, state=PortState.CLOSED)
+        self.connection = self.connection._replace(state=PortState.CLOSED)
 
     def submit(self, job: Job[Any], *, is_urgent: bool = False) -> Job[Any]:
         self.jobs.append((job, is_urgent))
@@ -68,7 +67,7 @@ class FakeWorker:
 
     def treat_as_new(self, **_said: object) -> int:
         self.opened.append(self.connection.port)
-        self.connection = replace(self.connection, opening=len(self.opened))
+        self.connection = self.connection._replace(opening=len(self.opened))
         return len(self.opened)
 
     def stop(self, _deadline_s: float = 2.0) -> bool:
@@ -79,7 +78,7 @@ class FakeWorker:
 
     def say(self, **values: Value) -> None:
         """Publish these values of a module that is online."""
-        self.connection = replace(self.connection, state=PortState.OPEN)
+        self.connection = self.connection._replace(state=PortState.OPEN)
         self.presence = Presence.ONLINE
         now = self._clock()
         self.values |= {key: Known(value, How.READ, now) for key, value in values.items()}
@@ -87,7 +86,7 @@ class FakeWorker:
 
     def unplug(self) -> None:
         trouble = PortError(PortTrouble.LOST, self.connection.port, "unplugged")
-        self.connection = replace(self.connection, state=PortState.CLOSED, trouble=trouble)
+        self.connection = self.connection._replace(state=PortState.CLOSED, trouble=trouble)
         self.values = {
             key: Known(one.value, one.how, one.at, StaleReason.LINK_LOST) for key, one in self.values.items()
         }

@@ -1,7 +1,6 @@
 """Choosing a port, connecting, errors, and reconnecting."""
 
 import threading
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -60,7 +59,7 @@ def said_of(
 
 def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
     for trouble in PortTrouble:
-        state, said = said_of(replace(OPEN, state=PortState.CLOSED, trouble=PortError(trouble, OPEN.port, "driver's")))
+        state, said = said_of(OPEN._replace(state=PortState.CLOSED, trouble=PortError(trouble, OPEN.port, "driver's")))
         assert (state.phase, said.step) == (Phase.FAILED, NextStep.CONNECT_AGAIN)
         assert said.what
         assert said.next_step

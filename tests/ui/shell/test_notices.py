@@ -1,6 +1,5 @@
 """Notices: texts, main buttons, and that no button takes the place of another."""
 
-from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -182,12 +181,12 @@ def test_every_notice_about_the_link_says_all_that_matters_on_a_narrow_window(
             main.resize(width, 540)
             again = Choice("lock_again", tr("LOCK again"), lambda: None)
             for state in (*LOST, *SILENT, LinkState(Phase.OFFLINE, "/dev/ttyUSB10", since=0.0), LinkState(Phase.LATE)):
-                alone = link_notice(replace(state, was_active=True), 99.0, ACTS)
+                alone = link_notice(state._replace(was_active=True), 99.0, ACTS)
                 said = link_notice(state, 99.0, ACTS, is_unlocked=True)
                 assert alone is not None
                 assert said is not None
                 choices = said.choices if state in LOST else (again, *said.choices)
-                locking = replace(said, text=join_sentences([failed.sentence, said.text]), choices=choices)
+                locking = said._replace(text=join_sentences([failed.sentence, said.text]), choices=choices)
                 for shown[0] in (alone, locking):
                     main.attention.refresh()
                     let_lay_out(main)

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +68,7 @@ class Desk:
         self.looks += 1
         if not self.is_listable:
             raise UserError(NOT_LISTED)
-        mine = [replace(self.adapter, device=self.name)] if self.link.exists() else []
+        mine = [self.adapter._replace(device=self.name)] if self.link.exists() else []
         return [*mine, *self.others]
 
     def on_batch(self, batch: Batch) -> None:
@@ -201,7 +200,7 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
                 is_over.wait(deadline_s)
             return seen
 
-    ports = SlowPorts(replace(ADAPTER, device="sim://old"))
+    ports = SlowPorts(ADAPTER._replace(device="sim://old"))
     with simulated("old") as bench, window(qapp, tmp_path, ports=ports) as assembly:
         qtbot.waitUntil(lambda: assembly.ports.has_listed)
         assembly.connector.connect_to(Target("sim://old", 115200, ADAPTER.identity))

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -125,7 +124,7 @@ class FleetMembers(QObject):
         target = connection.target
         card = Card(
             port=port_text(target),
-            link=replace(connection.state, port=port_text(target)),
+            link=connection.state._replace(port=port_text(target)),
             device=device,
             activation=connection.activation,
             name=connection.module.name,

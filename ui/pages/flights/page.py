@@ -1,7 +1,6 @@
 """Flight logs page: which thresholds would have fired in which flights. It never sends anything to a module."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -254,7 +253,7 @@ class FlightsPage(Page):
         self.thresholds.chosen.connect(work.choose)
         self.thresholds.reading_chosen.connect(work.choose_reading)
         self.map.chosen.connect(
-            lambda tilt, time_s: work.choose(replace(work.limits, attitude_threshold_deg=tilt, freefall_time_s=time_s))
+            lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
         )
         self.map.opened.connect(self._show_fired)
         self.fired_only.toggled.connect(lambda is_on: self._filter(is_wanted=is_on))

@@ -1,6 +1,5 @@
 """Sliders for the thresholds, and the reading of the vendor's rule."""
 
-from dataclasses import replace
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
@@ -59,11 +58,11 @@ class ThresholdPanel(QWidget):
             grid.addWidget(label, row, 0)
             grid.addWidget(dial, row, 1)
         grid.setColumnStretch(1, 1)
-        self.tilt.turned.connect(lambda value: self._choose(replace(self._limits, attitude_threshold_deg=value)))
+        self.tilt.turned.connect(lambda value: self._choose(self._limits._replace(attitude_threshold_deg=value)))
         self.acceleration.turned.connect(
-            lambda value: self._choose(replace(self._limits, freefall_acceleration_g=round(value, 1)))
+            lambda value: self._choose(self._limits._replace(freefall_acceleration_g=round(value, 1)))
         )
-        self.time.turned.connect(lambda value: self._choose(replace(self._limits, freefall_time_s=round(value, 2))))
+        self.time.turned.connect(lambda value: self._choose(self._limits._replace(freefall_time_s=round(value, 2))))
         self.reading.currentTextChanged.connect(self.reading.setToolTip)  # the header may elide the text
         self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
         VisibilityTimer(self, retranslate=self._name_readings)

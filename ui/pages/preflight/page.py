@@ -307,7 +307,7 @@ class PreflightPage(Page):
         against = () if assessment is None else assessment.open_checks
         offer = rest_offer(self._connector.current.target, against, self.check)
         if offer is not None and self.strip.notice is None:
-            self.result.set_notice(lambda: replace(offer(), dismiss=self.result.dismiss))
+            self.result.set_notice(lambda: offer()._replace(dismiss=self.result.dismiss))
 
     def _show_faults(self, path: Path, refusal: ProfileRefused) -> None:
         def text() -> str:

@@ -1,7 +1,6 @@
 """The baud rate, the last row of the table, with a line of its own because changing it can cut the link; and the
 calibration of the light threshold: bay closed, bay open, proposal with margins."""
 
-from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import Qt, Signal
@@ -103,7 +102,7 @@ class BaudPanel(QFrame):
     def _end(self, rate: int, permit: Permit, job: Job[BaudChanged]) -> None:
         self.editor.show_value(None, None)
         if job.run.error is not None and not permit.is_spent:
-            self._job.set_notice(lambda: replace(not_begun(), dismiss=self._job.dismiss))
+            self._job.set_notice(lambda: not_begun()._replace(dismiss=self._job.dismiss))
         elif job.run.error is not None:
             self._doubtful_since = self._connector.clock()
             self._job.notify(

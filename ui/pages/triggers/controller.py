@@ -227,14 +227,14 @@ class TriggersController(QObject):
             return Notice(Meaning.DANGER, _not_stored_text(trouble), dismiss=self.job.dismiss)
         if past.last_answer is not None:
             had = tr("It had {count} on {date}.", count=past.last_answer.count, date=past.last_answer.at[:10])
-            return replace(plain, text=join_sentences((text, had)))
+            return plain._replace(text=join_sentences((text, had)))
         if past.is_said_new:
             sentence = join_sentences((text, tr("A person said that it is new.")))
             return Notice(Meaning.INFORMATION, sentence, dismiss=self.job.dismiss)
         if self._connector.current.device.reported[0] is not False:
             return plain
         words = labelled(tr(RecordsWord.NEW_MODULE.value), name)
-        return replace(plain, choices=(Choice("say_new", words, partial(self._say_new, name)),))
+        return plain._replace(choices=(Choice("say_new", words, partial(self._say_new, name)),))
 
     def _say_new(self, name: str) -> None:
         store = self._store

@@ -150,7 +150,7 @@ def test_a_command_is_shown_and_copied(
         assembly.connector.connect_to(target)
         qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING)
         denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
-        refused = replace(assembly.connector.current.connection, trouble=denied)
+        refused = assembly.connector.current.connection._replace(trouble=denied)
         assembly.connector.current._on_batch(Batch(time.monotonic(), refused, DeviceView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION)
         if sys.platform.startswith("linux"):

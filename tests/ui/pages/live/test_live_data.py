@@ -27,7 +27,7 @@ from ui.pages.live.data import LiveData, lanes
 from ui.plots.lanes import Mark
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
-LOST = replace(OPEN, state=PortState.CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
+LOST = OPEN._replace(state=PortState.CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
 NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
 WAIT_S = PATIENCE_S
 
@@ -41,7 +41,7 @@ def doubted(view: DeviceView) -> DeviceView:
     return replace(
         view,
         values=MappingProxyType(
-            {key: replace(one, stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}
+            {key: one._replace(stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}
         ),
     )
 
@@ -184,12 +184,12 @@ def test_a_restart_is_marked_once_with_its_time_or_when_the_boot_count_told(
 @pytest.mark.parametrize("port", [OPEN.port, "/dev/ttyUSB1"])
 def test_a_lost_port_and_its_return_are_marked(port: str) -> None:
     """An adapter that returns by another name is the same module."""
-    data, returned = LiveData(), replace(OPEN, port=port)
+    data, returned = LiveData(), OPEN._replace(port=port)
     marks = take(
         data,
         batch(1.0, report(1.0, active=True)),
         batch(2.0, connection=LOST, view=doubted(device())),
-        batch(3.0, connection=replace(returned, state=PortState.OPENING), view=doubted(device())),
+        batch(3.0, connection=returned._replace(state=PortState.OPENING), view=doubted(device())),
         batch(4.0, view=device(presence=Presence.UNKNOWN), connection=returned),
         batch(5.0, report(5.0), view=device(4.9), connection=returned),
     )
@@ -208,8 +208,8 @@ def test_offline_and_back_is_marked() -> None:
 
 def test_another_port_is_another_module() -> None:
     data = LiveData()
-    other = replace(OPEN, port="/dev/ttyUSB1")
-    closed = replace(OPEN, state=PortState.CLOSED)
+    other = OPEN._replace(port="/dev/ttyUSB1")
+    closed = OPEN._replace(state=PortState.CLOSED)
     marks = take(
         data,
         batch(1.0, report(1.0, active=True)),
@@ -224,7 +224,7 @@ def test_another_port_is_another_module() -> None:
 
 
 def test_a_port_that_does_not_open_is_not_called_lost() -> None:
-    opening = replace(OPEN, state=PortState.OPENING)
+    opening = OPEN._replace(state=PortState.OPENING)
     assert take(LiveData(), batch(1.0, connection=opening), batch(2.0, connection=LOST)) == []
 
 

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,10 +31,10 @@ from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
 from ui.widgets.labels import IconLabel
 
-LOST = replace(CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
-OTHER = replace(OPEN, port="/dev/ttyACM0", opening=7)
-NEXT = replace(OPEN, opening=7)
-ELSEWHERE = replace(OPEN, port="/dev/ttyUSB1")
+LOST = CLOSED._replace(trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
+OTHER = OPEN._replace(port="/dev/ttyACM0", opening=7)
+NEXT = OPEN._replace(opening=7)
+ELSEWHERE = OPEN._replace(port="/dev/ttyUSB1")
 
 
 # From the worker to the disk, without a window
@@ -83,7 +82,7 @@ def some(first_s: float, *, connection: Connection = OPEN, is_in_doubt: bool = F
     """Three reports, by the clock of the recorder: a part that began a day ago ends."""
     first_s += time.monotonic()
     reports = batch(first_s + 0.3, *(report(first_s + n / 10, n) for n in range(3)), connection=connection)
-    return replace(reports, identity=Identity(Trust.OPEN)) if is_in_doubt else reports
+    return reports._replace(identity=Identity(Trust.OPEN)) if is_in_doubt else reports
 
 
 def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
@@ -102,7 +101,7 @@ def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
         ((OPEN, CLOSED, OPEN), [6, 3]),  # closed by hand
         ((OPEN, LOST, OPEN), [6, 3]),  # lost, and back: another module may be there
         ((OPEN, LOST, LOST, ELSEWHERE), [6, 3]),
-        ((OPEN, replace(OPEN, baud_rate=9600)), [6]),
+        ((OPEN, OPEN._replace(baud_rate=9600)), [6]),
         ((OPEN, NEXT), [3, 3]),  # a person says that another module answers
         ((OPEN, CLOSED, LOST, OPEN), [6, 3]),  # it could not be opened
     ],

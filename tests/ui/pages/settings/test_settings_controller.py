@@ -1,7 +1,7 @@
 """What the controller of the Settings page makes of the ends of its jobs, over fake ports: no procedure runs."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -164,7 +164,7 @@ def test_only_what_is_verified_now_is_called_verified(
     desk.worker.restarts = restarts
     if not values:
         desk.worker.values = {
-            key: replace(known, value=WANTED.get(key, known.value), stale_reason=StaleReason.RESTARTED)
+            key: known._replace(value=WANTED.get(key, known.value), stale_reason=StaleReason.RESTARTED)
             for key, known in desk.worker.values.items()
         }
     desk.end(WriteReport(results=(TILT_HEARD, TIME_HEARD)), **values)
