@@ -104,6 +104,7 @@ PAGES: tuple[PageEntry, ...] = (
 
 def _load_pages() -> None:
     """Imports the modules of all pages, so that making a page blocks the event loop only briefly."""
+    _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
     for entry in PAGES:
         _module(entry.key)
 
@@ -375,7 +376,6 @@ def _errors_shown(window: MainWindow, armed: Armed | None = None) -> Iterator[No
 def _logging(folder: Path | None) -> Iterator[Log]:
     """Writes the rotating log while the window runs."""
     log = start_log(folder)
-    _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
     try:
         yield log
     finally:

@@ -5,8 +5,6 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from app.engine.ports import list_ports
-from app.engine.reconnect import address_of
 from app.engine.snapshots import Snapshot
 from app.safety.journal import Journal
 from app.store.database import FILE_NAME, StoreTrouble
@@ -68,6 +66,8 @@ def _opened(consequence: str = "") -> Store | StoreTrouble:
 
 def adapter_of(port: str) -> str:
     """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
+    from app.engine.ports import list_ports  # not loaded where only the store is asked
+    from app.engine.reconnect import address_of
 
     try:
         return address_of(port, list_ports()).identity
