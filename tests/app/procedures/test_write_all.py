@@ -273,6 +273,15 @@ def test_a_module_that_falls_silent_before_the_last_reading_has_nothing_verified
     assert (written.fault, written.verified) == (fault, False)
 
 
+def test_a_setting_that_is_not_read_at_the_end_is_named_and_may_have_changed() -> None:
+    rig = Rig()
+    mute = frozenset((BY_NAME["freefall_time"].code,))
+    leave = WriteContext(journal=FakeJournal(), on_written=lambda _written: rig.bench.change(mute_codes=mute))
+    report = write(rig, leave, light_threshold=2.0)
+    assert [written.verified for written in report.results] == [True]
+    assert ([command.key for command in report.unread], report.is_fine) == (["freefall_time_s"], False)
+
+
 def test_without_a_boot_count_at_the_end_nothing_is_verified() -> None:
     """A restart in between could not be excluded."""
     rig = Rig()
