@@ -7,6 +7,7 @@ import pytest
 
 from app.engine.device import Device
 from app.engine.identity import (
+    NO_EXPECTATION,
     Expected,
     Identity,
     IdentityCheck,
@@ -257,6 +258,14 @@ def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: IdentityE
     assert whole.now == FOUND
     rig.session.identity.confirm(replace(whole, now=IdentityEvidence(37)))
     assert trust(rig) is Trust.PROVEN
+
+
+def test_of_two_names_in_a_row_the_second_one_counts() -> None:
+    """Also where what is to be compared with the first one is still being read."""
+    rig, seen = Rig(OPTIONS), NO_EXPECTATION
+    for before in (IdentityEvidence(36), IdentityEvidence(35)):
+        rig.session.confirm_identity(seen, is_named=True, before=before)
+        assert rig.session.identity.identity.before == before
 
 
 def test_another_module_behind_the_open_port_is_noticed() -> None:
