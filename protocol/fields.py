@@ -136,7 +136,7 @@ class Choice:
     def encode(self, value: Value) -> int:
         """Code for `value`; raises `ValueRefused` for a value that has none."""
         for code, known in self.values.items():
-            if known == value and not isinstance(value, bool):
+            if known == value:
                 return code
         listed = ", ".join(str(known) for known in self.values.values())
         raise ValueRefused(f"{value} is not one of {listed}", tuple(self.values.values()))

@@ -44,7 +44,7 @@ class Run(Generic[Result]):
 
     def pop_cancel(self) -> bool:
         """Whether to raise `Cancelled` in it now: only once, as a second one would interrupt its cleaning up."""
-        is_news = self.is_cancelled and not self._is_cancel_delivered and not self.is_done
+        is_news = self.is_cancelled and not self._is_cancel_delivered
         self._is_cancel_delivered = self._is_cancel_delivered or is_news
         return is_news
 
@@ -88,7 +88,7 @@ class Run(Generic[Result]):
             if self._effect.future.done() or now >= self._resume_at:
                 self.resume(self._effect.future.done(), now)
             return
-        if self.is_done or self.resume_at is None or now < self._resume_at:
+        if self.resume_at is None or now < self._resume_at:
             return
         heard, self._heard = tuple(self._heard), []
         self.resume(now if isinstance(self._effect, Pause) else heard, now)

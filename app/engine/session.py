@@ -87,8 +87,7 @@ class Session:
                 if job.is_urgent:
                     job.cancel()
             self._overtaken_at = self.clock()
-            if self._rate_before is None and any(job.is_started for job in self._foreground):
-                self._rate_before = self.line.baud_rate
+            self._rate_before = self._rate_before or self.line.baud_rate
         place = 0 if is_urgent else len(self._foreground)
         self._foreground.insert(place, run)
         if place == 0:
@@ -175,7 +174,6 @@ class Session:
     def close(self, *, why: Exception | None = None) -> None:
         """End all procedures and close the port. Idempotent, never raises."""
         now = self.clock()
-        self._asking = None
         for run in self._runs():
             run.throw(why or PortLost(), now)
             for _ in range(8):  # its cleaning up may yield several times

@@ -127,7 +127,7 @@ def _is_clean(before: EngineView, after: EngineView) -> bool:
 def _agree(passes: Sequence[Pass]) -> bool:
     """Whether the last two are clean and equal, and contain the records of all passes."""
     last = passes[-1]
-    if len(passes) < 2 or not last.messages or not (last.is_clean and passes[-2].is_clean) or passes[-2] != last:
+    if len(passes) < 2 or not last.messages or not last.is_clean or passes[-2] != last:
         return False
     return all(answer.counts <= last.counts for answer in passes)
 

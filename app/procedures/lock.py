@@ -195,7 +195,7 @@ def _lock_until_reported(
             asked_after += 1
             if not is_last_answered or proof.is_locked is False or asked_after > 2 * AGREEING:
                 return
-        if proof.is_locked is False or (proof.heard_at is not None and not proof.says_locked):
+        if proof.heard_at is not None and not proof.says_locked:
             yield Pause(max(0.0, repeat.next_at - view.now))
         is_in_doubt = view.is_rate_searched or view.proven_rate is None
         if may_search and is_in_doubt and view.now - silent_since > SILENT_S:

@@ -96,7 +96,7 @@ def why_not_verified(written: Written, refusals: Sequence[Refusal]) -> UserMessa
     fault = written.fault
     if fault is WriteFault.NO_REPLY and written.waited_s is not None:
         return message(marked("no reply within {seconds:.1f} s; may have been carried out"), seconds=written.waited_s)
-    if fault is WriteFault.NOT_ALLOWED and refusals:
+    if fault is WriteFault.NOT_ALLOWED:
         return message(marked("not sent: {why}"), why=joined([refusal.message for refusal in refusals], between=" "))
     return None if fault is None else message(fault.value)
 

@@ -156,7 +156,7 @@ class Ritual:
     def tick(self, now: float) -> Permit | None:
         """To be called at least ten times a second. Returns the permit, once, when the hold is complete."""
         gap_s, self._ticked_at = now - self._ticked_at, now
-        if self.is_armed and not 0.0 <= now - self._armed_at < ARMED_FOR_S:
+        if not 0.0 <= now - self._armed_at < ARMED_FOR_S:
             self._apply(Input.RAN_OUT)
         if self.stage is not Stage.HOLDING:
             return None

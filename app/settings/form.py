@@ -272,7 +272,7 @@ class SettingsForm:
             key for key, failure in self._failures.items()
             if is_confirmed(_BY_KEY[key], device.known(key, now), failure.target)
         ]  # fmt: skip
-        if settled and not self._writing and not is_in_doubt:
+        if not self._writing and not is_in_doubt:
             self.watch.accept(settled)  # written after all, but late
             self._drafts.drop(key for key in settled if self._drafts.now.get(key) == self._failures[key].target)
             self._failures = {key: failure for key, failure in self._failures.items() if key not in settled}

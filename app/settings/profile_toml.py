@@ -58,7 +58,7 @@ def _change(table: Container | Table, values: Mapping[str, object], known: tuple
     for key, value in values.items():
         if key not in table:
             _append(table, key, value)
-        elif _plain(table[key]) != value or isinstance(_plain(table[key]), bool) != isinstance(value, bool):
+        elif _plain(table[key]) != value:
             table[key] = value
 
 

@@ -231,9 +231,13 @@ def test_another_baud_rate_is_known_by_a_frame_only(device: Device) -> None:
 # Unknown
 
 
-def test_an_unconfirmed_set_of_what_cannot_be_read_is_unknown(device: Device) -> None:
+@pytest.mark.parametrize("may_have_restarted", [False, True])
+def test_an_unconfirmed_set_of_what_cannot_be_read_is_unknown(device: Device, may_have_restarted: bool) -> None:
     assert TRIGGER.key in UNREADABLE
+    if may_have_restarted:
+        device.apply(heard(PULSE, Role.DUPLICATE, NOW, HEARTBEAT.query()))
     device.apply(OutcomeUnknown(TRIGGER.set(False), 1.0, NOW))
+    device.apply(read(BOOT_COUNT, 37))  # it did not restart
     assert view(device).known(TRIGGER.key, NOW) is None
 
 

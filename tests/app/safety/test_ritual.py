@@ -305,7 +305,7 @@ def test_armed_again_while_armed_does_not_extend_the_ten_seconds() -> None:
          ["Fires at 10° and never rearms.", "Vendor advises: 55° or more."]),
         ("attitude_threshold", 0,
          ["Fires as soon as it is activated.", "Vendor advises: 55° or more."]),
-        ("freefall_acceleration", 0.5, ["Counts as falling below 0.5 g; at rest 1 g."]),
+        ("freefall_acceleration", 0.4, ["Counts as falling below 0.4 g; at rest 1 g."]),
         ("freefall_acceleration", 0.7,
          ["Counts as falling below 0.7 g; at rest 1 g.", "Vendor advises: Below 0.7 g."]),
         ("freefall_acceleration", 0, ["Never counts as falling: nothing is below 0 g."]),
