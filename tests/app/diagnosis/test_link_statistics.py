@@ -80,6 +80,7 @@ def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     figures.on_batch(batch(1.6, None, connection=LOST))
     figures.on_batch(batch(2.0, None, connection=Connection(PortState.OPENING, "x", 115200)))
     figures.on_batch(batch(2.1, view(7, sent=3)))
+    figures.on_batch(batch(2.2, None, connection=Connection(PortState.CLOSED, "x", 115200)))  # by a person
     assert figures.losses == 1
     assert figures.totals.sent == 14
     assert figures.totals.bytes_received == 109

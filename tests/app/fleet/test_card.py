@@ -264,11 +264,11 @@ def tr_title(name: str) -> str:
 
 
 def test_what_was_broken_off_is_never_fine() -> None:
-    for error in (PortLost(), Cancelled()):
+    for error, why in ((PortLost(), "Link lost"), (Cancelled(), "Cancelled")):
         found = broken_off((), error)
         assert found.state is Applied.FAILED
         assert not found.state.is_fine
-        assert "is unknown" in found.why
+        assert found.why == f"{why}: the rest is unknown."
         set_language(CHINESE)
         assert "未知" in found.why
         set_language(ENGLISH)

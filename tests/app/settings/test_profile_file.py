@@ -112,6 +112,7 @@ def test_syntax_errors_and_invalid_values_are_reported_together() -> None:
         ("light_inverted = 1", 1, "expected true, false"),
         ('approved_fingerprint = "AAAA-AAAB"', 1, "not a settings code"),
         ("[limits]\ntilt_max = 3", 2, "“tilt_max” is unknown"),
+        ("\n[limit]\ntilt_max_deg = 3", 2, "“limit” is unknown"),
         ("[limits]\ntilt_max_deg = nan", 2, "0 to 15;"),
         ("[limits]\nacceleration_min_g = 2\nacceleration_max_g = 1", 2, "0.8 to 1;"),
         ("freefall_time_s = 1\n[settings]\nfreefall_time_s = 2", 1, "given twice"),

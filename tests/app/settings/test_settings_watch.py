@@ -147,6 +147,9 @@ def test_a_later_change_takes_verified_away_and_says_so() -> None:
     row = rows(form, rig)[KEY]
     assert row.state is RowState.CHANGED
     assert row.reason == "Was 1.20 s, now 0.20 s; not written here."
+    rig.bench.module.memory.freefall_time = 120
+    rig.step_for(11.0)
+    assert states(form, rig)[KEY] is RowState.READ, "as it was written"
 
 
 def test_an_unwritten_change_is_reported_until_it_is_accepted() -> None:
