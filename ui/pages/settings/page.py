@@ -358,6 +358,8 @@ class SettingsPage(Page):
         for editor in (self._heads[2], self.baud.editor, *(row.editor for row in rows)):
             editor.setFixedWidth(editor_px)
         self.baud.fold(is_narrow=table_px < scaled(_FOLDED_TO_PX))
+        for row in rows:
+            row.fold(is_narrow=table_px < scaled(_WIDE_FROM_PX))
 
     def on_escape(self) -> bool:
         """Leaves the profile or the calibration, or dismisses the notice."""

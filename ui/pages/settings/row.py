@@ -1,13 +1,13 @@
 """Row of one setting: parameter, module value, editor, state with its reason; and the pane of the chosen one.
 
-The reason has all the width beside its state; a row grows only where that is too little for it.
+The reason has all the width beside its state, or in a narrow table a line of its own: the row grows for it.
 """
 
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QMouseEvent
-from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QSizePolicy, QWidget
 
 from app.engine.device import How
 from app.procedures.power_cycle import Retention
@@ -24,12 +24,13 @@ from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control, named, set_role
-from ui.widgets.labels import FittedLabel, text_label
+from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
 
-ROW_PX: Final = 44
+CELLS_PX: Final = 41
+"""Height of a row without its margins, its line and its reason: 44 px in all."""
 NAME_PX: Final = 160
 WIDE_NAME_PX: Final = 190
 WIDE_VALUE_PX: Final = 136
@@ -67,8 +68,7 @@ class SettingsRow(QFrame):
     def __init__(self, command: Command, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
         self.setObjectName(f"row_{command.name}")
-        self.setMinimumHeight(ROW_PX)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         self.command = command
         self.row: FormRow | None = None
         self.name = control(QLabel(), texts, f"{command.name}_name", command.title)
@@ -76,7 +76,7 @@ class SettingsRow(QFrame):
         self.value_label = ValueLabel(command)
         self.editor: FieldEditor = make_editor(command, texts, guard)
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
-        self.reason = named(FittedLabel(), f"{command.name}_reason", "small")
+        self.reason = text_label(f"{command.name}_reason", "small")
         self.name.setBuddy(self.editor)
         explain_setting(texts, self, command)
         texts.bind(self.state.setWhatsThis, "“Verified” means written, asked for again, and equal.")
@@ -86,9 +86,15 @@ class SettingsRow(QFrame):
         if isinstance(self.editor, FlagEditor):
             self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
         left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        self.reason.setMinimumWidth(1)  # it takes what is left, and without any width would never be fitted
-        in_row(*aligned_cells(self.name, self.value_label, self.editor), (self.state, left), (self.reason, 1),
-               of=self, spacing=CELL_GAP, margins=MARGINS)  # fmt: skip
+        cells = in_row(*aligned_cells(self.name, self.value_label, self.editor), (self.state, left), spacing=CELL_GAP)
+        cells.addStrut(CELLS_PX)  # a reason below them moves none of them
+        self._layout: QBoxLayout = in_row(cells, (self.reason, 1), of=self, spacing=CELL_GAP, margins=MARGINS)
+
+    def fold(self, *, is_narrow: bool) -> None:
+        """Whether the reason lies below the cells."""
+        direction = QBoxLayout.Direction
+        self._layout.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
+        self._layout.setSpacing(0 if is_narrow else CELL_GAP)
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool, is_chosen: bool) -> None:
         self.row = row
@@ -100,7 +106,8 @@ class SettingsRow(QFrame):
         self.state.show_state(tr(row.state.value), style.icon, style.meaning)
         reason, warning = reason_text(row), warning_text(row)
         is_wrong = row.state in WRONG
-        self.reason.show_text(reason or warning)
+        self.reason.setText(reason or warning)
+        self.reason.setVisible(bool(self.reason.text()))
         set_role(self.reason, "danger" if is_wrong else "attention" if warning and not reason else "small")
         set_role(self, "marked-row-failed" if is_wrong else "marked-row-chosen" if is_chosen else "marked-row")
 
