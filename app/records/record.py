@@ -33,7 +33,7 @@ hashed as a whole."""
 VERSIONS_IN_PARTS = (1, 2, 3)
 """Hashed part by part."""
 READABLE_VERSIONS = (*VERSIONS_IN_PARTS, VERSION)
-_PARTS_OF = {"checks": "id", "manual": "text"}
+_IN_PARTS = ("checks", "manual")
 _SEALS = ("digests", "hash", "signature")
 NOT_STORED = 0
 """Number of a record that is in no store."""
@@ -217,8 +217,8 @@ def _parts_of(content: Mapping[str, object]) -> dict[str, str]:
     """What older versions hashed: SHA-256 by part ("verdict", "checks.tilt" …) and of the order of the lists."""
     digests: dict[str, str] = {}
     for key, value in content.items():
-        if key in _PARTS_OF and isinstance(value, list):
-            names = [_name(entry, _PARTS_OF[key], place) for place, entry in enumerate(value)]
+        if key in _IN_PARTS and isinstance(value, list):
+            names = [_name(entry, place) for place, entry in enumerate(value, 1)]
             digests[f"{key}: order"] = digest(names)
             digests |= {f"{key}.{name}": digest(entry) for name, entry in zip(names, value, strict=True)}
         else:
@@ -226,9 +226,9 @@ def _parts_of(content: Mapping[str, object]) -> dict[str, str]:
     return digests
 
 
-def _name(entry: object, key: str, place: int) -> str:
-    named = entry.get(key) if isinstance(entry, Mapping) else None
-    return named if key == "id" and isinstance(named, str) else str(place + 1)
+def _name(entry: object, place: int) -> str:
+    named = entry.get("id") if isinstance(entry, Mapping) else None
+    return named if isinstance(named, str) else str(place)
 
 
 def seal(record: Mapping[str, object], station: Station | None = None) -> Record:

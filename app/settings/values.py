@@ -63,7 +63,7 @@ def _why_refused(field: Field, value: object, error: ValueRefused | None) -> Use
     if isinstance(field, Choice):
         listed = ", ".join(map(str, sorted(field.values.values())))
         return message(marked("{value} is not one of {values}"), value=value, values=listed)
-    if not isinstance(field, Quantity) or isinstance(value, bool):
+    if not isinstance(field, Quantity):
         return _kind_needed(field)
     if error is None:
         return message(marked("{value} has too many digits"), value=shortened(str(value)))

@@ -22,6 +22,7 @@ from app.procedures.read import read_everything
 from app.procedures.settings_reading import SettingsReading
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
+from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered, OutcomeUnknown, Unanswered
 from protocol.fields import Value
@@ -161,6 +162,21 @@ def test_the_bay_is_closed_below_the_light_threshold(lights: list[Value], result
     found = finding("light", series={"light_v": lights}, values={"light_threshold_v": 2.0})
     assert (found.result, found.limit.in_english()) == (result, "< 2.0 V")
     assert finding("light", series={"light_v": lights}).result is UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("faults", "disturbance", "why"),
+    [
+        ({}, None, "not asked"),
+        ({}, Disturbance.SILENT, Disturbance.SILENT.value),
+        ({"light_threshold_v": UserMessage("no reply")}, Disturbance.SLEPT, "no reply"),
+    ],
+)
+def test_what_is_not_known_says_why(
+    faults: Mapping[str, UserMessage], disturbance: Disturbance | None, why: str
+) -> None:
+    found = finding("light", series={"light_v": [1.0, 1.0]}, faults=faults, disturbance=disturbance)
+    assert found.shown.in_english() == why
 
 
 @pytest.mark.parametrize(("age_s", "result"), [(1.0, PASS), (1.01, FAIL), (None, UNKNOWN)])

@@ -103,6 +103,8 @@ def test_a_record_contains_everything_about_the_check() -> None:
     assert record["zone"] == "CST"
     assert (record["who"], record["module"], record["aircraft"]) == ("Li Wei", "M-07", "B-1234")
     assert record["program"] == {"name": "DPS-S Configurator", "version": version()}
+    read: Any = record["read"]
+    assert read["settings"]["attitude_trigger"] is True
     frames: Any = record["frames"]
     assert [0.0, "out", "42 61 23 01 00 24"] in frames
     assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in frames)
