@@ -355,17 +355,14 @@ class Worker:
             return
         pending, self._pending = self._pending, _Pending()
         self._published_at = now
-        link = self._session.link_view() if self._session is not None else None
+        link = None
         if self._session is not None:
-            self._identity = self._session.identity.identity
-        rate = self._session.line.baud_rate if self._session is not None else self._connection.baud_rate
-        connection = self._connection
-        if rate != connection.baud_rate:
-            connection = self._connection = connection._replace(baud_rate=rate)
+            link, self._identity = self._session.link_view(), self._session.identity.identity
+            self._connection = self._connection._replace(baud_rate=self._session.line.baud_rate)
         self._callback(
             Batch(
                 now,
-                connection,
+                self._connection,
                 self._device.view(now),
                 link,
                 tuple(pending.samples),
