@@ -132,6 +132,7 @@ def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
     made.feed(opened(), 1.0)
     assert made.is_due(1.0)
     assert made.poll([OTHER, MINE], 1.0) is None
+    assert not made.is_mistaken
     assert not made.is_due(2.0)
     made.feed(closed(), 3.0)
     assert made.absence is Absence.AWAY
@@ -326,3 +327,8 @@ def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch:
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: 1 / 0)
     with pytest.raises(UserError):
         list_ports()
+    is_over = threading.Event()
+    monkeypatch.setattr("serial.tools.list_ports.comports", is_over.wait)
+    with pytest.raises(UserError):  # rather than an empty list
+        list_ports(0.01)
+    is_over.set()
