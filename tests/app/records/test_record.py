@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from app import version
+from app.records.check_store import measured_in
 from app.records.labels import MAX_NAME_LENGTH, Label, label_body
 from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, seal
 from app.records.report_files import check_target, suggested_name, write_report
@@ -105,6 +106,7 @@ def test_a_record_contains_everything_about_the_check() -> None:
     assert record["program"] == {"name": "DPS-S Configurator", "version": version()}
     read: Any = record["read"]
     assert read["settings"]["attitude_trigger"] is True
+    assert measured_in(record).items() >= {"cell_voltage_v": 3.9, "boot_count": 37, "heartbeats_lost": 0}.items()
     frames: Any = record["frames"]
     assert [0.0, "out", "42 61 23 01 00 24"] in frames
     assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in frames)

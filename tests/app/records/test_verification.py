@@ -220,6 +220,7 @@ def test_an_older_unsigned_record_is_reported_as_unsigned() -> None:
     assert found.state is RecordState.NOT_SIGNED
     assert _words(found).startswith("NOT SIGNED")
     assert "Station: none" in _words(found)
+    assert [verdict_from({**_signed(), "version": version}).value for version in (1, 2)] == ["GO", "READY"]
 
 
 def test_a_simulated_module_is_reported() -> None:
