@@ -125,6 +125,8 @@ def test_every_report_is_a_sample_and_the_last_one_the_value(device: Device) -> 
 
 def test_two_streamed_reports_prove_the_serial_output_and_one_does_not(device: Device) -> None:
     device.apply(heard(status(), Role.STREAMED, NOW))
+    device.apply(Restarted(is_certain=True, at=NOW))  # what came before is no second one
+    device.apply(heard(status(), Role.STREAMED, NOW))
     assert not view(device).is_streaming
     assert SERIAL_OUTPUT.key not in view(device).values
     device.apply(heard(status(), Role.STREAMED, NOW + 0.5))
