@@ -153,6 +153,8 @@ class Session:
         while self._link.is_idle and 0 < len(data) < _FRAME and (rest := self.line.read(BATCH_FRAME_S, 0.0)):
             data += rest
         began, now = now, self.clock()
+        if not data and now - began > wait_s:
+            data = self.line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
         if data:
             self._is_fast = len(data) * self.batch_s > _FRAME * (now - self._received_at)
             self._received_at = now

@@ -23,6 +23,7 @@ from app.engine.procedure import (
     Report,
     Slept,
     UseRate,
+    is_alive,
 )
 from app.engine.session import BATCH_S, Run
 from app.engine.transport import PortError, PortTrouble
@@ -31,7 +32,7 @@ from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, SERIAL_OUTPUT
-from protocol.events import Received, Role, WentOffline
+from protocol.events import FellSilent, Received, Role, Unanswered, WentOffline
 from protocol.frame import Direction, Frame
 from tests.support.line.sim_line import end_watch, settled_rig, watched
 
@@ -96,6 +97,23 @@ def test_the_rest_of_a_frame_is_waited_for_only_briefly() -> None:
     rig.session.step(0.25)
     assert len(waited_s) == 2, "once for the beginning and once for the rest"
     assert waited_s[1] <= 0.002
+
+
+def test_an_answer_that_came_while_the_computer_was_busy_is_in_time() -> None:
+    """The driver has nothing yet, and this thread gets its turn again only a second later than it wanted."""
+    rig = settled_rig()
+    read, waits_s = rig.line.read, [1.5]
+
+    def late(longest_s: float, gather_s: float) -> bytes:
+        if not waits_s:
+            return read(longest_s, gather_s)
+        rig.clock.now_s += waits_s.pop()
+        return b""
+
+    rig.session.take_events()
+    rig.line.read = late  # type: ignore[method-assign]
+    assert rig.run(is_alive())
+    assert not [event for event in rig.session.take_events() if isinstance(event, FellSilent | Unanswered)]
 
 
 def test_a_sleep_of_the_computer_is_told_as_a_lost_link(monkeypatch: pytest.MonkeyPatch) -> None:
