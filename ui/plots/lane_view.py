@@ -4,14 +4,13 @@ Times are drawn relative to the end of the span, so that the range of the view, 
 the curve moves below them.
 """
 
-from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
-from PySide6.QtGui import QPainter, QPainterPath, QPen, QTransform
+from PySide6.QtGui import QPainter, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsScene, QStyleOptionGraphicsItem, QWidget
 
 from app.samples.ring_buffers import Envelope
@@ -36,12 +35,12 @@ _STALE_DASHES: Final = [1, 4]
 
 
 class Points(NamedTuple):
-    """A curve: `connect` says which points are joined to the next, "all" without gaps, or that they are "pairs"."""
+    """A curve: `connect` says which points are joined to the next, "all" without gaps."""
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     connect: NDArray[np.bool_] | str
-    gaps: Sequence[Span] = ()
+    gaps: list[Span]
 
 
 def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
@@ -57,26 +56,24 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
     return Points(x, y, connect, gaps)
 
 
-class Curve(QGraphicsItem):
+class Curve(pg.PlotCurveItem):  # type: ignore[misc]
     """Lines somewhere in `bounds`, which is the view: to look for their own takes long."""
 
-    line_px, bounds, pen, _path = 1, QRectF(), QPen(), QPainterPath()
-    """`line_px`: lines of one pixel side by side, which are far cheaper than a wider pen."""
-    points = Points(np.empty(0), np.empty(0), "all")
+    line_px = 1
+    """Lines of one pixel side by side, which are far cheaper than a wider pen."""
 
-    def show_points(self, shown: Points) -> None:
-        self.points = shown
-        self._path = pg.arrayToQPath(shown.x, shown.y, shown.connect, finiteCheck=False)
-        self.update()
+    def __init__(self) -> None:
+        self.bounds = QRectF()
+        super().__init__(antialias=False, skipFiniteCheck=True)
 
     def boundingRect(self) -> QRectF:
         return self.bounds
 
     def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
-        ratio, path = painter.device().devicePixelRatioF(), self._path
+        ratio, path = painter.device().devicePixelRatioF(), self.getPath()
         if path.isEmpty():  # in a drawing it would be a path that no reader accepts
             return
-        painter.setPen(self.pen)
+        painter.setPen(self.opts["pen"])
         painter.drawPath(path)
         # To the right, then down: diagonally, lines that rise would have gaps and lines that fall would stay thin.
         for x, y in ((1, 0), (0, 1)) * (min(_MAX_PX, round(self.line_px * ratio)) - 1):
@@ -113,10 +110,11 @@ class LimitLine(Curve):
         return current().muted if self.is_stale else current().tint(self.limit.meaning).ink
 
     def apply_theme(self, ratio: float) -> None:
-        self.pen = pen(self.ink(), current().line_px * ratio, is_dashed=True)
+        line = pen(self.ink(), current().line_px * ratio, is_dashed=True)
         if self.is_stale or self.limit.is_draft:
-            self.pen.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
-        self.pen.setCosmetic(True)
+            line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
+        line.setCosmetic(True)
+        self.setPen(line)
 
     def draw(self, span: Span, pixel_s: float) -> None:
         """Steps through the values of a time span."""
@@ -141,7 +139,7 @@ class LimitLine(Curve):
             self.segments = segments
             self.setVisible(bool(segments))  # it takes time even with nothing in it
             x = [time_s for part in segments for time_s in (part.start_s, part.end_s)]
-            self.show_points(Points(np.array(x), np.repeat([part.value for part in segments], 2), "pairs"))
+            self.setData(np.array(x), np.repeat([part.value for part in segments], 2).astype(float), connect="pairs")
 
 
 class LaneView:
@@ -176,9 +174,9 @@ class LaneView:
         theme = current()
         self.values.apply_theme(None)
         # Black hairlines would hide the curve.
-        self.grid.pen = pg.mkPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
+        self.grid.setPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
         self.ink = ink
-        self.curve.pen = pg.mkPen(ink)
+        self.curve.setPen(ink)
         self.curve.line_px = theme.line_px + 1
         for line in self.limits:
             line.apply_theme(ratio)
@@ -211,8 +209,9 @@ class LaneView:
         """Draws curve and limits of a time span, grows the scale where it must, and lines at these times."""
         lane, self._span = self.lane, span
         envelope = lane.series.decimated(*span, min(_MAX_BUCKETS, max(50, int(self.box.width()))))
-        self.curve.show_points(points(envelope, origin_s=span.end_s, gap_s=lane.gap_s))
-        self.gaps, newest = list(self.curve.points.gaps), lane.series.last
+        curve = points(envelope, origin_s=span.end_s, gap_s=lane.gap_s)
+        self.curve.setData(curve.x, curve.y, connect=curve.connect)
+        self.gaps, newest = curve.gaps, lane.series.last
         if newest is not None and newest.time_s < span.end_s - lane.gap_s:
             self.gaps.append(Span(newest.time_s, span.end_s))
         for line in self.limits:
@@ -243,7 +242,7 @@ class LaneView:
         lines = [place for value in values for place in ((-length_s, value), (0.0, value))]
         lines += [(time_s, end) for time_s in times for end in (low, high)]
         x, y = np.array(lines, np.float64).reshape(-1, 2).T
-        self.grid.show_points(Points(x, y, "pairs"))
+        self.grid.setData(x, y, connect="pairs")
 
     def x(self, time_s: float) -> float:
         """The place of a time in the scene."""

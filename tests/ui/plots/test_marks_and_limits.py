@@ -125,13 +125,13 @@ def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
     bench.plot.draw(NOW_S)
     firm = bench.lane.limits[0]
     assert [(part.value, part.is_current) for part in firm.segments] == [(60, False), (75, True)]
-    x, y = firm.points[:2]
+    x, y = firm.getData()
     assert x.tolist() == pytest.approx([-60, -30, -30, 0], abs=0.2)
     assert y.tolist() == [60, 60, 75, 75]
     assert {"60", "75° fires"} <= set(bench.words)
     bench.fire.put(NOW_S - 1, None)
     bench.plot.draw(NOW_S + 60)
-    assert firm.points.x.tolist() == []
+    assert firm.getData()[0].tolist() == []
     assert "75° fires" not in bench.words
 
 
@@ -153,9 +153,9 @@ def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> N
     label = next(shown for shown in bench.written if shown.what == "60° fires")
     assert label.ink == LIGHT.muted
     firm, stale = bench.lane.limits
-    assert firm.points.x.tolist() == pytest.approx([-60, -30], abs=0.2)
-    assert stale.points.x.tolist() == pytest.approx([-30, 0], abs=0.2)
-    assert stale.pen.color().name().upper() == LIGHT.muted.upper()
+    assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
+    assert stale.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
+    assert stale.opts["pen"].color().name().upper() == LIGHT.muted.upper()
 
 
 def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:

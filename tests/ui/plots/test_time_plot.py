@@ -145,8 +145,8 @@ def test_a_gap_and_a_silent_end_are_marked(bench: Bench) -> None:
     assert gaps[0].start_s == pytest.approx(NOW_S, abs=0.1)
     assert gaps[0].end_s == NOW_S + 20
     assert gaps[1].start_s == NOW_S + 20.5
-    connect = bench.lane.curve.points.connect
-    x = bench.lane.curve.points.x
+    connect = bench.lane.curve.opts["connect"]
+    x, _ = bench.lane.curve.getData()
     assert [tuple(x[n : n + 2]) for n in np.flatnonzero(~np.asarray(connect))] == [pytest.approx((-30, -10), abs=0.2)]
     assert "no data" in bench.words
 
@@ -157,7 +157,7 @@ def test_curves_are_wider_than_a_hairline_in_the_colours_of_the_theme(
 ) -> None:
     style_all(qapp, theme)  # type: ignore[arg-type]
     for lane, colour in zip(bench.view.lanes, theme.curves, strict=False):  # type: ignore[attr-defined]
-        assert lane.curve.pen.color().name().upper() == colour.upper()
+        assert lane.curve.opts["pen"].color().name().upper() == colour.upper()
         assert lane.curve.line_px >= 2
     image = bench.plot.canvas.grab().toImage()
     assert image.pixelColor(2, 2).name().upper() == theme.surface.upper()  # type: ignore[attr-defined]
@@ -189,7 +189,7 @@ def test_it_scrolls_by_whole_pixels(bench: Bench) -> None:
 
     def newest_x(pixels: float) -> float:
         bench.plot.draw(aligned_s + pixels * pixel_s)
-        return float(bench.lane.curve.points.x[-1])
+        return float(bench.lane.curve.getData()[0][-1])
 
     first = newest_x(0.2)
     bench.plot.add_marks([])
@@ -206,7 +206,7 @@ def test_following_leaves_range_ticks_and_steady_limits_alone(bench: Bench, monk
         for axis in (bench.view.times, lane.values):
             monkeypatch.setattr(axis, "generateDrawSpecs", calls)
         for item in (lane.grid, *lane.limits):
-            monkeypatch.setattr(item, "show_points", calls)
+            monkeypatch.setattr(item, "setData", calls)
     for second in range(10):
         bench.tilt.append(NOW_S + second, 12)
         bench.plot.draw(NOW_S + second)
@@ -214,12 +214,12 @@ def test_following_leaves_range_ticks_and_steady_limits_alone(bench: Bench, monk
 
 
 def test_hidden_plots_draw_nothing(bench: Bench, qtbot: QtBot) -> None:
-    before = bench.lane.curve.points.x.tolist()
+    before = bench.lane.curve.getData()[0].tolist()
     bench.plot.hide()
     bench.plot.draw(NOW_S + 20)
-    assert bench.lane.curve.points.x.tolist() == before
+    assert bench.lane.curve.getData()[0].tolist() == before
     bench.plot.show()
-    assert bench.lane.curve.points.x.tolist() != before
+    assert bench.lane.curve.getData()[0].tolist() != before
 
 
 def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
@@ -243,7 +243,7 @@ def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
 def test_an_empty_plot_draws(qapp: QApplication, qtbot: QtBot) -> None:
     empty = Bench(qtbot, seconds=0)
     assert empty.plot.time_range.is_live
-    assert len(empty.lane.curve.points.x) == 0
+    assert len(empty.lane.curve.getData()[0]) == 0
     empty.plot.time_range.point(0.5)
     assert empty.plot.reading.endswith("Tilt no data, Acceleration no data")
 

@@ -234,8 +234,8 @@ def test_drafts_are_lines_in_the_plots(live: Bench) -> None:
     retype(live, ATTITUDE, "75")
     assert lines.attitude.value == 75
     (line,) = (line for line in live.page.plot.canvas.lanes[0].limits if line.limit.is_draft)
-    assert line.points.x.tolist() == [-60, 0]  # all over
-    assert line.points.y.tolist() == [75, 75]
+    assert line.getData()[0].tolist() == [-60, 0]  # all over
+    assert line.getData()[1].tolist() == [75, 75]
     retype(live, ATTITUDE, "60")  # what the module has
     assert lines.attitude.value is None
     retype(live, ATTITUDE, "75")
