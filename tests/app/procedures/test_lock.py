@@ -252,6 +252,16 @@ def test_a_port_lost_before_it_left_is_said() -> None:
     assert not journal.intents
 
 
+def test_a_lock_that_left_is_logged_also_where_the_port_is_lost_before_any_answer() -> None:
+    rig, journal = settled_rig(active=True, mute=True), FakeJournal()
+    run = press(rig, journal=journal)
+    rig.session.step(0.01)
+    rig.session.close(why=PortLost())
+    assert run.result is not None
+    assert (run.result.outcome, run.result.sent) == (Outcome.UNKNOWN, 1)
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
+
+
 def test_every_outcome_has_its_sentence() -> None:
     assert set(SENTENCES) == set(Outcome)
     for outcome in Outcome:
