@@ -54,7 +54,6 @@ NOT_JUDGED: Final[dict[str, str]] = {
     "tests/app/settings/test_profile_file.py::test_a_profile_named_after_its_file_can_be_saved_again": (
         "its path is longer than the 260 characters of Windows"
     ),
-    "tests/scenarios/test_hostile_input.py::test_the_target_of_a_link_is_replaced_and_the_link_kept": _LINKS,
     "tests/scenarios/test_hostile_input.py::"
     "test_circular_links_and_links_of_other_users_in_shared_folders_are_refused": _LINKS,
     "tests/windows/test_com_port.py::test_the_port_is_listed": "Wine keeps no list of ports as devices",
