@@ -14,14 +14,12 @@ from app.engine.procedure import (
     Ask,
     Await,
     Cancelled,
-    Inspect,
     Listen,
     LockRepeat,
     Pause,
     PortLost,
     Procedure,
     Report,
-    Slept,
     UseRate,
     is_alive,
 )
@@ -31,7 +29,7 @@ from app.procedures.find import find_rate
 from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, SERIAL_OUTPUT
+from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK
 from protocol.events import FellSilent, Received, Role, Unanswered, WentOffline
 from protocol.frame import Direction, Frame
 from tests.support.line.sim_line import end_watch, settled_rig, watched
@@ -136,22 +134,6 @@ def test_the_background_goes_on_after_a_sleep_and_does_not_repeat_what_it_set(mo
     rig.step_for(5)
     assert len(rig.line.requests) > before + 10
     assert rig.line.requests.count(stream_on) == 1
-
-
-def test_what_was_decided_before_a_sleep_is_not_sent_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    rig, naps_s = settled_rig(), list[float]()
-    monkeypatch.setattr(rig.session, "_asleep_s", lambda: naps_s.pop() if naps_s else 0.0)
-
-    def decide() -> Procedure[None]:
-        yield Inspect()
-        naps_s.append(60.0)
-        yield Ask(SERIAL_OUTPUT.set(True))
-
-    run = Run(decide())
-    rig.session.run(run)
-    rig.step_for(1.0)
-    assert isinstance(run.error, Slept)
-    assert SERIAL_OUTPUT.set(True) not in rig.line.requests
 
 
 def test_a_cancelled_procedure_ends_at_once() -> None:

@@ -62,7 +62,8 @@ REFRESH_EVERY_MS: Final = 250
 SIDE_FROM_PX: Final = 872
 """Narrower than this, the pane lies below the table."""
 _WIDE_FROM_PX: Final = 816
-"""In a table of this width the names and the values have more room."""
+"""In a table of this width the names and the values have more room, and, at the size of text in use, reasons lie beside
+their states."""
 _REST_PX: Final = 120
 """Of a row: a reason, the gaps and the margins."""
 _GAPS_PX: Final = 71
