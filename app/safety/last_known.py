@@ -51,20 +51,16 @@ class SeenActivation(NamedTuple):
 
 
 class LastKnown:
-    """The state of one module, named by `whose`; reset for another module."""
+    """The state of one module; `clear` for another one."""
 
     def __init__(self) -> None:
-        self._adapter_key = ""
         self._active: Known | None = None
         """The last report, or an acknowledged activation."""
         self._shut_down: tuple[float, float] | None = None
         """When, by the session's clock and by `time.time()`."""
 
-    def feed(self, device: DeviceView, whose: str) -> None:
+    def feed(self, device: DeviceView) -> None:
         """To be called with every view of the device."""
-        if whose != self._adapter_key:
-            self.clear()
-            self._adapter_key = whose
         known = device.values.get("active")
         if known is not None:
             self._active = known

@@ -166,7 +166,8 @@ class PortConnection(QObject):
     def connect_to(self, target: Target) -> None:
         """Open `target`; an open port is closed first."""
         self._is_left_on_emitted = self._is_listing = False
-        is_adapter_same, self.adapter_key = target.key == self.adapter_key, target.key
+        is_adapter_same = self.target is not None and target.key == self.target.key
+        self.adapter_key = target.key
         self._return.request(Address(target.device, target.identity))
         self.target = target
         self._forget(Connection(PortState.OPENING, target.device, target.baud_rate), is_adapter_same=is_adapter_same)
@@ -293,7 +294,7 @@ class PortConnection(QObject):
         if is_news:
             _log.info("Port: %s", batch.connection)
         self.last = batch
-        self._last_known.feed(self.device, self.adapter_key)
+        self._last_known.feed(self.device)
         self.kept.statistics.on_batch(batch)
         self.kept.watch.note_writes(batch.events)
         self._end_jobs(batch)

@@ -41,6 +41,8 @@ class PortLock(QObject):
         self._job: Job[Locked] | None = None
         self._then: list[Callable[[], object]] = []
         self._adapter_key = port.adapter_key
+        self._pressed_at: str | None = None
+        """Key of the adapter or port that it was pressed for."""
         self._ended_at = 0.0
         self._shown_count = 0
         self._was_settled = True
@@ -86,8 +88,8 @@ class PortLock(QObject):
             return
         if then is not None:
             self._then.append(then)
-        self.failed = self.confirmed = self._reported = None
-        self._adapter_key, self._shown_count, self._was_lost = self._port.adapter_key, 0, False
+        self._begin()
+        self._was_lost = False
         self._was_settled = self._port.identity.is_settled
         self._send(LockRepeat())
         self.notified.emit(waiting_sentence(1))
@@ -98,9 +100,8 @@ class PortLock(QObject):
         if self.is_possible:
             self.press()
             return
-        self.failed = self.confirmed = self._reported = None
-        self._adapter_key, self._shown_count, self._job = self._port.adapter_key, 0, None
-        self._repeat, self._was_lost = LockRepeat(), True
+        self._begin()
+        self._job, self._repeat, self._was_lost = None, LockRepeat(), True
         self._watch()
 
     def end(self) -> None:
@@ -135,6 +136,14 @@ class PortLock(QObject):
         return Notice(Meaning.DANGER, self.failed.sentence, more)
 
     # What happens
+
+    @property
+    def _port_key(self) -> str | None:
+        return None if self._port.target is None else self._port.target.key
+
+    def _begin(self) -> None:
+        self.failed = self.confirmed = self._reported = None
+        self._adapter_key, self._pressed_at, self._shown_count = self._port.adapter_key, self._port_key, 0
 
     def _send(self, repeat: LockRepeat) -> None:
         self._repeat = repeat
@@ -230,9 +239,9 @@ class PortLock(QObject):
         if self._adapter_key != self._port.adapter_key:
             self._adapter_key = self._port.adapter_key
             self.failed = self.confirmed = self._reported = None
-            if self._job is None:
-                self._repeat = None
-                self._then.clear()
+            self._then.clear()
+            if self._job is None or self._pressed_at != self._port_key:
+                self._repeat = self._job = None
         self._was_lost |= self._port.is_requested and not self._port.is_open
         self._identify()
         repeat = self._repeat

@@ -44,7 +44,7 @@ def view(value: bool | None, **how: Any) -> DeviceView:
 @pytest.mark.parametrize("stale_reason", list(StaleReason))
 def test_a_lost_active_is_said_as_was_active(stale_reason: StaleReason) -> None:
     last = LastKnown()
-    last.feed(view(True), "a")
+    last.feed(view(True))
     assert last.activation(view(True), NOW).state is Activation.ACTIVE
     seen = last.activation(view(True, stale_reason=stale_reason), NOW + 30)
     assert (seen.state, seen.at, seen.may_fire) == (Activation.WAS_ACTIVE, NOW, True)
@@ -52,21 +52,21 @@ def test_a_lost_active_is_said_as_was_active(stale_reason: StaleReason) -> None:
 
 def test_the_port_came_back_and_nothing_is_answered_yet() -> None:
     last = LastKnown()
-    last.feed(view(True), "a")
-    last.feed(view(None), "a")
+    last.feed(view(True))
+    last.feed(view(None))
     assert last.activation(view(None), NOW + 30).state is Activation.WAS_ACTIVE
-    last.feed(view(None), "b")  # another adapter
+    last.clear()  # another adapter
     assert last.activation(view(None), NOW + 30).state is Activation.UNKNOWN
 
 
 def test_only_a_report_ends_it() -> None:
     last = LastKnown()
-    last.feed(view(True), "a")
+    last.feed(view(True))
     acknowledged = view(True, stale_reason=StaleReason.WRITE_UNCONFIRMED)  # LOCK
-    last.feed(acknowledged, "a")
+    last.feed(acknowledged)
     assert last.activation(acknowledged, NOW + 5).state is Activation.WAS_ACTIVE
     reported = view(False)
-    last.feed(reported, "a")
+    last.feed(reported)
     assert last.activation(reported, NOW).state is Activation.LOCKED
     assert last.activation(view(False, stale_reason=StaleReason.LINK_LOST), NOW + 5).state is Activation.WAS_LOCKED
     assert last.activation(view(None), NOW + 5).state is Activation.UNKNOWN
@@ -75,7 +75,7 @@ def test_only_a_report_ends_it() -> None:
 def test_an_activation_that_nobody_answered_is_not_called_locked() -> None:
     last = LastKnown()
     unanswered = view(False, stale_reason=StaleReason.WRITE_UNCONFIRMED)
-    last.feed(unanswered, "a")
+    last.feed(unanswered)
     assert last.activation(unanswered, NOW).state is Activation.UNKNOWN
 
 
@@ -90,7 +90,7 @@ def chip(qtbot: QtBot, qapp: QApplication) -> Iterator[StateChip]:
 
 def test_the_chip_of_a_lost_active_is_amber_and_hatched(chip: StateChip) -> None:
     last = LastKnown()
-    last.feed(view(True), "a")
+    last.feed(view(True))
     show_activation(chip, last.activation(view(None), NOW + 12), NOW + 12)
     chip.resize(chip.sizeHint())
     with watching() as drawn:
@@ -113,11 +113,11 @@ def offline(last: LastKnown, device: DeviceView, silence: Silence | None = None)
 
 def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     last, silent = LastKnown(), DeviceView(view(False).values, Presence.OFFLINE, NOW + 2)
-    last.feed(silent, "a")
+    last.feed(silent)
     assert offline(last, silent).phase is Phase.OFFLINE
     last.note_shutdown(NOW + 2, 1_700_000_000.0)
-    last.feed(DeviceView({"active": Known(False, How.READ, NOW + 2)}, Presence.OFFLINE, NOW + 2), "a")  # its answer
-    last.feed(silent, "a")
+    last.feed(DeviceView({"active": Known(False, How.READ, NOW + 2)}, Presence.OFFLINE, NOW + 2))  # its answer
+    last.feed(silent)
     state = offline(last, silent)
     said = link_text(state, NOW + 60)
     notice = link_notice(state, NOW + 60, {})
@@ -128,7 +128,7 @@ def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     assert "answers" not in notice.text
     assert not notice.choices
     back = DeviceView({"active": Known(False, How.READ, NOW + 90)}, Presence.ONLINE, NOW + 90)
-    last.feed(back, "a")
+    last.feed(back)
     assert offline(last, back).phase is Phase.ONLINE
     gone = DeviceView(back.values, Presence.OFFLINE, NOW + 99)
     assert offline(last, gone).phase is Phase.OFFLINE  # this silence was not ordered
@@ -142,11 +142,11 @@ def test_a_module_that_answers_after_all_is_never_called_switched_off() -> None:
 
 def test_the_shut_down_of_one_module_is_not_that_of_another() -> None:
     last, nothing = LastKnown(), DeviceView()
-    last.feed(nothing, "a")
+    last.feed(nothing)
     last.note_shutdown(NOW, 1_700_000_000.0)
     assert offline(last, nothing, Silence.GARBAGE).phase is Phase.SILENT  # somebody speaks, at another rate
     assert offline(last, nothing).phase is Phase.SWITCHED_OFF
-    last.feed(nothing, "b")
+    last.clear()
     assert offline(last, nothing).phase is Phase.ASKING
 
 

@@ -269,9 +269,14 @@ def test_a_job_that_outlives_the_change_is_cancelled_and_reports_to_nobody(
     assert ended == []
 
 
-def test_an_unconfirmed_activation_outlives_a_new_connection_of_the_same_port(qtbot: QtBot, ports: FakePorts) -> None:
+@pytest.mark.parametrize("is_said_new", [False, True])
+def test_an_unconfirmed_activation_outlives_a_new_connection_of_the_same_port(
+    qtbot: QtBot, ports: FakePorts, is_said_new: bool
+) -> None:
     """What may fire is not forgotten because somebody pressed "Connect again"."""
     connector = open_first(qtbot, ports)
+    if is_said_new:
+        by_a_persons_word(ports)
     ports.workers[0].say(active=True)
     qtbot.waitUntil(lambda: connector.current.activation.state is Activation.ACTIVE)
     to_the_same_port(ports)

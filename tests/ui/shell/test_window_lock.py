@@ -228,3 +228,23 @@ def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
     count = len(times)
     one.wait(0.4)
     assert len(times) == count
+
+
+@pytest.mark.parametrize("is_unplugged", [False, True])
+def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: bool) -> None:
+    connector = one.assembly.connector
+    lock = connector.current.lock
+    with simulated("other") as other:
+        other.module.activate(is_active=True)
+        one.bench.change(mute=True)
+        press(one.qtbot, one.assembly.window.top_bar.lock)
+        one.until(lambda: bool(lock.sent))
+        if is_unplugged:
+            one.bench.unplug()
+            one.until(lambda: not connector.current.is_open)
+        one.url = "sim://other"
+        one.connect()
+        one.until(lambda: connector.current.device.presence.name == "ONLINE")
+        one.wait(1.0)
+        assert other.state().is_active
+        assert not lock.is_repeating
