@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
-from datetime import UTC, datetime
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -25,21 +24,21 @@ _NO_MODULE = ("sim:", "loop:")
 def notify_left_active(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[None]:
     """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`."""
     ports = [port for port in ports if not port.startswith(_NO_MODULE)]
-    began_at = datetime.now(UTC).isoformat(timespec="milliseconds")
     if ports and not is_locking:
         _say(ports, module)
     try:
         yield
     finally:
-        if ports and is_locking and _say(ports, module, before=began_at):
+        if ports and is_locking and _say(ports, module, is_behind=True):
             note(tr("If it is this module, add {option}.", option="--same-module"))
 
 
-def _say(ports: Sequence[str], module: str, before: str = "") -> bool:
-    """What was left; with `before`, an ISO time in UTC, only what was left before. Whether there is any."""
+def _say(ports: Sequence[str], module: str, *, is_behind: bool = False) -> bool:
+    """What was left; `is_behind` what this run did, which says its own. Whether there is any."""
     if not data_folder().exists():  # nothing of the store is loaded where there is none
         return False
     from app.store.database import StoreTrouble
+    from app.store.store_journal import RUN
     from app.terminal.command_journal import existing_store
 
     store = existing_store()
@@ -51,7 +50,7 @@ def _say(ports: Sequence[str], module: str, before: str = "") -> bool:
     except StoreTrouble as error:
         notify(error.sentence)
         return False
-    earlier = [left for left in entries if not before or left.at < before]  # a run says its own
+    earlier = [left for left in entries if not (is_behind and left.known_as.run == RUN)]
     for left in earlier:
         notify(left.sentence)
     return bool(earlier)

@@ -2,20 +2,22 @@
 
 from collections.abc import Iterator
 from contextlib import closing
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
+from app.engine.ports import PortInfo
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import TcpEndpoint
-from app.store.database import FILE_NAME
+from app.store.database import FILE_NAME, utc_now
 from app.store.left_active import left_active
 from app.store.store import open_store
 from app.system.folders import data_folder
-from tests.app.simulator.test_simulator_servers import serving
+from tests.app.simulator.test_simulator_servers import posix_only, pty, serving
 from tests.support.cli_line import run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -29,9 +31,11 @@ def line() -> Iterator[str]:
         yield address
 
 
-def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED) -> None:
-    """As another process logged it."""
-    with closing(open_store()) as store:
+def leave(
+    port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED, clock_h: float = 0
+) -> None:
+    """As another process logged it, whose clock was `clock_h` hours ahead."""
+    with closing(open_store(clock=lambda: utc_now() + timedelta(hours=clock_h))) as store:
         detail = {"module": module, "run": f"before {module}"}
         entry = store.begin(act, REQUESTS[act].encode(), detail, port=port, origin="command line")
         store.settle(entry, outcome, {})
@@ -87,6 +91,27 @@ def test_it_is_that_of_the_module_in_question(
     assert (" was left ACTIVE on " in run_here(capsys, [*words.split(), "--port", line]).err) is is_said
 
 
+@posix_only
+def test_what_was_activated_is_left_at_its_adapter_whatever_port_it_has(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with (
+        serving(SimulatedBench(), pty()) as port,
+        serving(SimulatedBench(), pty()) as other_port,
+    ):
+
+        def plug(*devices: str) -> None:
+            ports = [PortInfo(device, serial_number=f"A{at}", vid=1, pid=2) for at, device in enumerate(devices)]
+            monkeypatch.setattr("app.engine.ports.list_ports", lambda: ports)
+
+        plug(port, other_port)
+        run_here(capsys, ["activate", "--yes", "--port", port])
+        plug(other_port, port)
+        for device, is_said in ((port, False), (other_port, True)):
+            said = run_here(capsys, ["read", "--port", device]).err
+            assert (f"The module at {port} was left ACTIVE on " in said) is is_said
+
+
 def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     leave(line)
     (data_folder() / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
@@ -96,6 +121,7 @@ def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, capsys: p
     assert len(printed.err.splitlines()) == 1
 
 
+@pytest.mark.parametrize("clock_h", [0, 1])
 @pytest.mark.parametrize(
     ("words", "still", "said"),
     [
@@ -108,10 +134,10 @@ def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, capsys: p
     ],
 )
 def test_a_confirmed_lock_ends_it_for_the_module_that_a_person_names(
-    words: str, still: list[str], said: int, line: str, capsys: pytest.CaptureFixture[str]
+    words: str, still: list[str], said: int, clock_h: float, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name in ("", "M-07"):
-        leave(line, name)
+        leave(line, name, clock_h=clock_h)
     printed = run_here(capsys, [*words.split(), "--port", line])
     assert printed.out == "The module reports LOCKED.\n"
     assert left() == still
