@@ -7,6 +7,7 @@ Exit code 0; 3 if the link was lost, with what came until then; 4 if the file co
 
 import argparse
 import math
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -156,7 +157,7 @@ def write_files(session: RecordedSession, path: Path, *, appends: bool) -> bool:
         console.notify(tr("Nothing was recorded."))
     for number, recorded in enumerate(session.paths, start=1):
         entry = entry_of(recorded)
-        target = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
+        target = path if number == 1 else _free_beside(path)
         try:
             if path != STANDARD_OUTPUT:  # else it is written
                 is_whole &= export(entry, target, appends=appends and number == 1)
@@ -167,3 +168,8 @@ def write_files(session: RecordedSession, path: Path, *, appends: bool) -> bool:
         if entry.is_simulated:
             console.note(tr("Simulated module"))
     return is_whole
+
+
+def _free_beside(path: Path) -> Path:
+    paths = (path.with_name(f"{path.stem}-{number}{path.suffix}") for number in count(2))
+    return next(other for other in paths if not other.exists())

@@ -18,6 +18,7 @@ from app.engine.procedure import Ask, Cancelled, Inspect
 from app.engine.worker import Worker
 from app.procedures import stream
 from app.recordings.library import RecordingLibrary
+from app.recordings.recorder import Recorder
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 from tests.support.line.sim_line import engine_view
@@ -152,6 +153,24 @@ def test_a_file_is_never_replaced_unasked(port: str, tmp_path: Path, capsys: pyt
     assert path.read_text(encoding="utf-8") == "precious"
     assert record(port, path, "--force") == 0
     assert rows(path)
+
+
+@pytest.mark.parametrize("option", ["", "--force", "--append"])
+def test_where_the_clock_is_set_the_rest_goes_beside_and_replaces_nothing(
+    option: str, port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    offset_s, asked_s = time.time() - time.monotonic(), list[float]()
+
+    def set_back(_recorder: Recorder) -> float:
+        asked_s.append(time.monotonic())
+        return offset_s - 3600.0 * (asked_s[-1] - asked_s[0] > 0.4)
+
+    monkeypatch.setattr(Recorder, "_find_wall_offset_s", set_back)
+    (tmp_path / "a-2.csv").write_text("another flight", encoding="utf-8")
+    assert record(port, tmp_path / "a.csv", *filter(None, [option]), seconds="1.2") == 0
+    assert (tmp_path / "a-2.csv").read_text(encoding="utf-8") == "another flight"
+    assert len(RecordingLibrary().entries()) == 2
+    assert rows(tmp_path / "a-3.csv")
 
 
 def test_what_is_added_stands_behind_what_was_there(port: str, tmp_path: Path) -> None:
