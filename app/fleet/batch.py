@@ -34,6 +34,7 @@ from protocol.translatable import marked
 
 READY, SET_ASIDE, OPEN = marked("READY"), marked("SET ASIDE"), marked("open")
 PLUG_IN, UNPLUG = marked("PLUG IN: {module}"), marked("UNPLUG, NEXT")
+TAKEN = marked("{module} is the name of another module: left out.")
 _TRIGGERS = ("attitude_trigger", "freefall_trigger")
 
 
@@ -107,10 +108,12 @@ class Bench:
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins."""
-        names = [self._last] if self._are_all_new else [module.name for module in self._store.modules()]
+        is_first = self._are_all_new and not self._last
+        last = self._last or self._named_last()
+        names = [last] if self._are_all_new else [module.name for module in self._store.modules()]
         known = [(name, self._store.evidence(name)) for name in names if name]
         context = replace(context, accepted_risks=self._accepted)
-        find_known = partial(_resembling, known)
+        find_known = partial(_resembling, known, is_still_on=is_first)
         return provision(evidence, self.batch.changes, context, find_known, is_enabling=self._is_enabling)
 
     def keep(
@@ -127,9 +130,11 @@ class Bench:
         judged = assess(Case(evidence=evidence, profile=profile, past=Past(module=name), person=person))
         if why is None and judged.verdict is not Verdict.READY:
             why = joined(judged.titles_against)
-        person = replace(person, module=None if why else name)
         settings = evidence.settings(FINGERPRINT_KEYS)
         with store.database.transaction():
+            if why is None and store.module_named(name) is not None:
+                why = message(TAKEN, module=name)
+            person = replace(person, module=None if why else name)
             if evidence.began_at is not None:
                 filed = file_check(evidence, profile, person, log, store=store,
                                    program_version=version(), past=Past(module=person.module),
@@ -158,6 +163,11 @@ class Bench:
         taken = [name for name in names if self._store.module_named(name) is not None]
         return [name for name in names if name not in taken], taken
 
+    def _named_last(self) -> str:
+        """In a former run: it may still be plugged in."""
+        named = self._store.facts.select(FactKind.PROVISIONED, "AND module IS NOT NULL ORDER BY number DESC LIMIT 1")
+        return str(named[0].content["name"]) if named else ""
+
     def _kept(self) -> list[BatchRow]:
         facts = self._store.facts.select(FactKind.PROVISIONED, "AND link = ? ORDER BY number", (self.batch.key,))
         rows = []
@@ -170,9 +180,13 @@ class Bench:
         return rows
 
 
-def _resembling(known: Sequence[tuple[str, IdentityEvidence]], now: IdentityEvidence) -> str | None:
-    """The first module that nothing refutes; what is known too little of refutes itself."""
-    fits = (name for name, before in known if before.is_complete and same_module(before, now) is not Trust.REFUTED)
+def _resembling(
+    known: Sequence[tuple[str, IdentityEvidence]], now: IdentityEvidence, *, is_still_on: bool
+) -> str | None:
+    """The first module that nothing refutes; what is known too little of refutes itself. `is_still_on`: nor has it
+    started since."""
+    fits = (name for name, before in known if before.is_complete and same_module(before, now) is not Trust.REFUTED
+            and (not is_still_on or before.boot_count == now.boot_count))  # fmt: skip
     return next(fits, None)
 
 

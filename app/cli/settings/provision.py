@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from app.cli.settings.set import warn
-from app.fleet.batch import PLUG_IN, READY, SET_ASIDE, UNPLUG, BatchRow, Bench, ModuleBatch, batch_of
+from app.fleet.batch import PLUG_IN, READY, SET_ASIDE, TAKEN, UNPLUG, BatchRow, Bench, ModuleBatch, batch_of
 from app.fleet.batch_list import cells, check_batch_target, is_done, write_batch_labels, write_list
 from app.preflight.activation import await_while_asking
 from app.preflight.evidence import Evidence, FrameLog
@@ -89,17 +89,24 @@ class _Turns:
     def __init__(self, bench: Bench, store: Store, args: argparse.Namespace, interruption: Interruption) -> None:
         self._bench, self._store, self._args, self._interruption = bench, store, args, interruption
         self._last_sentence = ""
+        self._taken: set[str] = set()
 
     def run(self) -> None:
+        while name := self._next_name():
+            self._take(name)
+            self._interruption.check()
+
+    def _next_name(self) -> str:
+        """Another program may give some, too."""
         names, taken = self._bench.left()
         for name in taken:
-            console.notify(tr("{module} is the name of another module: left out.", module=name))
-        for name in names:
-            while not self._take(name):
-                self._interruption.check()
+            if name not in self._taken:
+                console.notify(tr(TAKEN, module=name))
+        self._taken |= set(taken)
+        return next(iter(names), "")
 
-    def _take(self, name: str) -> bool:
-        """Wait for a module, and for its end; whether it has the name now."""
+    def _take(self, name: str) -> None:
+        """Wait for a module, and for its end."""
         self._say(tr(PLUG_IN, module=name))
         log = FrameLog()
         with (
@@ -109,14 +116,14 @@ class _Turns:
         ):  # fmt: skip
             self._last_sentence = ""
             console.write_lines([tr("A module answers: leave it plugged in.")])
-            return self._provision(name, conversation, log)
+            self._provision(name, conversation, log)
+            return
         console.show_progress(link.sentence or "")
         for _ in range(_LOOKS):
             self._interruption.check()
             time.sleep(_POLL_EVERY_S)
-        return False
 
-    def _provision(self, name: str, conversation: Conversation, log: FrameLog) -> bool:
+    def _provision(self, name: str, conversation: Conversation, log: FrameLog) -> None:
         port, adapter = self._args.port, adapter_of(self._args.port)
         evidence = Evidence(port=port)
         journal = StoreJournal(
@@ -137,13 +144,12 @@ class _Turns:
             console.write_lines([coloured(f"{name}: {tr(READY)}", Colour.GOOD)])
         else:
             console.write_lines([coloured(f"{tr(SET_ASIDE)}: {why.translated()}", Colour.BAD)])
-        if why is None and name == self._bench.batch.names[-1]:
-            return True
+        if not self._next_name():
+            return
         self._say(tr(UNPLUG))
         with LinkTrouble():
             if done is not None:
                 conversation.run(await_gone(done.presence))
-        return why is None
 
     def _say(self, sentence: str) -> None:
         """Once, in large letters."""

@@ -46,13 +46,22 @@ def batch(monkeypatch: pytest.MonkeyPatch, port: str, tmp_path: Path, capsys: py
     """Runs a batch of M-001 and M-002, plugs in the next of `plugs` each time a person is told to; its lines."""
     write = console.write_lines
 
-    def run(*words: str, plugs: Iterable[Plug] = (), code: int = 0, profile: str = SETTINGS) -> list[str]:
+    def run(
+        *words: str,
+        plugs: Iterable[Plug] = (),
+        code: int = 0,
+        profile: str = SETTINGS,
+        at: str = "",
+        act: Callable[[], object] = bool,
+    ) -> list[str]:
         left, lines = iter(plugs), list[str]()
         (tmp_path / "p.toml").write_text(f"format = 1\nname = 'Survey'\n[settings]\n{profile}", encoding="utf-8")
 
         def hear(told: Iterable[str]) -> None:
             lines.extend(told := list(told))
             write(told)
+            if " ".join(lines).endswith(at):
+                act()
             if told == ["UNPLUG, NEXT"]:
                 next(left)(bench_of(port))
 
@@ -120,6 +129,31 @@ def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, p
     known = "SET ASIDE: It may be {}, which is known: boot count and settings fit."
     assert [line for line in lines if line.startswith("SET ASIDE:")] == [known.format("M-001"), known.format("M-002")]
     assert (_verdicts("M-002"), _verdicts("M-003")) == (["READY"], ["READY"])
+    # The last one is not unplugged; the next batch does not take it for one of its own.
+    stop = lambda bench: signal.raise_signal(signal.SIGINT)  # noqa: E731
+    lines = batch(*ALLOWED, "--all-new", "--names", "N-001", plugs=[stop], code=130)
+    assert [line for line in lines if line.startswith("SET ASIDE:")] == [known.format("M-003")]
+    bench_of(port).module.memory.boot_count += 1  # of another one with these settings
+    batch(*ALLOWED, "--all-new", "--names", "N-001")
+
+
+@pytest.mark.parametrize(
+    ("at", "plugs"),
+    [
+        ("UNPLUG, NEXT", [new(2)]),
+        ("PLUG IN: M-002 A module answers: leave it plugged in.", [new(2), new(3)]),
+    ],
+)
+def test_a_name_that_another_program_gives_meanwhile_is_not_given_twice(
+    batch: Batch, at: str, plugs: list[Plug]
+) -> None:
+    def give() -> None:
+        with closing(open_store()) as store:
+            store.register_module("M-002")
+
+    lines = batch(*ALLOWED, "--names", "M-001..M-003", plugs=plugs, at=at, act=give, code=1)
+    assert [line.split()[:2] for line in lines if line.startswith("M-002 ")] == [["M-002", "open"]]
+    assert (_verdicts("M-001"), _verdicts("M-002"), _verdicts("M-003")) == (["READY"], [], ["READY"])
 
 
 def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
