@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
                 _Turns(bench, store, args, interruption).run()
         except (KeyboardInterrupt, StoreTrouble) as error:
             trouble = error
-        rows = bench.rows()
+        rows = store.queue.submit(bench.rows).result()  # behind what is still being kept
         console.write_lines(["", *console.columns(list(map(cells, rows)))])
         is_written = _write_files(args, batch, rows)
     if isinstance(trouble, StoreTrouble):

@@ -5,16 +5,20 @@ import signal
 from collections.abc import Callable, Iterable
 from contextlib import closing
 from pathlib import Path
+from time import sleep
+from typing import Any
 
 import pytest
 
 from app.cli.commands import BY_NAME
+from app.fleet.batch import Bench
 from app.records.check_store import CheckStore
 from app.simulator.bench import SimulatedBench
 from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind, Facts
 from app.store.store import open_store
 from app.terminal import console
+from app.text.messages import UserMessage
 from protocol.frame import decode_request
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 
@@ -163,6 +167,21 @@ def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
     assert "PLUG IN: M-001" not in lines
     assert [line.split()[:2] for line in lines[-3:]] == [["M-001", "READY"], ["M-002", "READY"], ["SET", "ASIDE"]]
     assert batch(*ALLOWED)[2].startswith("M-002  READY")  # nothing is left, and nothing is waited for
+
+
+def test_what_is_being_kept_when_it_is_interrupted_is_in_the_list(
+    batch: Batch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keep = Bench.keep
+
+    def interrupted(*args: Any) -> UserMessage | None:
+        signal.raise_signal(signal.SIGINT)
+        sleep(0.5)  # a slow disk
+        return keep(*args)
+
+    monkeypatch.setattr(Bench, "keep", interrupted)
+    lines = batch(*ALLOWED, code=130)
+    assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
 
 
 @pytest.mark.parametrize("frame", [24, 34, 60])
