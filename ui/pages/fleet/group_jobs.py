@@ -15,7 +15,7 @@ from app.engine.worker import Batch, Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
 from app.fleet.verdicts import KeptCheck
-from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.procedures.write import Written
@@ -113,6 +113,8 @@ class GroupChecks(QObject):
         if connection.last is not None:
             self._listen(connection, connection.last)
         evidence = check.evidence
+        if connection.module.name != name:
+            evidence.disturbance = Disturbance.CHANGED  # it would be kept under the former name
         evidence.note_error(job.run.error)
         if evidence.began_at is None:
             self._finish(connection, name, None, CANCELLED if isinstance(job.run.error, Cancelled) else SILENT)

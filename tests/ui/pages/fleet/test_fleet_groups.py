@@ -10,7 +10,7 @@ from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, Procedure
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied
-from app.preflight.evidence import Evidence
+from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.run import run_preflight
 from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
@@ -113,6 +113,25 @@ def test_a_check_that_could_not_be_stored_says_why(desk: Desk, tmp_path: Path, m
     worker.end_jobs(Cancelled())
     desk.wait(lambda: not desk.page.checks.is_running)
     assert desk.page.checks.results[connection].trouble == full.message
+
+
+def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: list[tuple[bool, object]] = []
+    monkeypatch.setattr(
+        group_jobs, "file_in_background",
+        lambda _task, evidence, *_, is_stored, **__: kept.append((is_stored, evidence.disturbance)),
+    )  # fmt: skip
+    desk.plug_in(1)
+    ((connection, worker),) = desk.modules
+    desk.click(desk.page.check)
+    evidence = desk.page.checks._running[connection].evidence
+    evidence.began_at, evidence.ended_at = desk.ports.now_s, desk.ports.now_s
+    connection.module.choose("M-2")
+    worker.end_jobs()
+    desk.wait(lambda: bool(kept))
+    assert kept == [(False, Disturbance.CHANGED)]
 
 
 def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:
