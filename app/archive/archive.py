@@ -11,7 +11,6 @@ from app.archive.server_url import server_url
 from app.limits.service import Service
 from app.stations.known import Stations
 from app.stations.station import Station, encoded, own_station
-from app.store.database import Clock, utc_now
 from app.store.facts import FactKind
 from app.store.store import Store
 from app.text.messages import clean
@@ -126,6 +125,6 @@ class Archive:
         self.collect()
 
 
-def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
+def open_archive(store: Store) -> Archive:
     """Open the archive beside the store; creates the station key if it is missing. Raises `UserError`."""
-    return Archive(store, open_facts(store.facts, clock=clock), own_station(store.database.path.parent))
+    return Archive(store, open_facts(store.facts), own_station(store.database.path.parent))

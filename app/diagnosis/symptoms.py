@@ -148,8 +148,6 @@ class EvidenceCollector:
     def begin(self, port: str) -> None:
         """Discards all evidence: a new connection to `port`."""
         self._seen = PortEvidence(port=port, platform=sys.platform)
-        self._mark = self._base = Counters()
-        self._noise.clear()
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
@@ -157,7 +155,7 @@ class EvidenceCollector:
         if connection.state is PortState.OPENING:
             self._mark = self._base = Counters()
             self._noise.clear()
-        elif connection.baud_rate != self._seen.baud_rate and self._seen.is_open and batch.link is not None:
+        elif connection.baud_rate != self._seen.baud_rate and batch.link is not None:
             self._mark = self._base = batch.link.counters
             self._noise.clear()
         was_shut_down = self._seen.was_shut_down

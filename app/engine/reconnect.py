@@ -175,7 +175,7 @@ class Reconnection:
     def expected(self, lost: Identity) -> Expected | None:
         """The lost module; None if nothing was read of it to compare with."""
         is_same = self.is_adapter_same
-        if not lost.is_settled and lost.before is not None:
+        if lost.before is not None:
             return Expected(lost.before, is_same and lost.is_adapter_same, is_named=lost.is_named)
         if is_same and lost.now == IdentityEvidence() and not lost.is_named:
             return None

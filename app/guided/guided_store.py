@@ -21,7 +21,7 @@ def keep_test(
     return facts.add(FactKind.GUIDED_TEST, content, module=module)
 
 
-def last_tests(facts: Facts, module: str | None, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
+def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
     """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
     kept = facts.select(FactKind.GUIDED_TEST, "AND module = ? ORDER BY number", (module,))
     # What a newer version measured in another form counts as not tested.

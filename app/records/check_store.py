@@ -225,12 +225,11 @@ class CheckStore:
                             at=utc_time(str(record["at"])))  # fmt: skip
             return record
 
-    def checks(self, module: str | None = None, *, aircraft: str | None = None,
-               limit: int = _LISTED) -> tuple[CheckLine, ...]:  # fmt: skip
+    def checks(self, module: str | None = None, *, aircraft: str | None = None) -> tuple[CheckLine, ...]:
         """Newest first, of one module (None: modules without a name) or of one aircraft. Takes up to a millisecond for
         each: not for the window's thread."""
         where, value = (f"{_of_record('aircraft')} = ?", aircraft) if aircraft is not None else ("module IS ?", module)
-        facts = self._facts.select(FactKind.CHECK, f"AND {where} ORDER BY number DESC LIMIT ?", (value, limit),
+        facts = self._facts.select(FactKind.CHECK, f"AND {where} ORDER BY number DESC LIMIT ?", (value, _LISTED),
                                    payload="json_remove(payload, '$.record.frames')")  # fmt: skip
         lines = (check_line(record_of(fact.content), fact.at) for fact in facts)
         return tuple(line for line in lines if line.hash and line.verdict)

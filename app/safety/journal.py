@@ -74,10 +74,10 @@ class NoJournal:
         return
 
 
-def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
+def durable(entry: Entry) -> Procedure[bool]:
     """Wait until the intent is on disk; returns whether it took long. Raises `UserError`."""
     began: EngineView = yield Inspect()
-    is_written = yield Await(entry, limit_s)
+    is_written = yield Await(entry, DURABLE_LIMIT_S)
     if not is_written or entry.cancelled():
         raise UserError(marked("The disk is too slow."))
     entry.result()

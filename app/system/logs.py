@@ -97,7 +97,7 @@ class Log:
         self.recent.handle(logging.LogRecord(__name__, logging.WARNING, __file__, 0, text, (error,), None))
 
 
-def start_log(folder: Path | None = None, *, level: int = logging.INFO) -> Log:
+def start_log(folder: Path | None = None) -> Log:
     """Start logging into `folder` or the platform's log folder. Never raises."""
     formatter = logging.Formatter(_FORMAT, _DATE_FORMAT)
     log = Log(Recent())
@@ -114,7 +114,7 @@ def start_log(folder: Path | None = None, *, level: int = logging.INFO) -> Log:
     except OSError as error:
         log.trouble = error
     root = logging.getLogger()
-    root.setLevel(min(root.level or level, level))
+    root.setLevel(min(root.level or logging.INFO, logging.INFO))
     for handler_ in handlers:
         root.addHandler(handler_)
     log._handlers = handlers

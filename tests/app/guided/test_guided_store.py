@@ -68,7 +68,6 @@ def test_the_newest_result_of_each_test_counts(store: Store) -> None:
     add(store, GuidedKind.FREE_FALL, module="M-08")
     add(store, GuidedKind.LINK, module="")
     assert last(store) == {GuidedKind.TILT: FAILED, GuidedKind.BAY: UNCLEAR}
-    assert last_tests(store.facts, None, counts_simulated=True) == {}
 
 
 def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:

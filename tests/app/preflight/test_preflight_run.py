@@ -47,3 +47,10 @@ def test_the_last_status_counts_also_where_the_final_question_for_it_is_lost() -
     assert evidence.last is not None
     assert evidence.last.status is None
     assert evidence.status is evidence.trials[-1]
+
+
+def test_a_value_to_which_the_module_never_replies_is_named() -> None:
+    rig, evidence = Rig({"mute_codes": "33"}), Evidence(port="sim")
+    rig.run(run_preflight(evidence))
+    assert {key: why.in_english() for key, why in evidence.faults.items()} == {"charging": "no reply"}
+    assert "charging" not in evidence.series

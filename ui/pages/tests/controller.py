@@ -109,8 +109,6 @@ class GuidedController(QObject):
         match self.stage:
             case Stage.DONE:
                 return len(self.test.steps) if isinstance(self.outcome, GuidedResult) else 0
-            case Stage.CONFIRMING:
-                return 0
             case Stage.MEASURING:
                 return 0 if self.report is None else self.report.done
             case _:
@@ -262,7 +260,7 @@ class GuidedController(QObject):
             self._loading.cancel()
             self._on_last_tests({})
             return
-        work = partial(_last, store, name, counts_simulated=self._is_simulated)
+        work = partial(last_tests, store.facts, name, counts_simulated=self._is_simulated)
         self._loading.run_in(store.queue, work, self._on_last_tests, lambda _trouble: self._on_last_tests({}))
 
     def _on_last_tests(self, last: Mapping[GuidedKind, StoredTest]) -> None:
@@ -307,10 +305,6 @@ def _why(error: BaseException) -> UserError:
             return _broken_off(LOST)
         case _:
             return _broken_off(FAILED)
-
-
-def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
-    return last_tests(store.facts, name or None, counts_simulated=counts_simulated)
 
 
 def _store(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
