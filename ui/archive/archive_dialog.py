@@ -45,6 +45,7 @@ from ui.widgets.controls import control, named
 from ui.widgets.document_window import bring_to_front
 from ui.widgets.labels import EmptyState, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
+from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ROW_PX: Final = 26
@@ -179,15 +180,15 @@ class ArchiveDialog(QDialog):
         self._exchange.refresh()
 
     def _lay_out_question(self) -> None:
-        """One question at a time, with an answer for each name."""
+        """One question at a time, with an answer for each name. A decision stays: it takes a deliberate press."""
         texts = self._services.texts
         self.question = named(QFrame(), "archive_question", "card")
         self.asked = text_label("archive_asked")
-        self.same = control(QPushButton(), texts, "archive_same", says="Same module", slot=lambda: self._settle(0))
-        self.same_other = control(QPushButton(), texts, "archive_same_other", says="Same module",
+        self.same = control(StepButton(), texts, "archive_same", says="Same module", slot=lambda: self._settle(0))
+        self.same_other = control(StepButton(), texts, "archive_same_other", says="Same module",
                                   slot=lambda: self._settle(1))  # fmt: skip
         self.different = control(
-            QPushButton(), texts, "archive_different", "Two modules", slot=lambda: self._settle(None)
+            StepButton(), texts, "archive_different", "Two modules", slot=lambda: self._settle(None)
         )
         sign = IconLabel("archive_question_sign", _SIGN_PX)
         sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
@@ -251,6 +252,8 @@ class ArchiveDialog(QDialog):
             archive.settle(first, second, is_same=name_of is not None, name=name, who=who)
 
         self._exchange.run(settle)
+        self._conflicts = self._conflicts[1:]
+        self._show_question()
 
     # Display
 

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QDate
+from PySide6.QtCore import QDate, Qt
 from PySide6.QtWidgets import QApplication, QTableView
 from pytestqt.qtbot import QtBot
 
@@ -24,7 +24,7 @@ from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import Desk, desk, state, type_into, write
-from tests.support.window.steps import choosing
+from tests.support.window.steps import choosing, press
 from ui.archive.archive_dialog import ArchiveDialog
 from ui.archive.service_form import ServiceForm
 from ui.main import Assembly
@@ -87,7 +87,7 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         assert "is it the same module?" in dialog.asked.text()
         assert not dialog.same.isEnabled()  # nobody has said yet who decides
         dialog.who.setText("Li")
-        dialog.same.click()
+        press(qtbot, dialog.same)
         _wait(qtbot, dialog)
         assert not dialog.question.isVisible()
         (module,) = dialog.modules.source.rows
@@ -100,6 +100,35 @@ def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
         dialog.import_.click()
         _wait(qtbot, dialog)
         assert "Left out, unreadable or altered: 1." in dialog.state.text()
+
+
+def test_a_double_click_on_an_answer_does_not_answer_the_next_question(
+    here: ArchiveStation, stick: Path, qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    for name in ("M-07", "M-08"):
+        here.check(name)
+    with archive_station(tmp_path / "third") as third:
+        third.check("M-08")
+        Archive(third.store, third.facts, third.station).export(stick)
+    with window(qapp, tmp_path) as assembly:
+        dialog = _dialog(qtbot, assembly)
+        dialog.ask_open = choosing(stick)
+        dialog.import_.click()
+        _wait(qtbot, dialog)
+        dialog.who.setText("Li")
+        first = dialog.asked.text()
+        press(qtbot, dialog.same)
+        second = dialog.asked.text()
+        assert second != first  # at once, so that the first one is not answered twice
+        _wait(qtbot, dialog)
+        qtbot.mouseDClick(dialog.same, Qt.MouseButton.LeftButton)
+        qtbot.mouseRelease(dialog.same, Qt.MouseButton.LeftButton)
+        dialog.same.click()
+        assert not dialog._exchange.is_running
+        assert dialog.asked.text() == second
+        press(qtbot, dialog.different)
+        _wait(qtbot, dialog)
+        assert sorted(len(row.module.members) for row in dialog.modules.source.rows) == [1, 1, 2]
 
 
 def test_an_empty_archive_says_what_fills_it(

@@ -39,6 +39,7 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _DOT_PX: Final = 7
@@ -286,7 +287,7 @@ class StationsRow(QWidget):
         self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.known)
-        self.forget = control(QPushButton(), texts, "stations_forget", "Remove", slot=self._remove)
+        self.forget = control(StepButton(), texts, "stations_forget", "Remove", slot=self._remove)
         in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
 
     def refresh(self) -> None:

@@ -15,6 +15,7 @@ from app.records.record import as_text
 from app.records.verification import RecordState, verify_file
 from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
+from app.stations.known import Stations
 from app.stations.station import fingerprint_of
 from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH, tr
@@ -78,6 +79,12 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         row = page.history.stations
         assert row.own.text().startswith("This station: ")
         assert row.known.currentText() == f"Hangar 2 · {fingerprint}"
+        Stations(bench.assembly.storage.folder).trust(bytes(range(32)), "Hangar 3")
+        row.refresh()
+        bench.click(row.forget)
+        qtbot.mouseDClick(row.forget, Qt.MouseButton.LeftButton)
+        qtbot.mouseRelease(row.forget, Qt.MouseButton.LeftButton)
+        assert row.known.currentText().startswith("Hangar 3 · ")  # a double click removes one
         bench.click(row.forget)
         assert not row.forget.isEnabled()
         bench.drop(record)
