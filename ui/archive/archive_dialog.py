@@ -175,7 +175,6 @@ class ArchiveDialog(QDialog):
         self._refresh()
 
     def bring_up(self) -> None:
-        self.server.setText(self._exchange.server or "")
         bring_to_front(self)
         self._exchange.refresh()
 

@@ -93,8 +93,9 @@ class ArchiveExchange(QObject):
             self._sync(self.server)
 
     def refresh(self) -> None:
-        """Count what is not shared, without contacting the server."""
-        self.run(lambda _archive, _on_page: None)
+        """Count what is not shared, without contacting the server; a running exchange does so at its end."""
+        if not self.is_running:
+            self.run(lambda _archive, _on_page: None)
 
     def run(self, act: Act) -> None:
         """Run one exchange; its result is in `seen` when `changed` is emitted."""

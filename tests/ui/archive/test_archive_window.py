@@ -2,9 +2,10 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
+from threading import Event
 
 import pytest
 from PySide6.QtCore import QDate, Qt
@@ -20,6 +21,7 @@ from app.safety.acts import Act
 from app.settings.form import RowState
 from app.store.store import Store
 from app.system.folders import data_folder
+from tests.support.patience import PATIENCE_S
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 from tests.support.window.fakes_ui import window
@@ -129,6 +131,31 @@ def test_a_double_click_on_an_answer_does_not_answer_the_next_question(
         press(qtbot, dialog.different)
         _wait(qtbot, dialog)
         assert sorted(len(row.module.members) for row in dialog.modules.source.rows) == [1, 1, 2]
+
+
+def test_to_look_at_the_archive_again_ends_neither_what_is_imported_nor_what_is_typed(
+    here: ArchiveStation, stick: Path, qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_go_on, import_file = Event(), Event(), Archive.import_file
+
+    def held(archive: Archive, path: Path, *, on_page: Callable[[Exchanged], None]) -> Exchanged:
+        begun.set()
+        assert may_go_on.wait(PATIENCE_S)
+        on_page(Exchanged())
+        return import_file(archive, path, on_page=on_page)
+
+    monkeypatch.setattr(Archive, "import_file", held)
+    with window(qapp, tmp_path) as assembly:
+        dialog = _dialog(qtbot, assembly)
+        dialog.ask_open = choosing(stick)
+        dialog.import_.click()
+        assert begun.wait(PATIENCE_S)
+        qtbot.keyClicks(dialog.server, "postgresql://li@")
+        assembly.window.menus["archive"].trigger()
+        may_go_on.set()
+        _wait(qtbot, dialog)
+        assert "Received: 2." in dialog.state.text()
+        assert dialog.server.text() == "postgresql://li@"
 
 
 def test_an_empty_archive_says_what_fills_it(
