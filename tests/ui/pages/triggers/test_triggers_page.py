@@ -250,12 +250,14 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
         qtbot.keyClicks(page.detail.note, "tipped on the table")
         qtbot.keyClick(page.detail.note, Qt.Key.Key_Return)
         assert "tipped on the table" in told(bench, 0)
+        qtbot.keyClicks(page.detail.note, " twice")
+        bench.assembly.window.close()
     with on_bench(qtbot, qapp, tmp_path, "judge", "triggers", is_connected=False) as bench:
         page = bench.triggers
         name_kept(bench, "M-07")  # known without the module
         assert texts(bench, 0)[Column.JUDGED] == "bench test"
         page.table.selectRow(0)
-        assert page.detail.note.text() == "tipped on the table"
+        assert page.detail.note.text() == "tipped on the table twice"
         assert "No longer" in page.detail.seen.text()
         bench.click(page.detail.buttons[None])
         assert texts(bench, 0)[Column.JUDGED] == "—"
