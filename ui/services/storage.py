@@ -130,7 +130,7 @@ class Storage:
 
 
 class PendingEdits(QObject):
-    """Edits that leaving would lose, and what the module changed; the Settings page sets these functions."""
+    """Edits that leaving would lose, and what the module changed; the pages set these functions."""
 
     changed = Signal()
 
@@ -138,5 +138,7 @@ class PendingEdits(QObject):
         super().__init__()
         self.count: Callable[[], int] = int
         self.discard: Callable[[], object] = bool
+        self.has_profile: Callable[[], bool] = bool
+        """A profile is edited and not saved, which closing the window would lose."""
         self.find_foreign: Callable[[], tuple[ChangedSetting, ...]] = tuple
         """Settings of the module that read differently than before and were not written here."""

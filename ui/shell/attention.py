@@ -84,11 +84,11 @@ def leaving_notice(
     )
 
 
-def unsent_notice(count: int, proceed: Callable[[], None], stay: Callable[[], None]) -> Notice:
-    """Asked before edits of settings are lost."""
+def unsent_notice(what: str, proceed: Callable[[], None], stay: Callable[[], None]) -> Notice:
+    """Asked before edits are lost."""
     stays = Choice("stay", tr("Cancel"), stay, is_main=True)
     drops = Choice("drop_edits", tr("Discard edits"), proceed, is_step=True)
-    return Notice(Meaning.ATTENTION, tr("Settings not written: {count}.", count=count), (stays, drops))
+    return Notice(Meaning.ATTENTION, what, (stays, drops))
 
 
 class _Question(NamedTuple):
@@ -141,10 +141,11 @@ class Attention(QObject):
         """Like `is_risky_to_leave`, for the modules on all ports."""
         return is_risky_to_leave(self._connector.current) or self._connector.is_any_active
 
-    @property
-    def has_unsent(self) -> bool:
-        """There are edits that leaving would lose."""
-        return self._unsent.count() > 0
+    def _unsent_text(self, *, is_closing: bool) -> str:
+        """Of the edits that leaving the module would lose, or closing the window; "" where there are none."""
+        count, is_profile_lost = self._unsent.count(), is_closing and self._unsent.has_profile()
+        parts = [tr("Settings not written: {count}.", count=count)] if count else []
+        return join_sentences([*parts, labelled(tr("Profile"), tr("Unsaved edits.")) if is_profile_lost else ""])
 
     def may_close(self, close: Callable[[], object]) -> bool:
         """Whether the window may close now; else asks, and calls `close` where that is the answer.
@@ -157,7 +158,7 @@ class Attention(QObject):
                 return True
             self._leave_active(close, self._connector.current, is_closing=True)
             return False
-        if not self.is_risky_to_close and not self.has_unsent:
+        if not self.is_risky_to_close and not self._unsent_text(is_closing=True):
             return True
         self.leave_port(close, is_closing=True)
         return False
@@ -190,7 +191,8 @@ class Attention(QObject):
 
     def leave_edits(self, proceed: Callable[[], object], *, is_closing: bool = False) -> None:
         """Calls `proceed`; asks before edits would be lost."""
-        if not self.has_unsent:
+        find_text = partial(self._unsent_text, is_closing=is_closing)
+        if not find_text():
             proceed()
             return
 
@@ -201,8 +203,8 @@ class Attention(QObject):
 
         self._ask(
             _Question(
-                lambda: unsent_notice(self._unsent.count(), go, self.stay),
-                lambda: self.has_unsent,
+                lambda: unsent_notice(find_text(), go, self.stay),
+                lambda: bool(find_text()),
                 is_about_closing=is_closing,
                 is_about_edits=True,
             ),

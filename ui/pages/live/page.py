@@ -37,6 +37,7 @@ from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.visibility_timer import VisibilityTimer
 
+SIMULATED: Final = Target(SIMULATED_PORT, DEFAULT_BAUD_RATE)
 _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)
 
 
@@ -55,7 +56,8 @@ class EmptyPage(EmptyState):
         self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", key="Ctrl+K",
                               picture=Icon.PLUG, role="primary", slot=page.ports_wanted)  # fmt: skip
         self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",
-                                picture=Icon.SIMULATOR, slot=self._simulate)  # fmt: skip
+                                picture=Icon.SIMULATOR,
+                                slot=lambda: page.connect_wanted.emit(SIMULATED))  # fmt: skip
         self.recordings = control(QPushButton(), texts, "live_recordings", "Recordings",
                                   picture=Icon.RECORDINGS,
                                   slot=lambda: page.page_wanted.emit("recordings"))  # fmt: skip
@@ -82,9 +84,6 @@ class EmptyPage(EmptyState):
         is_narrow = sum(button.sizeHint().width() + Space.S for button in self._buttons) > self.width()
         direction = QBoxLayout.Direction
         self._row.setDirection(direction.TopToBottom if is_narrow else direction.LeftToRight)
-
-    def _simulate(self) -> None:
-        self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
 
 
 DRAW_EVERY_MS: Final = 150

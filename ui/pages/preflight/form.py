@@ -46,6 +46,8 @@ class PreflightForm(QWidget):
         self.profile: Profile | None = None
         self.path: Path | None = None
         """Of the profile."""
+        self._aircraft_of: dict[str, str] = {}
+        """What was last entered for a module, by its name."""
         texts, preferences = services.texts, services.preferences
         self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by")
         self.who.setMaxLength(MAX_NAME_LENGTH)
@@ -88,17 +90,23 @@ class PreflightForm(QWidget):
         self._services.connector.current.module.choose(self.module.currentText())
         self._commit()
 
-    def clear_aircraft(self) -> None:
+    def clear_aircraft(self, module: str = "") -> None:
+        """`module`: the name of that for which it was entered; it may come back."""
+        self._aircraft_of[module] = self.aircraft.currentText()
         self.aircraft.clearEditText()
         self._commit()
 
     def enter_aircraft(self) -> None:
-        """That of the module's last check."""
+        """What was entered for the module before, else that of its last check."""
         store, module = self._services.storage.store, self._services.connector.current.module.name
-        if isinstance(store, Store) and module and not self.aircraft.currentText():
+        if not module or self.aircraft.currentText():
+            return
+        aircraft = self._aircraft_of.pop(module, "")
+        if not aircraft and isinstance(store, Store):
             with suppress(StoreTrouble):
-                self.aircraft.setEditText(CheckStore(store.database).aircraft_of(module))
-                self._commit()
+                aircraft = CheckStore(store.database).aircraft_of(module)
+        self.aircraft.setEditText(aircraft)
+        self._commit()
 
     def use_profile(self, path: Path) -> None:
         try:

@@ -133,12 +133,16 @@ class PreflightPage(Page):
         self._check = self._lay_out()
         for view in (self._check, self.history, self.editor):
             self._stack.addWidget(view)
+        services.pending_edits.has_profile = self._is_profile_edited
         self._wire()
         self.refresh()
 
     def open_file(self, path: Path) -> None:
         """Verify a record or a report that was dropped on the window."""
-        self.show_check()
+        if self._stack.currentWidget() is self.editor:
+            self.editor.close_editor()
+        else:
+            self.show_check()
         self.files.verify(path)
 
     def tick(self) -> None:
@@ -242,6 +246,9 @@ class PreflightPage(Page):
         self.editor.edit(self.form.profile, self.form.path)
         self._stack.setCurrentWidget(self.editor)
 
+    def _is_profile_edited(self) -> bool:
+        return self._stack.currentWidget() is self.editor and self.editor.is_edited
+
     def _use_profile(self, path: Path) -> None:
         self.show_check()
         self.form.use_profile(path)
@@ -271,7 +278,7 @@ class PreflightPage(Page):
         """Ticks and aircraft are those of another module, unless this one only got its name."""
         if self._named:
             self.list.clear_ticks()
-            self.form.clear_aircraft()
+            self.form.clear_aircraft(self._named)
         self._named = self._connector.current.module.name
         self.form.enter_aircraft()
         self._timer.refresh_seen()

@@ -12,7 +12,7 @@ from app.engine.device import StatusSample
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, let_lay_out
+from tests.support.window.steps import await_child, let_lay_out, notice_text
 from ui.core.texts import LanguageSwitch
 from ui.pages.live.page import LivePage
 from ui.plots.plot_view import PlotView
@@ -53,6 +53,12 @@ def test_the_buttons_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_pat
         assert panel.isVisible()
         panel.hide()
         qtbot.waitUntil(page.empty.simulate.isVisible)
+        edits, bar = assembly.window._services.pending_edits, assembly.window.notice_bar
+        edits.count = lambda: 1  # for a module whose port cannot be opened
+        qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
+        assert (notice_text(bar), assembly.connector.current.target) == ("Settings not written: 1.", None)
+        edits.count = int
+        assembly.window.attention.stay()
         qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
         qtbot.waitUntil(lambda: not page.is_empty)
 

@@ -22,8 +22,8 @@ from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
 from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
-from tests.support.window.preflight_window import OnBench, find_in, name_module, on_bench, said
-from tests.support.window.steps import choosing
+from tests.support.window.preflight_window import OnBench, confirm_name, find_in, name_module, on_bench, said
+from tests.support.window.steps import choosing, notice_text
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.style.theme import Meaning
@@ -143,6 +143,14 @@ def test_an_aircraft_is_entered_for_its_own_module_only(quick: None, rig: OnBenc
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("", "")
     name_module(rig, "M-07")
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("H6-12", "H6-12")
+    rig.preflight.form.aircraft.setEditText("H6-13")
+    rig.bench.unplug()
+    rig.until(lambda: not rig.assembly.connector.current.is_open)
+    rig.bench.plug()
+    rig.until(lambda: not rig.assembly.connector.current.module.name)
+    assert aircraft.text() == ""
+    confirm_name(rig)
+    assert (aircraft.text(), rig.preflight.form.committed[1]) == ("H6-13", "H6-13")
     rig.assembly.connector.current.module.treat_as_new()
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("", "")
 
@@ -232,6 +240,14 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         editor.name.setFocus()
         qtbot.keyClicks(editor.name, "H6")
         assert page.on_escape()
+        assert editor.isVisible()
+        window = bench.assembly.window
+        assert not window.close()
+        assert notice_text(window.notice_bar) == "Profile: Unsaved edits."
+        bench.click(window.notice_bar.button("stay"))
+        record = tmp_path / "x.json"
+        record.write_text("{}", encoding="utf-8")
+        bench.drop(record)
         assert editor.isVisible()
         bench.assembly.language_switch.use(CHINESE)
         assert editor.title.text() == "配置文件"
