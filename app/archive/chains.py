@@ -65,6 +65,20 @@ def chains_in(facts: LocalFacts, own: Station) -> list[ChainState]:
     ]  # fmt: skip
 
 
+def in_chain_order(facts: Sequence[Fact]) -> Iterator[Fact]:
+    """Each behind those that its station recorded before it, whatever the clock said; what follows none by its time."""
+    there = {(fact.station, fact.hash) for fact in facts}
+    following: dict[tuple[str, object], list[Fact]] = {}
+    for fact in facts:
+        before = (fact.station, fact.content.get("previous"))
+        following.setdefault(before if before in there else ("", None), []).append(fact)
+    waiting = sorted(following.get(("", None), ()), key=lambda fact: (fact.made_at, fact.id), reverse=True)
+    while waiting:
+        fact = waiting.pop()
+        yield fact
+        waiting += following.get((fact.station, fact.hash), ())
+
+
 def _checks(station: str, module: object, records: Sequence[Record], kept: ArchivedRecords) -> ChainState:
     verified = [verify(record, kept) for record in records]
     bad = (RecordState.ALTERED, RecordState.CHAIN_BROKEN, RecordState.UNREADABLE)

@@ -1,11 +1,12 @@
 """The state of all modules of all stations today: last check, trigger records, guided tests and what is due."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import Enum
 from typing import Final
 
+from app.archive.chains import in_chain_order
 from app.archive.facts import Fact
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
@@ -79,7 +80,7 @@ def fleet_state(
     states = [ModuleToday(module) for module in names.modules]
     about = _by_module(facts, names)
     for state in states:
-        mine = {kind: about.get((state.module, kind), []) for kind in FactKind}
+        mine = {kind: about.get((state.module, kind.value), []) for kind in FactKind}
         everything = [fact for group in mine.values() for fact in group]
         state.last_at = max((fact.made_at for fact in everything), default="")
         state.checks = len(mine[FactKind.CHECK])
@@ -104,32 +105,33 @@ def line_of(fact: Fact) -> CheckLine:
     return check_line(record, fact.made_at, station=fact.station, is_altered=is_altered)
 
 
-def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule, FactKind], list[Fact]]:
+def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule, str], list[Fact]]:
     modules = {member: module for module in names.modules for member in module.members}
-    grouped: dict[tuple[KnownModule, FactKind], list[Fact]] = {}
-    for kind in FactKind:
-        for fact in facts.of_kind(kind):
-            member = module_of_fact(fact)
-            if member is not None and member in modules:
-                grouped.setdefault((modules[member], kind), []).append(fact)
+    grouped: dict[tuple[KnownModule, str], list[Fact]] = {}
+    for fact in in_chain_order(facts.of_kind(None)):
+        member = module_of_fact(fact)
+        if member is not None and member in modules:
+            grouped.setdefault((modules[member], fact.kind), []).append(fact)
     return grouped
 
 
+def _last(facts: Iterable[Fact], about: Callable[[Fact], object]) -> dict[object, Fact]:
+    """By what it is `about`: of each station the one that it recorded last, independent of its clock; of these the
+    newest. `facts`: of each station in order."""
+    of_stations = {(about(fact), fact.station): fact for fact in facts}
+    in_time = sorted(of_stations.items(), key=lambda last: (last[1].made_at, last[1].id))
+    return {thing: fact for (thing, _station), fact in in_time}
+
+
 def _last_check(checks: Sequence[Fact]) -> Fact | None:
-    """The check with the highest number of each station, independent of its clock; of these the newest. A simulated
-    check only if there is no other."""
+    """By their numbers. A simulated check only if there is no other."""
     real = [fact for fact in checks if fact.record.get("is_simulated") is not True] or checks
-    last = {fact.station: fact for fact in sorted(real, key=lambda fact: number_of(fact.record))}
-    return max(last.values(), key=lambda fact: fact.made_at, default=None)
-
-
-def _in_order(facts: Sequence[Fact]) -> list[Fact]:
-    return sorted(facts, key=lambda fact: (fact.made_at, fact.id))
+    return _last(sorted(real, key=lambda fact: number_of(fact.record)), lambda _fact: None).get(None)
 
 
 def _judged(judgements: Sequence[Fact]) -> set[object]:
     """The last judgement of each record counts; it may revoke an earlier one."""
-    last = {fact.content.get("raw"): fact for fact in _in_order(judgements)}
+    last = _last(judgements, lambda fact: fact.content.get("raw"))
     return {raw for raw, fact in last.items() if fact.content.get("judgement") is not None}
 
 
@@ -141,7 +143,8 @@ def _since_repack(records: Sequence[Fact], services: Sequence[Fact]) -> int | No
     day = str(repack.content["on"])
     # What was read on that day came before a repack entered on it; of one entered later nobody knows, so it counts.
     after = (day, repack.made_at if _local_day(repack) == day else "")
-    first = {fact.content.get("raw"): fact for fact in reversed(_in_order(records))}
+    latest_first = sorted(records, key=lambda fact: (fact.made_at, fact.id), reverse=True)
+    first = {fact.content.get("raw"): fact for fact in latest_first}
     return sum((_local_day(fact), fact.made_at) > after for fact in first.values())
 
 
@@ -151,9 +154,9 @@ def _local_day(fact: Fact) -> str:
 
 def _last_tests(facts: Sequence[Fact]) -> list[StoredTest]:
     """Without those of newer versions, which nobody here could do."""
-    tests = (stored_test(fact.content, fact.made_at) for fact in _in_order(facts))
-    last = {test.kind.value: test for test in tests if test is not None and not test.is_simulated}
-    return [last[kind] for kind in sorted(last)]
+    tests = {fact: test for fact in facts if (test := stored_test(fact.content, fact.made_at)) is not None}
+    last = _last((fact for fact in tests if not tests[fact].is_simulated), lambda fact: tests[fact].kind.value)
+    return sorted((tests[fact] for fact in last.values()), key=lambda test: test.kind.value)
 
 
 def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int, test_days: int) -> list[Due]:

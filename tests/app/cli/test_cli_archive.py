@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import pytest
 import app.__main__ as program
 from app.guided.results import GuidedVerdict
 from app.limits.service import Service, ServiceKind
+from app.records.check_store import CheckStore
 from app.store.facts import FactKind
 from app.system.folders import data_folder
 from app.trigger_records.history import Judgement
@@ -177,6 +178,28 @@ def test_the_report_says_what_is_due_and_the_whole_life_of_a_module(
         row for row in rows if row["value_name"] == "cell_voltage_v"
     ).items()
     say(capsys, "report", "--module", "nobody", code=1)
+
+
+@pytest.mark.parametrize("is_here", [True, False])
+def test_what_a_station_recorded_last_counts_though_its_clock_was_set_back(
+    is_here: bool, here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter(datetime.now(UTC) - timedelta(hours=hours) for hours in range(1000))
+    station = here if is_here else other
+    station.store.database._clock = lambda: next(clock)
+    station.visit("M-07", 1, 2, 3)
+    station.judge("M-07", Judgement.REAL)
+    station.test("M-07", GuidedVerdict.PASSED)
+    station.check("M-07", "GO")
+    for record in CheckStore(station.store.database).records("M-07"):
+        CheckStore(station.store.database).judge(record.id, None, "")
+    station.test("M-07", GuidedVerdict.FAILED)
+    station.check("M-07", "NO-GO")
+    if not is_here:
+        _carry(capsys, other, tmp_path / "stick")
+    report = told(capsys, "report", "report")
+    assert _due(report)["M-07"] == ["no_go", "trigger_records", "test"]
+    assert report["modules"][0]["not_judged"] == 3
 
 
 def test_a_record_that_was_altered_in_its_own_store_is_named(
