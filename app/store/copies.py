@@ -11,7 +11,7 @@ import sqlite3
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from app.system.files import draft_of, write_whole
@@ -24,6 +24,8 @@ AT_OPENING_S = 3600.0
 """Age of the newest copy from which one is made at the opening: commands open the store for a moment each."""
 MIN_COPIES = 4
 MAX_COPY_DAYS = 7
+AHEAD = timedelta(minutes=1)
+"""A clock may be corrected by less."""
 PAGES_AT_ONCE = 256
 """Between two lots a copy that nobody waits for any more is broken off."""
 REST_S = 0.005
@@ -35,9 +37,15 @@ class _BrokenOff(Exception):
     """The program closes."""
 
 
-def copies_of(store: Path) -> list[Path]:
-    """The newest first."""
-    return sorted((store.parent / FOLDER).glob(f"{store.stem}.*{store.suffix}"), reverse=True)
+def copies_of(store: Path, now: datetime) -> list[Path]:
+    """The newest first; behind them those of a clock that was ahead, which hold less."""
+    latest = _name(store, now + AHEAD)
+    found = (store.parent / FOLDER).glob(f"{store.stem}.*{store.suffix}")
+    return sorted(found, key=lambda copy: (copy.name <= latest, copy.name), reverse=True)
+
+
+def _name(store: Path, at: datetime) -> str:
+    return f"{store.stem}.{at.astimezone(UTC).strftime(_STAMP)}{store.suffix}"
 
 
 def copied_at(copy: Path) -> datetime | None:
@@ -63,7 +71,7 @@ def copy_store(
         if not is_wanted():
             raise _BrokenOff
 
-    target = store.parent / FOLDER / f"{store.stem}.{now.astimezone(UTC).strftime(_STAMP)}{store.suffix}"
+    target = store.parent / FOLDER / _name(store, now)
     target.parent.mkdir(exist_ok=True)
     try:
         with (
@@ -79,7 +87,7 @@ def copy_store(
             is_good(copy)
     except _BrokenOff:
         return None
-    for old in to_drop(copies_of(store)):
+    for old in to_drop(copies_of(store, now)):
         old.unlink(missing_ok=True)
     return target
 
@@ -99,9 +107,9 @@ def to_drop(copies: Sequence[Path]) -> list[Path]:
     return drop
 
 
-def restore(store: Path, *, is_good: Callable[[sqlite3.Connection], None]) -> Path | None:
+def restore(store: Path, now: datetime, *, is_good: Callable[[sqlite3.Connection], None]) -> Path | None:
     """Put the newest good copy in the store's place, which is free; which one it was, None where there is none."""
-    for copy in copies_of(store):
+    for copy in copies_of(store, now):
         try:
             with closing(sqlite3.connect(f"{copy.as_uri()}?mode=ro", uri=True)) as connection:
                 is_good(connection)
@@ -140,8 +148,9 @@ class Copier:
         self._stop.set()
 
     def _is_due(self, after_s: float) -> bool:
-        newest = next((at for at in map(copied_at, copies_of(self._store)) if at is not None), None)
-        return newest is None or not 0 <= (self._clock() - newest).total_seconds() < after_s
+        now = self._clock()
+        newest = next((at for at in map(copied_at, copies_of(self._store, now)) if at is not None), None)
+        return newest is None or not 0 <= (now - newest).total_seconds() < after_s
 
     def _run(self) -> None:
         try:

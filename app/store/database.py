@@ -174,14 +174,14 @@ def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, 
     try:
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            if not _has_content(path) and (copy := restore(path, is_good=_check_copy)) is not None:
+            if not _has_content(path) and (copy := restore(path, clock(), is_good=_check_copy)) is not None:
                 return _open(path, clock, layout, _kept_aside(copy))
             return _open(path, clock, layout)
         except sqlite3.OperationalError:
             raise  # a lock, a full disk or a missing permission: the file itself is not bad
         except sqlite3.DatabaseError:
             kept = message(marked("The records cannot be read and are kept as {path}."), path=_set_aside(path, clock))
-            return _open(path, clock, layout, _kept_aside(restore(path, is_good=_check_copy), kept))
+            return _open(path, clock, layout, _kept_aside(restore(path, clock(), is_good=_check_copy), kept))
     except sqlite3.Error as error:
         raise trouble_of(error, path) from error
     except OSError as error:

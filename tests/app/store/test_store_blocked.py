@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.identity import IdentityEvidence
 from app.records.check_store import CheckStore
 from app.store import copies
-from app.store.copies import FOLDER, copies_of, copy_store, restore, to_drop
+from app.store.copies import FOLDER, copied_at, copies_of, copy_store, restore, to_drop
 from app.store.database import FILE_NAME, _check_copy
 from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
@@ -271,6 +271,22 @@ def test_a_damaged_store_is_restored_from_the_newest_good_copy_and_that_is_said(
         assert names(store) == {"M-07", "goes on"}
 
 
+def test_copies_of_a_clock_that_was_ahead_are_not_the_newest(folder: Path, clock: Clock) -> None:
+    for days in range(9):
+        clock.now = START + timedelta(days=400 + days)
+        filled(folder, clock, f"M-{days}")
+    clock.now = START
+    filled(folder, clock, "after it was set back")
+    clock.now += timedelta(minutes=1)
+    with closing(open_store(folder, clock=clock)) as store:
+        store.register_module("not copied yet")
+    assert START in map(copied_at, copies_of(folder / FILE_NAME, clock()))
+    (folder / FILE_NAME).write_bytes(b"nothing")
+    with closing(open_store(folder, clock=clock)) as store:
+        assert "after it was set back" in names(store)
+        assert "not copied yet" not in names(store)
+
+
 def test_a_copy_that_is_damaged_itself_is_passed_over(folder: Path, clock: Clock) -> None:
     filled(folder, clock, "M-07")
     clock.now += timedelta(hours=2)
@@ -289,14 +305,14 @@ def test_a_damaged_store_is_never_copied_over_a_good_copy(folder: Path, clock: C
     path.write_bytes(data)
     with pytest.raises(sqlite3.Error):
         copy_store(path, START + timedelta(hours=1), is_good=_check_copy)
-    assert len(copies_of(path)) == 1
+    assert len(copies_of(path, START)) == 1
     assert [one.suffix for one in (folder / FOLDER).iterdir()] == [".sqlite"]
 
 
 def test_an_empty_store_is_no_copy_to_come_back_to(folder: Path) -> None:
     (folder / FOLDER).mkdir(parents=True)
     sqlite3.connect(folder / FOLDER / "dps-s.20260102-120000.sqlite").close()
-    assert restore(folder / FILE_NAME, is_good=_check_copy) is None
+    assert restore(folder / FILE_NAME, START, is_good=_check_copy) is None
     assert not (folder / FILE_NAME).exists()
 
 
@@ -314,18 +330,18 @@ def test_four_copies_and_one_a_day_for_a_week_are_kept() -> None:
 def test_the_copies_are_made_beside_while_the_store_is_written(folder: Path, clock: Clock) -> None:
     with closing(open_store(folder, clock=clock)) as store:
         store.register_module("M-07")
-        assert not copies_of(folder / FILE_NAME)
+        assert not copies_of(folder / FILE_NAME, clock())
         for days in range(1, 4):
             clock.now = START + timedelta(days=1.1 * days)
             deadline = time.monotonic() + PATIENCE_S
-            while len(copies_of(folder / FILE_NAME)) < days:
+            while len(copies_of(folder / FILE_NAME, clock())) < days:
                 assert time.monotonic() < deadline
                 store.database.copy_if_due()  # as the window's timer does: the thread of the last copy may still end
                 store.register_module("M-07")
             clock.now += timedelta(hours=2)
             for _ in range(3):
                 store.database.copy_if_due()  # nothing is due
-        assert len(copies_of(folder / FILE_NAME)) == 3
+        assert len(copies_of(folder / FILE_NAME, clock())) == 3
 
 
 def test_a_store_that_is_written_all_the_time_is_copied_as_it_was_at_the_beginning(
@@ -357,9 +373,9 @@ def test_a_store_that_was_there_is_copied_at_the_opening_where_the_last_copy_is_
         clock.now = START + timedelta(hours=hours)
         with closing(open_store(folder, clock=clock)):
             deadline = time.monotonic() + (PATIENCE_S if count == 2 else 0.2)
-            while len(copies_of(path)) < 2 and time.monotonic() < deadline:
+            while len(copies_of(path, clock())) < 2 and time.monotonic() < deadline:
                 time.sleep(0.01)
-        assert len(copies_of(path)) == count
+        assert len(copies_of(path, clock())) == count
 
 
 def test_a_command_that_opens_the_store_for_a_moment_lets_the_copy_end(
@@ -370,7 +386,7 @@ def test_a_command_that_opens_the_store_for_a_moment_lets_the_copy_end(
     monkeypatch.setattr(copies, "CLOSING_LIMIT_S", PATIENCE_S)
     clock.now += timedelta(hours=2)
     open_store(folder, clock=clock).close()
-    assert len(copies_of(folder / FILE_NAME)) == 2
+    assert len(copies_of(folder / FILE_NAME, clock())) == 2
 
 
 def test_closing_breaks_a_copy_off(folder: Path, clock: Clock) -> None:
