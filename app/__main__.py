@@ -115,7 +115,7 @@ def _run(words: list[str]) -> int:
         _write_utf8()
     if entry.name in _PRINTERS:
         args.printer = _PRINTERS[entry.name]
-    with notify_left_active(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock"):
+    with notify_left_active(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock") as args.run:
         module, _, name = args.function.rpartition(".")
         code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
     return code

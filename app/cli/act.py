@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     with Interruption():  # after the last frame a signal no longer keeps the outcome from being printed
         adapter = "" if is_lock else adapter_of(args.port)
         with (
-            records_of(args.port, adapter) as records,
+            records_of(args.port, adapter, args.run) as records,
             connected(args.port, args.baud, is_greeted=not is_lock) as conversation,
         ):
             permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())

@@ -1,7 +1,8 @@
 """`dps-s history`: reads the trigger records.
 
 The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
-agree and no frame was lost; 3 without a link; 4 if they differ, the query was not answered, or the link was lost.
+agree and no frame was lost; 3 without a link, and where the module restarted or another one answered; 4 if they differ,
+the query was not answered, or the link was lost.
 """
 
 import argparse
@@ -10,7 +11,8 @@ from pathlib import Path
 from app.engine.identity import IdentityEvidence
 from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
-from app.procedures.history import History, Pass, history_of, read_history
+from app.procedures.history import History, Pass, history_of
+from app.records.trigger_filing import ANOTHER, read_triggers
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import LinkTrouble, connected, module_is_silent
@@ -19,6 +21,7 @@ from app.text.csv_cells import csv_text
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written
+from app.text.user_error import UserError
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_word
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
@@ -28,22 +31,21 @@ from protocol.messages import EmptySlot, TriggerRecord
 def run(args: argparse.Namespace) -> int:
     received = ReceivedRecords()
     history: History | None = None
-    evidence = again = IdentityEvidence()
+    evidence = IdentityEvidence()
     with connected(args.port, args.baud, on_batch=received.on_batch) as conversation, LinkTrouble() as link:
-        if args.module is not None:
-            evidence = again = conversation.run(read_evidence())
-        history = conversation.run(read_history())
-        if args.module is not None:
-            again = conversation.run(read_evidence())
+        evidence = conversation.run(read_evidence())
+        try:
+            history = conversation.run(read_triggers()).history
+            if args.module is not None and not history.is_line_dead and evidence != conversation.run(read_evidence()):
+                raise UserError(ANOTHER)
+        except UserError as error:
+            raise console.Refused(error.sentence, console.NO_LINK) from error
     if history is None or link.sentence is not None:
         history = received.history()
     trouble = link.sentence or (module_is_silent(args.port, conversation.device) if history.is_line_dead else None)
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
-    if args.module is not None and has_something and again != evidence and not history.is_line_dead:
-        console.notify(tr("The module restarted. Read again."))  # or it is another one
-        is_written = False
-    elif args.module is not None and has_something:
+    if args.module is not None and has_something:
         is_written &= store_visit(
             history, args.module, port=args.port, evidence=evidence, is_same_module=args.same_module
         )

@@ -1,16 +1,25 @@
-"""Files a reading of trigger records unless it may belong to another module."""
+"""Reads trigger records, and files them unless they may be another module's."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 
 from app.engine.identity import Identity, IdentityEvidence, Trust, same_module
-from app.procedures.history import History
+from app.engine.procedure import EngineView, Inspect, Procedure
+from app.engine.setting_changes import BOOT_COUNT
+from app.procedures.history import History, read_history
+from app.procedures.settings_reading import is_another
+from app.procedures.write import read_back
 from app.records.check_store import CheckStore, Visit
 from app.settings.identity_words import differences
 from app.store.store import Store
 from app.text.i18n import tr
+from app.text.user_error import UserError
 from protocol.fields import Value
+from protocol.translatable import marked
+
+ANOTHER = marked("The module restarted. Read again.")
+"""Or another one answered."""
 
 
 def say_new(store: Store, names: Iterable[str]) -> None:
@@ -28,6 +37,24 @@ class TriggersReading:
     history: History
     boot_count: int | None
     settings: Mapping[str, Value] = field(default_factory=dict)
+
+
+def read_triggers() -> Procedure[TriggersReading]:
+    """Only sends queries. Raises `UserError` if another module answered meanwhile."""
+    begin: EngineView = yield Inspect()
+    history = yield from read_history()
+    back = yield from read_back(BOOT_COUNT)
+    boots = None
+    if back.raw is not None and BOOT_COUNT.reply is not None:
+        boots = int(BOOT_COUNT.reply.decode(back.raw))
+    if history.is_line_dead:
+        return TriggersReading(history, boots)
+    is_other = yield from is_another(begin)
+    end: EngineView = yield Inspect()
+    is_asked_about = end.device.breaks != begin.device.breaks and not end.is_settled
+    if is_asked_about or end.device.restarts != begin.device.restarts or is_other:
+        raise UserError(ANOTHER)
+    return TriggersReading(history, boots)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from app.engine.snapshots import Snapshot
 from app.safety.journal import Journal
 from app.store.database import FILE_NAME, StoreTrouble
 from app.store.store import Store, open_store
-from app.store.store_journal import journal_for
+from app.store.store_journal import KnownAs, journal_for, new_run
 from app.system.folders import data_folder
 from app.terminal.console import notify
 from app.text.i18n import tr
@@ -86,8 +86,9 @@ def closing_store(store: Store | None) -> Iterator[None]:
 
 
 @contextmanager
-def records_of(port: str, adapter: str = "") -> Iterator[Records]:
+def records_of(port: str, adapter: str = "", run: str = "") -> Iterator[Records]:
     opened = _opened()
     store = None if isinstance(opened, StoreTrouble) else opened
+    known_as = KnownAs(run=run or new_run())
     with closing_store(store):
-        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter), store, port)
+        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter, known_as=known_as), store, port)

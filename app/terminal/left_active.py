@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import partial
+from os import urandom
 from typing import TYPE_CHECKING
 
 from app.system.folders import data_folder
@@ -21,24 +22,25 @@ _NO_MODULE = ("sim:", "loop:")
 
 
 @contextmanager
-def notify_left_active(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[None]:
-    """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`."""
+def notify_left_active(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[str]:
+    """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`, whose
+    own entries have the run that this yields."""
     ports = [port for port in ports if not port.startswith(_NO_MODULE)]
     if ports and not is_locking:
         _say(ports, module)
+    run = urandom(4).hex()
     try:
-        yield
+        yield run
     finally:
-        if ports and is_locking and _say(ports, module, is_behind=True):
+        if ports and is_locking and _say(ports, module, but_run=run):
             note(tr("If it is this module, add {option}.", option="--same-module"))
 
 
-def _say(ports: Sequence[str], module: str, *, is_behind: bool = False) -> bool:
-    """What was left; `is_behind` what this run did, which says its own. Whether there is any."""
+def _say(ports: Sequence[str], module: str, *, but_run: str | None = None) -> bool:
+    """What was left, but by this run, which says its own. Whether there is any."""
     if not data_folder().exists():  # nothing of the store is loaded where there is none
         return False
     from app.store.database import StoreTrouble
-    from app.store.store_journal import RUN
     from app.terminal.command_journal import existing_store
 
     store = existing_store()
@@ -50,7 +52,7 @@ def _say(ports: Sequence[str], module: str, *, is_behind: bool = False) -> bool:
     except StoreTrouble as error:
         notify(error.sentence)
         return False
-    earlier = [left for left in entries if not (is_behind and left.known_as.run == RUN)]
+    earlier = [left for left in entries if left.known_as.run != but_run]
     for left in earlier:
         notify(left.sentence)
     return bool(earlier)

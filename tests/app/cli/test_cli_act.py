@@ -13,6 +13,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile
 from app.simulator import bench as benches
+from app.simulator.memory import invent_records
 from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
 from app.store.store import open_store
@@ -240,14 +241,27 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
 
 
-def test_records_of_one_module_are_not_kept_under_the_name_of_the_next(
-    port: str, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("more", [[], ["--module", "M-07"]])
+@pytest.mark.parametrize("frame", [15, 20, 30, 38])
+def test_records_of_two_modules_are_not_read_as_those_of_one(
+    port: str, frame: int, more: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench, words = bench_of(port), ["history", "--port", port, "--module", "M-07"]
-    with falls_after(bench, 15, lambda: exchange(bench)):
-        printed = run_here(capsys, words, 4)
-    assert printed.err.startswith("The module restarted. Read again.\n")
-    bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 37, 60
+    bench, words = bench_of(port), ["history", "--port", port, *more]
+    memory = bench.module.memory
+    invent_records(memory, 3, seed=5, has_odd_voltage=False)
+    before = [*memory.records]
+
+    def exchange_records() -> None:
+        exchange(bench)
+        memory.records.clear()
+        invent_records(memory, 2, seed=9, has_odd_voltage=False)
+
+    with falls_after(bench, frame, exchange_records):
+        printed = run_here(capsys, words, 3)
+    assert (printed.out, printed.err) == ("", "The module restarted. Read again.\n")
+    memory.boot_count, memory.attitude_threshold = 37, 60
+    memory.records.clear()
+    memory.records.extend(before)
     run_here(capsys, words)
 
 

@@ -18,6 +18,7 @@ from app.procedures.light_calibration import measure_light
 from app.procedures.power_cycle import Ending, survives_power_cycle
 from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
+from app.records.trigger_filing import read_triggers
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
@@ -27,7 +28,6 @@ from protocol.catalogue import BY_NAME
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig
 from tests.support.thorough import some
-from ui.pages.triggers.controller import read_triggers
 
 Begin = Callable[[ExchangedRig], Procedure[object]]
 EDITS = {"attitude_threshold": 75, "freefall_acceleration": 0.5, "light_threshold": 1.5}

@@ -8,21 +8,17 @@ from functools import partial
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.identity import Trust
-from app.engine.procedure import Cancelled, EngineView, Inspect, Procedure
+from app.engine.procedure import Cancelled
 from app.engine.worker import Job
 from app.preflight.module_checks import RecordsWord
-from app.procedures.history import read_history
-from app.procedures.settings_reading import is_another
-from app.procedures.write import read_back
 from app.records.check_store import CheckStore, SeenRecord, Visit
-from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, say_new
+from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from app.text.user_error import UserError
 from app.trigger_records.history import Judgement, in_order, record_of
-from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
@@ -31,8 +27,6 @@ from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
-
-BOOT_COUNT = BY_NAME["boot_count"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,24 +41,6 @@ class TriggerRow:
     is_stored: bool
     is_seen_once: bool = False
     is_being_stored: bool = False
-
-
-def read_triggers() -> Procedure[TriggersReading]:
-    """Only sends queries. Raises `UserError` if another module answered meanwhile."""
-    begin: EngineView = yield Inspect()
-    history = yield from read_history()
-    back = yield from read_back(BOOT_COUNT)
-    boots = None
-    if back.raw is not None and BOOT_COUNT.reply is not None:
-        boots = int(BOOT_COUNT.reply.decode(back.raw))
-    if history.is_line_dead:
-        return TriggersReading(history, boots)
-    is_other = yield from is_another(begin)
-    end: EngineView = yield Inspect()
-    is_asked_about = end.device.breaks != begin.device.breaks and not end.is_settled
-    if is_asked_about or end.device.restarts != begin.device.restarts or is_other:
-        raise UserError(marked("The module restarted. Read again."))
-    return TriggersReading(history, boots)
 
 
 class TriggersController(QObject):
