@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from typing import Final, NamedTuple
 
-from app.engine.identity import Expected, Identity, IdentityEvidence
+from app.engine.identity import UNKNOWN, Expected, Identity
 from app.engine.ports import PortInfo
 from app.engine.transport import PortTrouble
 from app.engine.worker import Connection, PortState
@@ -140,7 +140,6 @@ class Reconnection:
         """Until its adapter is identified again."""
         self._next_at = 0.0
         self._absence = Absence.AWAY
-        self._last_handled: Connection | None = None
         self.returns = 0
         """The number of lost ports that were opened again."""
 
@@ -177,7 +176,7 @@ class Reconnection:
         is_same = self.is_adapter_same
         if lost.before is not None:
             return Expected(lost.before, is_same and lost.is_adapter_same, is_named=lost.is_named)
-        if is_same and lost.now == IdentityEvidence() and not lost.is_named:
+        if is_same and lost.now == UNKNOWN and not lost.is_named:
             return None
         return Expected(lost.now, is_same, is_named=lost.is_named)
 
@@ -187,7 +186,6 @@ class Reconnection:
         self.address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
         self._is_ambiguous = False
-        self._last_handled = None
 
     def give_up(self) -> None:
         """The user disconnects."""
@@ -196,9 +194,8 @@ class Reconnection:
 
     def feed(self, connection: Connection, now: float) -> None:
         """Take in the state of the connection; the same state again changes nothing."""
-        if self.address is None or connection == self._last_handled:
+        if self.address is None:
             return
-        self._last_handled = connection
         if connection.state is PortState.OPEN:
             self._node = None if self.address.is_url else self._node_of(self.address.device)
             self._enter(PortStage.KNOWN if self.address.is_url else FOLLOWS[self._stage][0])
