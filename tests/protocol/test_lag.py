@@ -178,6 +178,13 @@ def test_a_late_status_was_sent_after_what_was_answered_before(bench: Bench) -> 
     assert (late.role, late.sent_after) == (Role.LATE, asked_at)
 
 
+def test_what_follows_a_late_answer_was_sent_after_its_question(bench: Bench) -> None:
+    bench.ask(SOUND.query(), attempts=1)
+    asked_at = bench.now
+    bench.hear(encode_reply(SOUND.code, 60), after_s=1.5)
+    assert bench.link.lag.sent_after == asked_at
+
+
 def test_a_status_that_follows_a_copy_of_the_one_before_is_an_answer_and_no_stream(bench: Bench) -> None:
     """The copy was taken for the answer to the second question."""
     for _ in range(2):

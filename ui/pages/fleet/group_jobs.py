@@ -55,15 +55,15 @@ class GroupChecks(QObject):
         super().__init__(parent)
         self._services, self._members = services, members
         self._running: dict[Port, _Check] = {}
-        self._heard: set[Port] = set()
-        services.connector.removed.connect(self._heard.discard)
-        """Connections whose batches are received."""
         self.profile: Profile | None = None
         self.results: dict[Port, SetMember] = {}
         """Of the last set."""
         self.total = 0
         services.connector.removed.connect(self._on_removed)
         members.replaced.connect(self._on_removed)
+        services.connector.added.connect(self._hear)
+        for connection in services.connector.connections:
+            self._hear(connection)
 
     @property
     def is_running(self) -> bool:
@@ -95,11 +95,11 @@ class GroupChecks(QObject):
         check = self._running[connection] = _Check(evidence, port_text(connection.target), name)
         self._members.is_checking.add(connection)
         journal = connection.journal()
-        if connection not in self._heard:
-            self._heard.add(connection)
-            connection.batch.connect(partial(self._listen, connection))
         procedure = run_preflight(check.evidence, is_enabling=is_enabling, journal=journal)
         check.job = connection.run(procedure, partial(self._end, connection, name))
+
+    def _hear(self, connection: Port) -> None:
+        connection.batch.connect(partial(self._listen, connection))
 
     def _listen(self, connection: Port, batch: Batch) -> None:
         check = self._running.get(connection)
@@ -110,8 +110,7 @@ class GroupChecks(QObject):
         check = self._running.get(connection)
         if check is None or job is not check.job:
             return
-        if connection.last is not None:
-            self._listen(connection, connection.last)
+        self._listen(connection, connection.last)
         evidence = check.evidence
         if connection.module.name != name:
             evidence.disturbance = Disturbance.CHANGED  # it would be kept under the former name
