@@ -144,8 +144,7 @@ def _finish(evidence: Evidence) -> Procedure[None]:
         evidence.status_age_s = max(0.0, end.now - evidence.status.at)
     yield from _count_rejected(evidence)
     evidence.ended_at = end.now
-    is_another_start = BOOT_COUNT.key in {change.key for change in evidence.changes}
-    if is_another_start or end.device.restarts != evidence.restarts:
+    if end.device.restarts != evidence.restarts:
         evidence.disturbance = Disturbance.RESTARTED
     elif end.device.breaks != evidence.breaks:
         evidence.disturbance = Disturbance.BROKEN

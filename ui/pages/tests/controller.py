@@ -235,7 +235,7 @@ class GuidedController(QObject):
             self.changed.emit()
 
     def _watch(self) -> None:
-        if self.stage is Stage.CONFIRMING and not self._connector.current.is_open:
+        if not self._connector.current.is_open:
             self.cancel(LOST)
         self.changed.emit()
 
