@@ -8,7 +8,6 @@ import pytest
 from app.engine.device import Device
 from app.engine.identity import (
     NO_EXPECTATION,
-    UNKNOWN,
     Expected,
     Identity,
     IdentityCheck,
@@ -19,9 +18,7 @@ from app.engine.identity import (
     went_back,
 )
 from app.engine.procedure import Ask, Procedure
-from app.engine.reconnect import Address, Reconnection
 from app.engine.session import Run
-from app.engine.worker import Connection, PortState
 from app.preflight.evidence import Evidence as PreflightEvidence
 from app.preflight.evidence import FlagState
 from app.preflight.run import run_preflight
@@ -50,7 +47,6 @@ FOUND = IdentityEvidence(
 )
 """Of the simulated module as delivered."""
 OPTIONS = {"uptime": 60, "noise": 0, "boots": 37}
-BRIDGE = Address("socket://bridge:4000")
 
 
 def with_setting(key: str, value: float) -> IdentityEvidence:
@@ -354,51 +350,6 @@ def test_a_person_is_asked_again_once_the_conversation_broke(
         assert len(changes(rig)) == before
         rig.session.identity.confirm(rig.session.identity.identity)
         assert trust(rig) is Trust.PROVEN
-
-
-@pytest.mark.parametrize(
-    ("address", "again", "is_same_adapter"),
-    [
-        (Address("/dev/pts/5"), (1, 8, 34821), True),
-        (Address("/dev/pts/5"), (1, 9, 34822), False),
-        (Address("/dev/pts/5"), None, False),
-        (Address("/dev/ttyUSB0", "10c4:ea60:0001", "1-1"), (9, 9, 9), True),
-        (BRIDGE, None, True),
-    ],
-    ids=["the same file", "another file behind the link", "nothing there", "an adapter on USB", "an address"],
-)
-def test_a_name_is_the_same_adapter_only_while_it_leads_to_the_same_file(
-    address: Address, again: tuple[int, int, int] | None, is_same_adapter: bool
-) -> None:
-    nodes: dict[str, tuple[int, int, int] | None] = {address.device: (1, 8, 34821)}
-    made = Reconnection(is_link=lambda _device: True, node=lambda device: nodes[device])
-    made.request(address)
-    made.feed(Connection(PortState.OPEN, address.device, 115200), 1.0)
-    nodes[address.device] = again
-    assert made.is_adapter_same is is_same_adapter
-
-
-@pytest.mark.parametrize(
-    ("lost", "address", "expected"),
-    [
-        (Identity(), BRIDGE, None),
-        (Identity(), Address("/dev/ttyS9"), Expected(UNKNOWN, is_adapter_same=False, is_named=False)),
-        (Identity(Trust.PROVEN, is_named=True), BRIDGE, Expected(UNKNOWN)),
-        (Identity(now=FOUND), BRIDGE, Expected(FOUND, is_named=False)),
-        (
-            Identity(Trust.UNPROVEN, FOUND, IdentityEvidence(12), is_adapter_same=False, is_named=True),
-            BRIDGE,
-            Expected(FOUND, is_adapter_same=False),
-        ),
-    ],
-    ids=["nothing was read", "another adapter", "only its name", "it was read", "it was in doubt itself"],
-)
-def test_after_a_loss_the_lost_module_is_expected_if_anything_is_known_of_it(
-    lost: Identity, address: Address, expected: Expected | None
-) -> None:
-    made = Reconnection(node=lambda _device: None)
-    made.request(address)
-    assert made.expected(lost) == expected
 
 
 def test_what_differs_is_named() -> None:

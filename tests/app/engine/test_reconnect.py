@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
+from app.engine.identity import UNKNOWN, Expected, Identity, IdentityEvidence, Trust
 from app.engine.ports import PortInfo, list_ports, scan, to_json
 from app.engine.reconnect import EAGER_S, LOSSES, Absence, Address, PortStage, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
@@ -17,6 +18,8 @@ from app.text.user_error import UserError
 
 MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
 OTHER = MINE._replace(device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
+BRIDGE = Address("socket://bridge:4000")
+FOUND = IdentityEvidence(37, {"attitude_threshold_deg": 60})
 NAMELESS = PortInfo("/dev/ttyUSB0", "CH340", "", "", 0x1A86, 0x7523, "1-1:1.0")
 
 
@@ -106,6 +109,51 @@ def test_the_same_adapter_is_found_under_another_name() -> None:
     assert made.is_due(100.0)
     back = MINE._replace(device="/dev/ttyUSB3")
     assert made.poll([OTHER, back], 100.0) == Address("/dev/ttyUSB3", MINE.identity, MINE.location)
+
+
+@pytest.mark.parametrize(
+    ("address", "again", "is_same_adapter"),
+    [
+        (Address("/dev/pts/5"), (1, 8, 34821), True),
+        (Address("/dev/pts/5"), (1, 9, 34822), False),
+        (Address("/dev/pts/5"), None, False),
+        (Address("/dev/ttyUSB0", "10c4:ea60:0001", "1-1"), (9, 9, 9), True),
+        (BRIDGE, None, True),
+    ],
+    ids=["the same file", "another file behind the link", "nothing there", "an adapter on USB", "an address"],
+)
+def test_a_name_is_the_same_adapter_only_while_it_leads_to_the_same_file(
+    address: Address, again: tuple[int, int, int] | None, is_same_adapter: bool
+) -> None:
+    nodes: dict[str, tuple[int, int, int] | None] = {address.device: (1, 8, 34821)}
+    made = Reconnection(is_link=lambda _device: True, node=lambda device: nodes[device])
+    made.request(address)
+    made.feed(Connection(PortState.OPEN, address.device, 115200), 1.0)
+    nodes[address.device] = again
+    assert made.is_adapter_same is is_same_adapter
+
+
+@pytest.mark.parametrize(
+    ("lost", "address", "expected"),
+    [
+        (Identity(), BRIDGE, None),
+        (Identity(), Address("/dev/ttyS9"), Expected(UNKNOWN, is_adapter_same=False, is_named=False)),
+        (Identity(Trust.PROVEN, is_named=True), BRIDGE, Expected(UNKNOWN)),
+        (Identity(now=FOUND), BRIDGE, Expected(FOUND, is_named=False)),
+        (
+            Identity(Trust.UNPROVEN, FOUND, IdentityEvidence(12), is_adapter_same=False, is_named=True),
+            BRIDGE,
+            Expected(FOUND, is_adapter_same=False),
+        ),
+    ],
+    ids=["nothing was read", "another adapter", "only its name", "it was read", "it was in doubt itself"],
+)
+def test_after_a_loss_the_lost_module_is_expected_if_anything_is_known_of_it(
+    lost: Identity, address: Address, expected: Expected | None
+) -> None:
+    made = Reconnection(node=lambda _device: None)
+    made.request(address)
+    assert made.expected(lost) == expected
 
 
 def test_only_a_url_needs_no_list_of_ports() -> None:
