@@ -96,7 +96,7 @@ class ActRow(QFrame):
             self._performed = done = job.outcome()
             if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
                 self._connector.current.note_shutdown()
-            self._job.set_notice(partial(outcome_notice, done, self._dismiss))
+            self._job.set_notice(partial(outcome_notice, done))
         self.ended.emit(None if job.run.error is not None else self._performed)
 
     def _dismiss(self) -> None:

@@ -1,6 +1,5 @@
 """Texts for unmet conditions and outcomes of acts, shared by rows, ritual and baud rate."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
@@ -91,5 +90,5 @@ def not_begun() -> Notice:
     return Notice(Meaning.ATTENTION, tr("Link lost. Nothing was sent."))
 
 
-def outcome_notice(done: Performed, dismiss: Callable[[], None]) -> Notice:
-    return Notice(outcome_meaning(done), done.sentence, dismiss=dismiss)
+def outcome_notice(done: Performed) -> Notice:
+    return Notice(outcome_meaning(done), done.sentence)

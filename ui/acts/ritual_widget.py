@@ -5,7 +5,6 @@ window or field, an error anywhere in the window, an armed control that is not v
 step, and each control has its own place at the bottom of the page.
 """
 
-from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from typing import Final
@@ -249,7 +248,7 @@ class RitualWidget(QFrame):
             leave_focus(self)
             why = self.ritual.ended_by
             if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
-                self._job.set_notice(partial(_ended_notice, why, self._job.dismiss))
+                self._job.set_notice(partial(_ended_notice, why))
         self._show()
 
     # The end of it
@@ -257,7 +256,7 @@ class RitualWidget(QFrame):
     def _fire(self, permit: Permit) -> None:
         if permit.is_rehearsal:
             self.ritual.disarm(Input.FINISHED)
-            self._job.set_notice(partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._job.dismiss))
+            self._job.set_notice(partial(outcome_notice, rehearse(Act.DEPLOY, permit)))
             return
         journal = self._connector.current.journal()
         self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
@@ -265,7 +264,7 @@ class RitualWidget(QFrame):
     def _end(self, job: Job[Performed]) -> None:
         self.ritual.disarm(Input.FINISHED)
         done = None if job.run.error is not None else job.outcome()
-        self._job.set_notice(not_begun if done is None else partial(outcome_notice, done, self._job.dismiss))
+        self._job.set_notice(not_begun if done is None else partial(outcome_notice, done))
 
     def _show(self) -> None:
         ritual, now = self.ritual, self._connector.clock()
@@ -368,6 +367,6 @@ def _column(head: QWidget, buttons: QHBoxLayout) -> QWidget:
     return column
 
 
-def _ended_notice(why: Input, dismiss: Callable[[], None]) -> Notice:
+def _ended_notice(why: Input) -> Notice:
     text = tr("Disarmed: {why}. Nothing was sent.", why=tr(_ENDED[why]))
-    return Notice(Meaning.INFORMATION, text, dismiss=dismiss)
+    return Notice(Meaning.INFORMATION, text)

@@ -33,7 +33,7 @@ class JobNotice(QObject):
         self.changed.emit()
 
     def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:
-        self.set_notice(lambda: Notice(meaning, make(), dismiss=self.dismiss))
+        self.set_notice(lambda: Notice(meaning, make()))
 
     def write_file(self, path: Path, write: Callable[[], object], saved: Callable[[], str]) -> bool:
         """Writes a file and says what came of it; whether it was written."""
@@ -59,8 +59,9 @@ class JobNotice(QObject):
             self.dismiss()
 
     def result_notice(self) -> Notice | None:
-        """The last result; None if there is none, or it was dismissed."""
-        return None if self._notice is None else self._notice()
+        """The last result; None if there is none, or it was dismissed. What offers no choice can be closed."""
+        notice = None if self._notice is None else self._notice()
+        return notice if notice is None or notice.choices else notice._replace(dismiss=self.dismiss)
 
 
 def progress_notice(text: str, cancel: Callable[[], None] | None) -> Notice:

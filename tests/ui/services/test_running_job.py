@@ -24,7 +24,7 @@ from ui.services.port import Ports
 from ui.services.running_job import RunningJob
 from ui.services.storage import Storage
 from ui.style.theme import Meaning, scaled
-from ui.widgets.notice_bar import Notice
+from ui.widgets.notice_bar import Choice, Notice
 
 
 class Line(QObject):
@@ -74,6 +74,21 @@ def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
         line.end()
     assert [one.outcome() for one in ended] == [7]
     assert job.can_run
+    assert job.notice("Asking") is None
+
+
+def test_what_offers_no_choice_can_be_closed(qtbot: QtBot) -> None:
+    job, _line, _ended = made()
+    choice = Choice("again", "Again", job.dismiss)
+    job.set_notice(lambda: Notice(Meaning.ATTENTION, "Restarted", (choice,)))
+    asked = job.notice("Asking")
+    assert asked is not None
+    assert asked.dismiss is None  # a question is answered
+    job.set_notice(lambda: Notice(Meaning.DANGER, "Link lost"))
+    told = job.notice("Asking")
+    assert told is not None
+    assert told.dismiss is not None
+    told.dismiss()
     assert job.notice("Asking") is None
 
 

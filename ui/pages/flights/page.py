@@ -193,13 +193,13 @@ class FlightsPage(Page):
     def _ended_notice(self, ended: LoadEnded) -> Notice | None:
         """None where everything was read."""
         if ended.why:
-            return Notice(Meaning.ATTENTION, tr("Failed: {why}.", why=ended.why), dismiss=self.result.dismiss)
+            return Notice(Meaning.ATTENTION, tr("Failed: {why}.", why=ended.why))
         if ended.was_cancelled:
             read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
-            return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)), dismiss=self.result.dismiss)
+            return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)))
         unread = self.work.unread()
         if ended.total == 0:
-            return Notice(Meaning.INFORMATION, tr("No new flight logs."), dismiss=self.result.dismiss)
+            return Notice(Meaning.INFORMATION, tr("No new flight logs."))
         if not unread:
             return None
         first = unread[0]

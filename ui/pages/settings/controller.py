@@ -230,7 +230,7 @@ class SettingsController(QObject):
         # The two buttons that confirm a write never share a place, so each keeps its own while it is hidden.
         anyway = risk_choices((), self.write, self.job.dismiss, is_shown=False)
         choices = (*anyway, self._unlock_choice(accepted)) if can_unlock else ()
-        return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.job.dismiss)
+        return Notice(Meaning.ATTENTION, text, choices)
 
     def _written_notice(self, report: WriteReport) -> Notice:
         """Counts by the current states: a setting that changed since is no longer called verified."""

@@ -102,7 +102,7 @@ class BaudPanel(QFrame):
     def _end(self, rate: int, permit: Permit, job: Job[BaudChanged]) -> None:
         self.editor.show_value(None, None)
         if job.run.error is not None and not permit.is_spent:
-            self._job.set_notice(lambda: not_begun()._replace(dismiss=self._job.dismiss))
+            self._job.set_notice(not_begun)
         elif job.run.error is not None:
             self._doubtful_since = self._connector.clock()
             self._job.notify(

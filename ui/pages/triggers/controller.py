@@ -200,13 +200,13 @@ class TriggersController(QObject):
         try:
             past = CheckStore(store.database).past(name)
         except StoreTrouble as trouble:
-            return Notice(Meaning.DANGER, _not_stored_text(trouble), dismiss=self.job.dismiss)
+            return Notice(Meaning.DANGER, _not_stored_text(trouble))
         if past.last_answer is not None:
             had = tr("It had {count} on {date}.", count=past.last_answer.count, date=past.last_answer.at[:10])
             return plain._replace(text=join_sentences((text, had)))
         if past.is_said_new:
             sentence = join_sentences((text, tr("A person said that it is new.")))
-            return Notice(Meaning.INFORMATION, sentence, dismiss=self.job.dismiss)
+            return Notice(Meaning.INFORMATION, sentence)
         if self._connector.current.device.reported[0] is not False:
             return plain
         words = labelled(tr(RecordsWord.NEW_MODULE.value), name)
