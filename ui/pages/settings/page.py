@@ -265,6 +265,7 @@ class SettingsPage(Page):
         self.compare.shown.connect(self._show_compare)
         self.compare.applied.connect(self._apply_profile)
         self.compare.closed.connect(self.show_form)
+        self._connector.invalidated.connect(self.compare.forget_ticks)
         self.calibration.closed.connect(self.show_form)
         self.calibration.proposed.connect(self._use_threshold)
         exchange = self._services.exchange
@@ -364,7 +365,9 @@ class SettingsPage(Page):
 
     def on_escape(self) -> bool:
         """Leaves the profile or the calibration, or dismisses the notice."""
-        if self._stack.currentWidget() is not self._form:
+        if self._stack.currentWidget() is self.calibration:
+            self.calibration.close_panel()
+        elif self._stack.currentWidget() is self.compare:
             self.show_form()
         elif not self.work.job.is_running and self.work.notice() is not None:
             self.work.job.dismiss()

@@ -191,9 +191,9 @@ class CalibrationPanel(QWidget):
         self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold", role="primary",
                             slot=self._use_proposal)  # fmt: skip
         self.back = control(QPushButton(), texts, "calibration_back", "Back", key="Esc",
-                            slot=self._close)  # fmt: skip
+                            slot=self.close_panel)  # fmt: skip
         self._lay_out()
-        services.connector.invalidated.connect(self._bands.clear)
+        services.connector.invalidated.connect(self._reset)
         self._job.changed.connect(self.refresh)
 
     @property
@@ -203,9 +203,17 @@ class CalibrationPanel(QWidget):
         return propose(self._bands[CLOSED], self._bands[OPEN])
 
     def begin(self) -> None:
+        self._reset()
+        self.sides[CLOSED].button.setFocus()
+
+    def close_panel(self) -> None:
+        self._job.cancel()
+        self._job.drop()
+        self.closed.emit()
+
+    def _reset(self) -> None:
         self._bands.clear()
         self._is_link_lost = False
-        self.sides[CLOSED].button.setFocus()
 
     def refresh(self) -> None:
         for name, side in self.sides.items():
@@ -254,10 +262,6 @@ class CalibrationPanel(QWidget):
         proposal = self.proposal
         if isinstance(proposal, Proposal):
             self.proposed.emit(proposal.threshold_v)
-
-    def _close(self) -> None:
-        self._job.cancel()
-        self.closed.emit()
 
     def _lay_out(self) -> None:
         sides = in_row(*((side, 1) for side in self.sides.values()), spacing=Space.M)

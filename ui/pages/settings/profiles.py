@@ -72,8 +72,12 @@ class ProfileCompare(QWidget):
 
     def show_profile(self, profile: Profile, path: Path) -> None:
         self.profile, self._path, self._refusal = profile, path, None
-        self._is_touched.clear()
+        self.forget_ticks()
         self.shown.emit()
+
+    def forget_ticks(self) -> None:
+        """What a person ticked or unticked was for the former module."""
+        self._is_touched.clear()
 
     def show_faults(self, path: Path, refusal: ProfileRefused) -> None:
         self.profile, self._path, self._refusal = None, path, refusal

@@ -98,6 +98,34 @@ def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
     assert len(one.changes("attitude_trigger")) == 1
 
 
+def test_ticks_are_for_the_module_for_which_they_were_made(tmp_path: Path, one: Desk) -> None:
+    open_by_dialog(one, profile_file(tmp_path))
+    tick(one, "attitude_threshold").click()
+    tick(one, "freefall_time").click()
+    one.settings.refresh()
+    assert (tick(one, "attitude_threshold").isChecked(), tick(one, "freefall_time").isChecked()) == (False, True)
+    one.assembly.connector.current.module.treat_as_new()
+    one.until(lambda: match(one, "freefall_time_s") == "same")
+    assert (tick(one, "attitude_threshold").isChecked(), tick(one, "freefall_time").isChecked()) == (True, False)
+
+
+def test_what_is_measured_of_the_light_ends_with_the_panel_and_with_the_module(one: Desk) -> None:
+    panel, connector = one.settings.calibration, one.assembly.connector
+    one.click("light_threshold_measure")
+    one.click("calibration_closed_measure")
+    assert one.settings.on_escape()
+    one.click("light_threshold_measure")
+    one.until(lambda: not connector.is_busy, 1.0)
+    assert (panel.sides["closed"].text.text(), panel.detail.text()) == ("not measured yet", "")
+    one.click("calibration_closed_measure")
+    one.bench.unplug()
+    one.until(lambda: panel.detail.text() == "Link lost.")
+    one.bench.plug()
+    connector.connect_to(Target(one.url, 115200))
+    one.until(panel.sides["closed"].button.isEnabled)
+    assert panel.detail.text() == ""
+
+
 def test_a_profile_against_the_advice_is_warned_about(tmp_path: Path, one: Desk) -> None:
     open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("= 65", "= 40")))
     assert tick(one, "attitude_threshold").isVisible()
