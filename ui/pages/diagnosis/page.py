@@ -95,7 +95,8 @@ class DiagnosisPage(StreamPage):
 
     def _begin_again(self) -> None:
         """Frames of two connections are never in one list, nor in one file."""
-        self.traffic.clear_rows()
+        self.traffic.model.clear()
+        self.traffic.pause.setChecked(False)
         self.traffic_buffer.clear()
         self.files.refresh()
         self.bundle.begin_again()

@@ -75,7 +75,7 @@ class TrafficPage(QWidget):
         self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", key="Ctrl+C", picture=Icon.COPY,
                             slot=self.copy_rows)  # fmt: skip
         self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", key="Ctrl+Shift+X", picture=Icon.ERASE,
-                             slot=self.clear_rows)  # fmt: skip
+                             slot=self.model.clear)  # fmt: skip
         for button in (self.mark, self.copy, self.clear):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         self.pause.toggled.connect(self._pause)
@@ -133,8 +133,14 @@ class TrafficPage(QWidget):
         bar.valueChanged.connect(self._notice_scrolling)
         bar.rangeChanged.connect(self._stay_at_end)
         table.selectionModel().selectionChanged.connect(self._show_detail)
-        self.model.modelReset.connect(self._show_detail)  # a reset clears the selection without a signal
+        self.model.modelReset.connect(self._on_other_rows)
         return table
+
+    def _on_other_rows(self) -> None:
+        """A reset clears the selection without a signal."""
+        self._is_not_found = False
+        self._show_detail()
+        self._show_count()
 
     def _make_detail(self) -> QLabel:
         label = text_label("traffic_detail", "muted", is_selectable=True)
@@ -188,8 +194,6 @@ class TrafficPage(QWidget):
             self.table.scrollToBottom()
         else:
             self.table.scrollToTop()
-        self._show_detail()
-        self._show_count()
 
     def _search_start(self) -> int:
         """The selected row, else the one before the first visible row."""
@@ -210,24 +214,17 @@ class TrafficPage(QWidget):
         self.search.field.selectAll()
 
     def _use_filter(self, number: int) -> None:
-        self._is_not_found = False
         self.model.use_filter(_FILTERS[number][0])
         if self.model.is_recorded:
             self.table.scrollToTop()
         else:
             self.table.scrollToBottom()
-        self._show_count()
 
     def _pause(self, is_paused: bool) -> None:
         self._is_paused = is_paused
         self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
         self._texts.bind(self.pause.setText, "Continue" if is_paused else "Pause")
         self.draw()
-
-    def clear_rows(self) -> None:
-        self.model.clear()
-        self._show_detail()
-        self._show_count()
 
     def _show_count(self) -> None:
         rows = self.model.rowCount()

@@ -169,10 +169,11 @@ class TrafficModel(RowsModel[Row]):
         return places.data, recorded.chosen(places)
 
     def clear(self) -> None:
-        """Removes all rows and marks."""
+        """Removes the live traffic with its marks; a capture stays as it is."""
         self._stored.clear()
-        self._marks.clear()
-        self.rebuild()
+        if self._recorded is None:
+            self._marks.clear()
+            self.rebuild()
 
     def show_recorded(self, rows: CaptureRows | None) -> None:
         """Shows the rows of a capture; None returns to the live traffic. Removes all marks."""

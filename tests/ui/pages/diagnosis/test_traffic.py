@@ -8,6 +8,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.captures.entries import CaptureEntry, Way
+from app.captures.rows import CaptureRows
 from app.engine.device import DeviceView
 from app.engine.worker import Batch, Connection
 from app.text import i18n
@@ -16,10 +18,12 @@ from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
-from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.records.captures import explained
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis import traffic_texts
+from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import at_of
@@ -275,6 +279,27 @@ def test_rows_during_a_pause_are_counted(qtbot: QtBot, qapp: QApplication, tmp_p
         traffic.on_batch(batch(streamed(1234)))
         traffic.draw()
         assert traffic._count.text() == "1,234 new"
+
+
+def test_another_module_ends_a_pause_and_a_search_and_leaves_a_capture_as_it_is(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with window(qapp, tmp_path, entries=page_entries("diagnosis")) as assembly:
+        traffic = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage).traffic
+        traffic.on_batch(batch(streamed(5)))
+        traffic.draw()
+        traffic.pause.click()
+        traffic.search.field.setText("nowhere")
+        traffic.search.find_next()
+        qtbot.waitUntil(lambda: traffic._count.text() == "No matches")
+        assembly.connector.invalidated.emit()
+        assert (traffic._count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
+        traffic.show_recorded(CaptureRows(explained([CaptureEntry(0.0, Way.IN, STREAMED)])))
+        traffic.table.selectRow(0)
+        traffic.mark.click()
+        assembly.connector.invalidated.emit()
+        assert traffic.model.is_marked(0)
+        assert traffic.table.selectionModel().hasSelection()
 
 
 def test_a_cached_text_is_in_the_language_that_it_was_asked_in() -> None:
