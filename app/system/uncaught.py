@@ -35,13 +35,11 @@ def catch_uncaught_errors(on_uncaught: Hook) -> Callable[[], None]:
         if issubclass(kind, KeyboardInterrupt):
             before(kind, error, trace)
             return
-        _report(on_uncaught, error, trace, threading.current_thread().name)
+        _report(on_uncaught, error, trace)
 
     def caught_in_thread(args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None:
-            _report(
-                on_uncaught, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else ""
-            )
+            _report(on_uncaught, args.exc_value, args.exc_traceback)
 
     def undo() -> None:
         global _on_uncaught
@@ -54,7 +52,7 @@ def catch_uncaught_errors(on_uncaught: Hook) -> Callable[[], None]:
 
 def report_uncaught_error(error: BaseException) -> None:
     """Log and report an exception that was caught only so that its thread continues."""
-    _report(_on_uncaught, error, error.__traceback__, threading.current_thread().name)
+    _report(_on_uncaught, error, error.__traceback__)
 
 
 def _log_only(_error: UncaughtError) -> None:
@@ -64,7 +62,8 @@ def _log_only(_error: UncaughtError) -> None:
 _on_uncaught: Hook = _log_only
 
 
-def _report(on_uncaught: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:
+def _report(on_uncaught: Hook, error: BaseException, trace: TracebackType | None) -> None:
+    thread = threading.current_thread().name
     details = "".join(traceback.format_exception(type(error), error, trace))
     _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
     try:
