@@ -159,6 +159,7 @@ class Ports(QObject):
         port.set_shown(is_shown=not self._connections)
         port.changed.connect(self.any_changed)
         port.lock.changed.connect(self.any_changed)
+        port.module.changed.connect(partial(self._on_named, port))
         self._connections.append(port)
         self.added.emit(port)
         return port
@@ -300,6 +301,12 @@ class Ports(QObject):
         jobs, self._jobs = self._jobs, set()
         for job in jobs:
             job.cancel()
+
+    def _on_named(self, port: Port) -> None:
+        """The module of this name is here, so what answers on another port is not."""
+        for other in self._connections:
+            if other is not port and other.is_open and other.module.name == port.module.name != "":
+                other.module.choose("")
 
     def _on_removed_batch(self, port: Port, batch: Batch) -> None:
         if batch.connection.state is PortState.CLOSED and port in self._leaving:

@@ -67,6 +67,18 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     assert worker.opened == ["/dev/one"]
 
 
+def test_one_name_is_of_one_module(qtbot: QtBot, ports: FakePorts) -> None:
+    (first, _), (second, _) = ports.plug_in("/dev/one"), ports.plug_in("/dev/two")
+    qtbot.waitUntil(lambda: first.is_open and second.is_open)
+    for port, names in ((first, ("M-07", "")), (second, ("", "M-07")), (first, ("M-07", ""))):
+        port.module.choose("M-07")
+        qtbot.wait(50)
+        assert (first.module.name, second.module.name) == names
+    first.module.choose("")
+    second.module.choose("M-08")
+    assert (first.module.name, second.module.name) == ("", "M-08")
+
+
 def test_a_stream_is_remembered_for_the_target_that_is_opened(
     ports: FakePorts, monkeypatch: pytest.MonkeyPatch
 ) -> None:
