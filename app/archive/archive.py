@@ -6,7 +6,7 @@ from pathlib import Path
 
 from app.archive.exchange import Exchanged, OnProgress, exchange, export_facts, import_facts
 from app.archive.local_facts import LocalFacts, open_facts
-from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
+from app.archive.module_names import KnownModule, ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
 from app.archive.server_url import server_url
 from app.limits.service import Service
 from app.stations.known import Stations
@@ -99,12 +99,13 @@ class Archive:
             self.public
         }
 
-    def keep_service(self, module: str, service: Service) -> None:
-        """Keep what a person did to a module. Raises `UserError`."""
+    def keep_service(self, module: KnownModule, service: Service) -> None:
+        """Keep what a person did to a module, under its name here, where it has one. Raises `UserError`."""
         content = service.content()
+        name = min(module.members, key=lambda member: member.station != self.public).name
         with self.store.database.transaction():
-            self.store.register_module(module)
-            self.store.facts.add(FactKind.SERVICE, content, module=module)
+            self.store.register_module(name)
+            self.store.facts.add(FactKind.SERVICE, content, module=name)
 
     def settle(self, first: NamedModule, second: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
         """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts

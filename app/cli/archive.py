@@ -9,6 +9,7 @@ import argparse
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
+from functools import partial
 
 from app.archive.archive import Archive, open_archive
 from app.archive.chains import ChainState, chains_in
@@ -16,7 +17,7 @@ from app.archive.exchange import Exchanged
 from app.archive.facts import RefusedFact
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import ModuleHistory, module_history
-from app.archive.module_names import Conflict, NamedModule, Settlement
+from app.archive.module_names import Conflict, KnownModule, NamedModule, Settlement
 from app.archive.server_url import server_url, store_server, stored_server
 from app.cli.commands import SERVER
 from app.limits.service import Service, ServiceKind
@@ -92,12 +93,19 @@ def run_service(args: argparse.Namespace) -> int:
                       note=args.note)  # fmt: skip
     with opened_archive() as archive:
         archive.collect()
-        if not archive.names().named(args.module):
+        named = archive.names().named(args.module)
+        if not named:
             console.notify(labelled(args.module, tr("none")))
             return console.ANSWER_NO
-        archive.keep_service(args.module, service)
+        archive.keep_service(min(named, key=partial(_is_farther, archive, args.module)), service)
     console.write_lines([service.summary().translated()])
     return console.SUCCESS
+
+
+def _is_farther(archive: Archive, name: str, module: KnownModule) -> tuple[bool, bool]:
+    """Other stations may use the name for other modules."""
+    here = {member.name for member in module.members if member.station == archive.public}
+    return name not in here, not here
 
 
 def run_sync(args: argparse.Namespace) -> int:

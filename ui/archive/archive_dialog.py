@@ -23,7 +23,7 @@ from app.archive.archive import Archive
 from app.archive.exchange import Exchanged
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import HistoryEvent, module_history
-from app.archive.module_names import Conflict
+from app.archive.module_names import Conflict, KnownModule
 from app.limits.service import Service
 from app.stations.station import shown_station
 from app.text.i18n import tr
@@ -224,16 +224,16 @@ class ArchiveDialog(QDialog):
     def _ask_service(self) -> None:
         chosen = self.modules.chosen()
         if chosen:
-            name = chosen[0].module.name
+            module = chosen[0].module
             ServiceForm(
                 self,
                 self._services.texts,
-                clean(name),
+                clean(module.name),
                 self._services.preferences.who,
-                partial(self._keep_service, name),
+                partial(self._keep_service, module),
             )
 
-    def _keep_service(self, module: str, service: Service) -> None:
+    def _keep_service(self, module: KnownModule, service: Service) -> None:
         def keep(archive: Archive, _on_page: object) -> None:
             archive.keep_service(module, service)
 

@@ -240,6 +240,22 @@ def test_what_a_person_did_to_a_module_is_kept_and_what_is_due_is_listed(
     assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
 
 
+def test_what_was_done_is_of_the_module_that_is_meant_whatever_name_it_has_there(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.meet("M-7")
+    other.meet("M-07")
+    _carry(capsys, other, tmp_path / "stick")
+    words = ("--what", "repack", "--who", "Li Wei", "--on", "2020-01-01", "--due", "2020-06-01")
+    say(capsys, "service", "m-7", *words)
+    assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"], "M-7": ["no_check", "service"]}
+    pair = [f"{one['members'][0]['station']}/{one['module']}" for one in told(capsys, "report", "report")["modules"]]
+    say(capsys, "settle", *pair, "--same", "--name", "M-07", "--who", "Li Wei")
+    say(capsys, "service", "M-07", *words[:-1], "2999-01-01")
+    assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
+    assert [one.name for one in here.store.modules()] == ["M-7"]
+
+
 def test_trigger_records_are_counted_from_the_last_repack(
     here: ArchiveStation, capsys: pytest.CaptureFixture[str]
 ) -> None:
