@@ -210,9 +210,9 @@ class BatchTurns(QObject):
         self._keeping.run_in(self._store.queue, keep, partial(self._end_turn, turn), self._fail)
 
     def _end_turn(self, turn: _Turn, why: UserMessage | None) -> None:
-        self._turn, self.outcome, module = None, Outcome(turn.name, why), turn.port.module
-        if why is not None and module.name == turn.name:
-            module.choose("")  # the name stays free
+        self._turn, self.outcome = None, Outcome(turn.name, why)
+        if why is not None:
+            _leave_unnamed(turn)
         self._had_its_turn = self._module()
         self._on_changed()
         self._read()
@@ -227,7 +227,9 @@ class BatchTurns(QObject):
         self.changed.emit()
 
     def _fail(self, trouble: StoreTrouble) -> None:
-        self._turn, self.trouble = None, trouble
+        turn, self._turn, self.trouble = self._turn, None, trouble
+        if turn is not None:
+            _leave_unnamed(turn)
         self.changed.emit()
 
     def _on_removed(self, port: Port) -> None:
@@ -241,6 +243,12 @@ class BatchTurns(QObject):
             port.changed.disconnect(self._on_changed)
             port.batch.disconnect(self._listen)
             port.invalidated.disconnect(self._on_another_module)
+
+
+def _leave_unnamed(turn: _Turn) -> None:
+    """The name stays free."""
+    if turn.port.module.name == turn.name:
+        turn.port.module.choose("")
 
 
 def _read(bench: Bench) -> _State:

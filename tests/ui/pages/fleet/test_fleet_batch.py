@@ -14,6 +14,7 @@ from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.records.check_store import CheckStore
+from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from tests.support.window.fake_ports import VALUES, FakeWorker
@@ -205,6 +206,21 @@ def test_a_module_that_is_unplugged_in_its_turn_is_set_aside(bench: Bench, tmp_p
     bench.until(lambda: bench.stage is Stage.PLUG_IN)
     assert bench.panel.words.text() == "PLUG IN: M-001"
     assert bench.store.modules() == ()
+
+
+def test_where_nothing_can_be_kept_the_module_has_no_name(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.begin(tmp_path)
+    bench.until(lambda: bench.stage is Stage.ASK)
+
+    def full(*_args: object) -> None:
+        raise StoreTrouble(StoreFault.FULL, tmp_path)
+
+    monkeypatch.setattr("app.fleet.batch.Bench.keep", full)
+    assert bench.take_turn("M-001").startswith("The disk is full")
+    assert bench.stage is Stage.STOPPED
+    assert bench.assembly.connector.current.module.name == ""
 
 
 def test_another_module_by_a_persons_word_ends_the_turn(bench: Bench, tmp_path: Path) -> None:
