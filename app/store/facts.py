@@ -152,7 +152,8 @@ class Facts:
 
 
 ADD_FACT: Final = "INSERT INTO facts (kind, made_at, payload, module, link, hash) VALUES (?, ?, ?, ?, ?, ?)"
-SET_STATE: Final = "INSERT INTO state (key, value) VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value"
+SET_STATE: Final = "INSERT OR REPLACE INTO state (key, value) VALUES (?, ?)"
+"""A row that is replaced is the last one: the order tells what was set last, whatever the clock said."""
 
 
 class _Link(NamedTuple):

@@ -83,16 +83,13 @@ class Store:
             module = Module(name, adapter or (known.adapter if known else ""), known.first_seen_at if known else now)
             if module != known:
                 self.facts.add(FactKind.MODULE, {"adapter": module.adapter}, module=name)
-            self.facts.set_state(f"module:{name}", {"adapter": module.adapter, "first_seen_at": module.first_seen_at,
-                                                    "last_seen_at": now})  # fmt: skip
+            self.facts.set_state(f"module:{name}", {"adapter": module.adapter, "first_seen_at": module.first_seen_at})
         return module
 
     def modules(self) -> tuple[Module, ...]:
         """The last seen first."""
-        rows = self.database.read(
-            "SELECT substr(key, 8), value FROM state WHERE key LIKE 'module:%' "
-            "ORDER BY json_extract(value, '$.last_seen_at') DESC, rowid DESC"
-        )
+        query = "SELECT substr(key, 8), value FROM state WHERE key LIKE 'module:%' ORDER BY rowid DESC"
+        rows = self.database.read(query)
         return tuple(_module(name, object_in(value)) for name, value in rows)
 
     def module_named(self, name: str) -> Module | None:

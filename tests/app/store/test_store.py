@@ -5,7 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -70,6 +70,14 @@ def test_modules_and_snapshots(folder: Path) -> None:
         assert kept_settings(store) == [found.settings]
         (kept,) = store.facts.select(FactKind.SNAPSHOT)
         assert (kept.content["module"], kept.content["boot_count"]) == ("M-07", 37)
+
+
+def test_the_module_that_was_seen_last_is_first_whatever_the_clock_said(folder: Path) -> None:
+    times = (noon() + timedelta(days=-days) for days in range(100))
+    with closing(open_store(folder, clock=lambda: next(times))) as store:
+        for name in ("M-1", "M-2", "M-3", "M-2", "M-1"):
+            store.register_module(name, "usb 1")
+        assert [module.name for module in store.modules()] == ["M-1", "M-2", "M-3"]
 
 
 def test_settings_that_were_tampered_with_give_only_what_fits() -> None:
