@@ -290,10 +290,6 @@
         <translation>不符之处：{time} 时另一触发条件已满足，但记录中没有该触发源。</translation>
     </message>
     <message>
-        <source>Vendor advises: {advice}</source>
-        <translation>厂家建议：{advice}</translation>
-    </message>
-    <message>
         <source>Aircraft</source>
         <translation>飞行器</translation>
     </message>
@@ -1332,6 +1328,10 @@
     <message>
         <source>Flight logs (*.ulg *.bin *.csv *.mcap)</source>
         <translation>飞行日志 (*.ulg *.bin *.csv *.mcap)</translation>
+    </message>
+    <message>
+        <source>Folder</source>
+        <translation>文件夹</translation>
     </message>
     <message>
         <source>For PlotJuggler and Foxglove</source>
@@ -4294,6 +4294,10 @@
         <translation>结论仅此刻有效；之后不再监视。</translation>
     </message>
     <message>
+        <source>Vendor advises: {advice}</source>
+        <translation>厂家建议：{advice}</translation>
+    </message>
+    <message>
         <source>Vendor defaults, not of a module: {names}</source>
         <translation>厂家默认值，并非模块读数：{names}</translation>
     </message>
@@ -4930,6 +4934,10 @@
         <translation>已修改</translation>
     </message>
     <message>
+        <source>empty: never asked</source>
+        <translation>留空则从不查询</translation>
+    </message>
+    <message>
         <source>enable both automatic triggers first</source>
         <translation>先启用两个自动触发</translation>
     </message>
@@ -5060,10 +5068,6 @@
     <message>
         <source>holds for {time}</source>
         <translation>有效期剩余 {time}</translation>
-    </message>
-    <message>
-        <source>https://…; empty: never asked</source>
-        <translation>https://…；留空则从不查询</translation>
     </message>
     <message>
         <source>ignored explicit argument %r</source>

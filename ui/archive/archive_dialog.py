@@ -40,11 +40,11 @@ from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space
+from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.document_window import bring_to_front
 from ui.widgets.labels import EmptyState, IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -109,6 +109,7 @@ SUFFIX: Final = ".dpsarchive"
 MAX_NAME_LENGTH: Final = 80
 _SIGN_PX: Final = 16
 _WHO_PX: Final = 160
+_LOWEST_PX: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +125,7 @@ class ArchiveDialog(QDialog):
         super().__init__(parent)
         self.setObjectName("archive_dialog")
         self.setModal(False)
-        self.resize(FIRST_SIZE)
+        self.resize(QSize(*map(scaled, FIRST_SIZE.toTuple())).boundedTo(self.screen().availableSize()))
         self._exchange, self._services = exchange, services
         texts = services.texts
         texts.bind(self.setWindowTitle, "Archive of all stations")
@@ -164,9 +165,12 @@ class ArchiveDialog(QDialog):
         self._views = named(QStackedWidget(), "archive_views")
         self._views.addWidget(split)
         self._views.addWidget(self.empty)
+        self._views.setMinimumHeight(_LOWEST_PX)  # the room is that of a question above
+        actions = FlowRow()
+        actions.add_right(self.service, self.sync, self.export, self.import_)
         in_column(
             in_row(label, (self.server, 1), self.use, spacing=Space.S),
-            in_row(self.sign, (self.state, 1), self.service, self.sync, self.export, self.import_, spacing=Space.S),
+            in_row(self.sign, (self.state, 1), (actions, 2), spacing=Space.S),
             self.question, (self._views, 1),
             of=self, spacing=Space.M, margins=Space.L,
         )  # fmt: skip
@@ -197,8 +201,13 @@ class ArchiveDialog(QDialog):
         self.who.setMaximumWidth(_WHO_PX)
         texts.bind(self.who.setPlaceholderText, "your name")
         self.who.textChanged.connect(self._refresh_buttons)
-        in_row(sign, (self.asked, 1), self.who, self.same, self.same_other, self.different, of=self.question,
-               spacing=Space.S, margins=Space.S)  # fmt: skip
+        policy = self.same_other.sizePolicy()
+        policy.setRetainSizeWhenHidden(False)
+        self.same_other.setSizePolicy(policy)
+        answers = FlowRow()
+        answers.add_right(self.who, self.same, self.same_other, self.different)
+        words = in_row(sign, (self.asked, 1), spacing=Space.S)
+        in_column(words, answers, of=self.question, spacing=Space.XS, margins=Space.S)
         self.question.hide()
 
     # Actions

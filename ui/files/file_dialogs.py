@@ -11,13 +11,17 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QMimeData, QObject, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QDialog, QFileDialog, QInputDialog, QMenu, QWidget
+from PySide6.QtWidgets import QDialog, QFileDialog, QInputDialog, QLabel, QMenu, QToolButton, QWidget
 
 from app.text.i18n import tr
 from app.text.visible_text import visible
 from ui.core.preferences import Preferences
+from ui.style.icons import Icon, icon
 from ui.widgets.controls import named
 
+_ARROWS: Final = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON_RIGHT,
+                  "toParentButton": Icon.CHEVRON_UP}  # fmt: skip
+"""Of Qt's file dialog."""
 MAX_PORT_LENGTH: Final = 40
 """Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
 ThenPath = Callable[[Path], object]
@@ -46,6 +50,11 @@ def open_dialog(dialog: QDialog, name: str, then: Callable[[], object]) -> None:
 def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDialog.FileMode) -> QFileDialog:
     dialog = QFileDialog(parent, title.rstrip("…"), str(folder), kinds)
     dialog.setFileMode(mode)
+    dialog.setLabelText(QFileDialog.DialogLabel.LookIn, tr("Folder"))  # Qt has no Chinese for these two
+    dialog.setLabelText(QFileDialog.DialogLabel.FileType, tr("Files"))
+    for button in dialog.findChildren(QToolButton):
+        if button.objectName() in _ARROWS:  # Qt's are black in the dark theme, too
+            button.setIcon(icon(_ARROWS[button.objectName()]))
     return dialog
 
 
@@ -103,6 +112,8 @@ def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], obje
     dialog = QInputDialog(parent)
     dialog.setWindowTitle(title.rstrip("…"))
     dialog.setLabelText(label)
+    for part in dialog.findChildren(QLabel):
+        part.setWordWrap(True)
     open_dialog(dialog, "text_dialog", lambda: then(dialog.textValue()))
 
 

@@ -113,7 +113,7 @@ class PreferencesDialog(QDialog):
             form.addRow(label, box)
         texts.bind(self.language.setAccessibleName, "Language")
         self.updates = control(QLineEdit(), texts, "preferences_updates", says="Address for newer versions")
-        texts.bind(self.updates.setPlaceholderText, "https://…; empty: never asked")
+        texts.bind(self.updates.setPlaceholderText, "empty: never asked")
         caption = control(QLabel(), texts, "preferences_updates_label", "Newer versions")
         caption.setBuddy(self.updates)
         form.addRow(caption, self.updates)

@@ -24,12 +24,14 @@ from app.system.folders import data_folder
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.archive_stations import ArchiveStation, archive_station
+from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import Desk, desk, state, type_into, write
 from tests.support.window.steps import choosing, press
 from ui.archive.archive_dialog import ArchiveDialog
 from ui.archive.service_form import ServiceForm
 from ui.main import Assembly
+from ui.style.theme import Choice
 
 pytestmark = pytest.mark.qt_log_ignore("does not support", extend=True)
 NOWHERE = "postgresql://li:secret@/x?host=/nowhere/at/all"
@@ -119,6 +121,10 @@ def test_a_double_click_on_an_answer_does_not_answer_the_next_question(
         _wait(qtbot, dialog)
         dialog.who.setText("Li")
         first = dialog.asked.text()
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        assembly.appearance.zoom(200)
+        assert [fault for fault in cut_off(dialog) if not fault.startswith("archive_server")] == []
+        assembly.appearance.zoom(100)
         press(qtbot, dialog.same)
         second = dialog.asked.text()
         assert second != first  # at once, so that the first one is not answered twice

@@ -15,20 +15,22 @@ from unittest.mock import Mock
 
 import pytest
 from PySide6.QtCore import QEvent, QMessageLogContext, Qt, QtMsgType, qInstallMessageHandler
-from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication, QMenu, QWidget
+from PySide6.QtGui import QIcon, QImage
+from PySide6.QtWidgets import QApplication, QFileDialog, QInputDialog, QLabel, QMenu, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
 from app.cli.commands import is_file_name
 from app.text.i18n import CHINESE, set_language
 from tests.support.window.capture_window import write_capture
+from tests.support.window.fakes_ui import window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import choosing, let_lay_out
+from tests.support.window.steps import choosing, find, let_lay_out
+from tests.support.window.walk import SMALL_SCREEN
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
-from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, default_name
+from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
 from ui.files.report_printer import print_report
 from ui.files.save_bar import SaveBar, footer_text
 from ui.main import WindowOptions
@@ -194,6 +196,28 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
     live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
     live.page.refresh()
     return suggested
+
+
+@pytest.mark.parametrize("percent", [100, 200])
+def test_dialogs_of_qt_are_whole_and_chinese(qapp: QApplication, tmp_path: Path, percent: int) -> None:
+    with window(qapp, tmp_path, options=WindowOptions(language=CHINESE)) as assembly:
+        assembly.appearance.zoom(percent)
+        ask_path(assembly.window, "x", tmp_path / "x.csv", "x (*.csv)", bool)
+        dialog = find(assembly.window, QFileDialog)
+        labels = {label.text() for label in dialog.findChildren(QLabel)}
+        assert labels >= {"文件夹", "文件"}
+        assert not any("Look" in text or "type" in text for text in labels)
+        for button in dialog.findChildren(QToolButton):
+            picture = button.grab().toImage()
+            button.setIcon(QIcon())
+            assert button.grab().toImage() != picture, button.objectName()  # its icon was in sight
+        dialog.reject()
+        ask_text(assembly.window, "x", "Trust it only if that computer shows the same fingerprint. " * 2, bool)
+        asked = find(assembly.window, QInputDialog)
+        let_lay_out(asked)
+        assert asked.width() <= SMALL_SCREEN.width() / 2 * percent / 100
+        asked.reject()
+        assembly.appearance.zoom(100)
 
 
 def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
