@@ -101,6 +101,12 @@ class ModuleName(QObject):
         """A person says that it is another module, of this name or without one yet."""
         self._before_new(partial(self._begin_new, name))
 
+    def take_back(self, name: str) -> None:
+        """The module does not get this name after all: nothing of it is expected of the one that does."""
+        if self.name == name:
+            self.choose("")
+        self._read.pop(name, None)
+
     def _begin_new(self, name: str) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too
         self._use("")

@@ -212,7 +212,7 @@ class BatchTurns(QObject):
     def _end_turn(self, turn: _Turn, why: UserMessage | None) -> None:
         self._turn, self.outcome = None, Outcome(turn.name, why)
         if why is not None:
-            _leave_unnamed(turn)
+            turn.port.module.take_back(turn.name)
         self._had_its_turn = self._module()
         self._on_changed()
         self._read()
@@ -229,7 +229,7 @@ class BatchTurns(QObject):
     def _fail(self, trouble: StoreTrouble) -> None:
         turn, self._turn, self.trouble = self._turn, None, trouble
         if turn is not None:
-            _leave_unnamed(turn)
+            turn.port.module.take_back(turn.name)
         self.changed.emit()
 
     def _on_removed(self, port: Port) -> None:
@@ -243,12 +243,6 @@ class BatchTurns(QObject):
             port.changed.disconnect(self._on_changed)
             port.batch.disconnect(self._listen)
             port.invalidated.disconnect(self._on_another_module)
-
-
-def _leave_unnamed(turn: _Turn) -> None:
-    """The name stays free."""
-    if turn.port.module.name == turn.name:
-        turn.port.module.choose("")
 
 
 def _read(bench: Bench) -> _State:

@@ -179,6 +179,27 @@ def test_an_active_module_is_set_aside_and_lock_works(bench: Bench, tmp_path: Pa
     bench.until(lambda: bench.assembly.connector.current.device.fresh("active", bench.clock()) is False)
 
 
+@pytest.mark.parametrize("is_exchanged", [False, True])
+def test_a_name_that_stayed_free_expects_nothing_of_the_module_that_was_set_aside(
+    bench: Bench, tmp_path: Path, is_exchanged: bool
+) -> None:
+    bench.begin(tmp_path)
+    bench.bench.set_bay(is_open=True)
+    if is_exchanged:
+        bench.until(lambda: bench.stage is Stage.ASK)
+        bench.wait(0.6)
+        bench.scan("M-001")
+        begun = len(bench.requests)
+        bench.until(lambda: len(bench.requests) >= begun + 90)
+        bench.bench.restart()
+        bench.until(lambda: bench.stage is not Stage.WORKING)
+    else:
+        assert bench.take_turn("M-001").startswith("SET ASIDE: ")
+    bench.bench.set_bay(is_open=False)
+    bench.plug_in(2)  # with other settings, and started less often
+    assert bench.take_turn("M-001") == "M-001: READY"
+
+
 @pytest.mark.parametrize("after", [1, 40, 90, 140])
 def test_a_module_that_is_exchanged_in_its_turn_is_set_aside(bench: Bench, tmp_path: Path, after: int) -> None:
     bench.begin(tmp_path)
