@@ -107,18 +107,19 @@ def test_events_of_the_link_are_rows(qapp: QApplication, event: Event, word: str
 
 def test_filters(qapp: QApplication) -> None:
     model = TrafficModel()
-    model.append([sent(), *streamed(10), *rejected(b"\x00\x01")])
+    asked = Received(Frame(Direction.MODULE_TO_HOST, STREAMED), decode(STREAMED), Role.ANSWER, 1.0)
+    model.append([sent(), asked, *streamed(10), *rejected(b"\x00\x01")])
     model.show_new()
-    assert model.rowCount() == 12
+    assert model.rowCount() == 13
     model.use_filter(Filter.WITHOUT_STREAM)
-    assert model.rowCount() == 2
+    assert model.rowCount() == 3
     model.use_filter(Filter.REJECTED)
     assert [cell(model, row, Column.KIND) for row in range(model.rowCount())] == ["invalid"]
     model.append([*streamed(5), *rejected(b"\x02")])
     model.show_new()
     assert model.rowCount() == 2
     model.use_filter(Filter.ALL)
-    assert model.rowCount() == 18
+    assert model.rowCount() == 19
 
 
 def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
