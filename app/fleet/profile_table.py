@@ -31,11 +31,11 @@ class Column:
 
     @property
     def changes(self) -> tuple[SettingChange, ...]:
-        """What differs from the profile or is unknown."""
+        """What differs from the profile or is unknown; nothing of a module that is not reached."""
         return tuple(
             SettingChange(row.command, row.target)
             for row in self.rows
-            if row.is_worth_applying and row.target is not None
+            if self.is_reachable and row.is_worth_applying and row.target is not None
         )
 
 

@@ -131,11 +131,15 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
 
 
 def test_a_lock_that_fails_is_forgotten_with_its_module(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    bar = one.assembly.window.notice_bar
     with simulated("other"):
         fail(one, monkeypatch)
+        one.bench.unplug()
+        one.until(lambda: bar.button("lock_again") is None)  # nothing can be sent
+        assert "treat the module as ACTIVE" in notice_text(bar)
         one.url = "sim://other"
         one.connect()
-        one.until(lambda: one.assembly.window.notice_bar.notice is None)
+        one.until(lambda: bar.notice is None)
 
 
 def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -183,11 +183,7 @@ class GroupProfile(QObject):
 
     def changes(self) -> tuple[SettingChange, ...]:
         """What would be written to any of the modules."""
-        changes = (
-            self.column(connection).changes
-            for connection in self._members.connections
-            if connection in self._members.reachable
-        )
+        changes = (self.column(connection).changes for connection in self._members.connections)
         return tuple(dict.fromkeys(chain.from_iterable(changes)))
 
     def apply(self, connections: Sequence[Port], accepted: frozenset[SettingChange] = frozenset()) -> None:

@@ -85,7 +85,7 @@ class ProfilePanel(QWidget):
         connections = self._members.connections
         rows = [_Row(self._group.column(connection), self._group.applied.get(connection)) for connection in connections]
         self.table.show_rows(rows)
-        differing = sum(bool(row.column.changes) and row.column.is_reachable for row in rows)
+        differing = sum(bool(row.column.changes) for row in rows)
         self.write.setEnabled(differing > 0 and not self._group.is_running)
         self.write.setText(tr("Write ({count})", count=differing) if differing else tr("No changes"))
         self.close_button.setEnabled(not self._group.is_running)
