@@ -281,7 +281,8 @@ def _unconfirmed(written: Written) -> Written:
 def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
     view: EngineView = yield Inspect()
     snapshot = snapshot_of(view.device, view.now)
-    stored = store(snapshot) if snapshot.settings else None
+    # Not of another module than the one that it was decided for; to that nothing is written either.
+    stored = store(snapshot) if snapshot.settings and view.is_settled else None
     if stored is not None and not stored.done():
         yield from _wait_for_disk(stored)
 

@@ -6,6 +6,7 @@ from functools import partial
 
 import pytest
 
+from app.engine.identity import Expected, IdentityEvidence
 from app.engine.procedure import Cancelled
 from app.engine.run import Run
 from app.engine.snapshots import Snapshot
@@ -179,6 +180,13 @@ def test_the_settings_are_kept_before_the_first_write() -> None:
             boot_count=37,
         )
     ]
+
+
+def test_nothing_is_kept_of_a_module_that_nobody_has_confirmed() -> None:
+    rig = Rig(expected=Expected(IdentityEvidence()))
+    kept: list[Snapshot] = []
+    write(rig, WriteContext(journal=FakeJournal(), store_snapshot=kept.append), freefall_time=1.2)
+    assert (kept, sets(rig)) == ([], [])
 
 
 def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_rate() -> None:
