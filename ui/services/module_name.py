@@ -7,7 +7,7 @@ from math import inf
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.identity import Expected, IdentityEvidence, Trust, evidence_of, same_module
+from app.engine.identity import UNKNOWN, Expected, IdentityEvidence, Trust, evidence_of, same_module
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.settings.identity_words import known_by
@@ -46,6 +46,8 @@ class ModuleName(QObject):
         """Key of the adapter or port of the module."""
         self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
+        self._given = ("", UNKNOWN)
+        """The last name, and what was last read under it before it was given."""
         self._stored: dict[str, IdentityEvidence] = {}
         """The part of `_read` that is in the store."""
         self._tried_at = -inf
@@ -83,6 +85,7 @@ class ModuleName(QObject):
             elif name and not port.identity.is_settled:  # else the engine has not told of it yet
                 self.confirm_identity()
         elif port.is_open:
+            self._forget_read(self.name)
             before = self._evidence_of(name)
             if same_module(before, evidence_of(port.device.values, is_fresh=True)) is Trust.REFUTED:
                 self.expected_name = name  # asked about, as the engine sees it too
@@ -105,7 +108,7 @@ class ModuleName(QObject):
         """The module does not get this name after all: nothing of it is expected of the one that does."""
         if self.name == name:
             self.choose("")
-        self._read.pop(name, None)
+        self._forget_read(name)
 
     def _begin_new(self, name: str) -> None:
         self.expected_name = name  # it is the name as soon as the engine knows, too
@@ -130,8 +133,23 @@ class ModuleName(QObject):
 
     def _use(self, name: str) -> None:
         if name != self.name:
+            if name:
+                self._given = (name, self._evidence_of(name))
             self.name = name
             self.changed.emit()
+
+    def _forget_read(self, name: str) -> None:
+        """It was given by mistake: of its module is known what was before."""
+        given, before = self._given
+        if given != name or not name:
+            return
+        self._given = ("", UNKNOWN)
+        self._stored.pop(name, None)
+        self._read.pop(name, None)
+        if before != UNKNOWN:
+            self._read[name] = before
+        if (store := self._store) is not None:
+            store.queue.submit(partial(_store_evidence, store, name, before))
 
     # Which module it is
 

@@ -284,6 +284,22 @@ def test_of_two_names_given_in_a_row_the_last_counts(one: Desk, first: str, *, f
     assert store.evidence("M-90") == OF_ANOTHER
 
 
+@pytest.mark.parametrize("is_kept", [True, False])
+def test_a_name_that_was_a_mistake_expects_what_it_did_before(one: Desk, is_kept: bool) -> None:
+    store, other = one.assembly.storage.store, "M-08"
+    assert isinstance(store, Store)
+    before = IdentityEvidence(5, store.evidence(NAME).settings) if is_kept else UNKNOWN
+    if is_kept:
+        store.register_module(other)
+        store.store_evidence(other, before)
+    one.naming.choose(other)
+    one.wait(2.0)
+    assert one.naming.name == other
+    one.naming.choose(NAME)
+    one.wait(2.0)
+    assert (one.naming.name, one.naming._evidence_of(other), store.evidence(other)) == (NAME, before, before)
+
+
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with connected(qtbot, qapp, tmp_path) as first:
         first.know()
