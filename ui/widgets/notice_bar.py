@@ -15,7 +15,7 @@ from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import FittedLabel, IconLabel, text_label
-from ui.widgets.layouts import retain_size
+from ui.widgets.layouts import FlowRow, retain_size
 from ui.widgets.step_button import StepButton, leave_focus
 
 
@@ -96,9 +96,13 @@ class NoticeBar(Banner):
                                 slot=self._close)  # fmt: skip
         retain_size(self._dismiss)  # so that no other button is ever in its place
         self._buttons: list[QPushButton] = []
+        self._choices = None if is_fitted else FlowRow()
+        """Where they may take several lines."""
         around = 0 if is_fitted else Space.XS
         self.row.setContentsMargins(Space.M, around, Space.M, around)
         self.row.addWidget(self._text, 1)
+        if self._choices is not None:
+            self.row.addLayout(self._choices)
         self.row.addWidget(self._dismiss)
 
     def show_notice(self, notice: Notice | Callable[[], Notice] | None) -> None:
@@ -159,12 +163,15 @@ class NoticeBar(Banner):
         had_focus = next((button.objectName() for button in self._buttons if button.hasFocus()), None)
         leave_focus(self)
         for button in self._buttons:
-            self.row.removeWidget(button)
+            (self._choices or self.row).removeWidget(button)
             button.hide()
             button.deleteLater()
         self._buttons = [self._make_button(choice, number) for number, choice in enumerate(notice.choices)]
         for number, button in enumerate(self._buttons):
-            self.row.insertWidget(2 + number, button)
+            if self._choices is None:
+                self.row.insertWidget(2 + number, button)
+            else:
+                self._choices.add_right(button)
             button.setVisible(notice.choices[number].is_shown)
             if button.objectName() == had_focus:
                 button.setFocus()

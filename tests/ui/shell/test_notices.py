@@ -53,6 +53,24 @@ def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState
     assert [one.key for one in notice.choices if one.is_main] == [main.value]
 
 
+def test_choices_take_several_lines_before_a_page_scrolls_sideways(qtbot: QtBot) -> None:
+    bar = NoticeBar(Texts())
+    qtbot.addWidget(bar)
+    words = ("Cancel", "Write anyway", "Unlock this one write")
+    bar.show_notice(Notice(Meaning.ATTENTION, "Vendor advises: 55° or more.", tuple(
+        Choice(word, word, lambda: None, is_step=True, is_shown=word != words[-1]) for word in words
+    )))  # fmt: skip
+    wide = bar.sizeHint().width()
+    bar.setFixedWidth(wide * 2 // 3)
+    bar.setFixedHeight(bar.heightForWidth(bar.width()))
+    bar.show()
+    let_lay_out(bar)
+    assert bar.minimumSizeHint().width() <= bar.width()
+    buttons = [bar.button(word) for word in words]
+    assert all(button is not None and bar.rect().contains(button.geometry()) for button in buttons)
+    assert cut_off(bar) == []
+
+
 def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None:
     bar = NoticeBar(Texts())
     qtbot.addWidget(bar)
