@@ -179,7 +179,7 @@ def _least_of(item: QLayoutItem) -> QSize:
 
 class FlowRow(QLayout):
     """A row that wraps: `add` aligns widgets to the left, `add_right` to the right of the last line. Where it `is_even`
-    those at the left share the width of their line."""
+    those at the left lie in columns of one width."""
 
     def __init__(self, parent: QWidget | None = None, *, spacing_px: int = Space.S, is_even: bool = False) -> None:
         super().__init__(parent)
@@ -188,6 +188,8 @@ class FlowRow(QLayout):
         self._right: Final[list[QLayoutItem]] = []
         self._heights: dict[int, int] = {}
         """Cache by width: Qt asks many times for each layout."""
+        self._share = 0
+        """Width of an even column."""
         self.last_px = 0
         """Its width when it was laid out last."""
         self.setContentsMargins(0, 0, 0, 0)
@@ -278,6 +280,8 @@ class FlowRow(QLayout):
         return max(0, top - self.spacing() - room.top())
 
     def _wrap(self, items: list[QLayoutItem], width: int) -> list[list[QLayoutItem]]:
+        if self._is_even:
+            return self._in_columns(items, width)
         lines: list[list[QLayoutItem]] = []
         for item in items:
             if lines and self._width([*lines[-1], item]) <= width:
@@ -286,11 +290,22 @@ class FlowRow(QLayout):
                 lines.append([item])
         return lines
 
+    def _in_columns(self, items: list[QLayoutItem], width: int) -> list[list[QLayoutItem]]:
+        """As many as hold the widgets in them."""
+        lines: list[list[QLayoutItem]] = []
+        for count in range(len(items), 0, -1):
+            lines = [items[first : first + count] for first in range(0, len(items), count)]
+            self._share = (width + self.spacing()) // count - self.spacing()
+            has_shares = all(item.minimumSize().width() <= self._share for item in items)
+            if has_shares and all(self._width(line) <= width for line in lines):
+                break
+        return lines
+
     def _place(self, items: list[QLayoutItem], line: QRect) -> None:
         # The layout is always from the left: neither of the window's languages runs the other way.
-        x, share = line.left(), (line.width() + self.spacing()) // max(1, len(items)) - self.spacing()
+        x = line.left()
         for item in items:
-            width = share if self._is_even else item.sizeHint().width()
+            width = self._share if self._is_even else item.sizeHint().width()
             item.setGeometry(QRect(x, line.top(), min(width, line.width()), line.height()))
             x += width + self.spacing()
 

@@ -1,8 +1,9 @@
 """Rows, columns, wrapping rows, elided texts and icons; the wheel changes only the value of a focused widget."""
 
+from itertools import pairwise
 from pathlib import Path
 
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QColor, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractSlider,
@@ -55,6 +56,20 @@ class Foot(QWidget):
         self.resize(width, 300)
         self.column.activate()
         return [(one.x(), one.y()) for one in self.boxes]
+
+
+def test_even_shares_hold_what_is_in_them(qtbot: QtBot) -> None:
+    holder = QWidget()
+    qtbot.addWidget(holder)
+    row, boxes = FlowRow(holder, is_even=True), [QWidget() for _ in range(3)]
+    for box, width in zip(boxes, (WIDTH, 2 * WIDTH, WIDTH), strict=True):
+        box.setMinimumSize(width, HEIGHT)
+    row.add(*boxes)
+    for room, lines in ((4 * WIDTH + 2 * Space.S, 2), (6 * WIDTH + 2 * Space.S, 1)):
+        row.setGeometry(QRect(0, 0, room, 4 * HEIGHT))
+        assert len({box.y() for box in boxes}) == lines
+        assert all(box.width() >= box.minimumWidth() for box in boxes)
+        assert not any(one.geometry().intersects(two.geometry()) for one, two in pairwise(boxes))
 
 
 def test_with_room_it_is_one_line(qtbot: QtBot) -> None:
