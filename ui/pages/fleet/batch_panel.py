@@ -129,7 +129,7 @@ class BatchPanel(QWidget):
         self.ask_path: AskPath = ask_path
         self.ask_profile: AskOpen = ask_profile
         self._writing: BackgroundTask[None] = BackgroundTask("dps-s batch files", self, finished_at_close=True)
-        self._stage: Stage | None = None
+        self._turn: object = None
         self.form = BatchForm(texts)
         self.form.choose.clicked.connect(self._choose_profile)
         self.form.start.clicked.connect(self.begin)
@@ -178,7 +178,7 @@ class BatchPanel(QWidget):
         self.close_button.setVisible(not turns.is_working)
         self.form.refresh()
         if not has_begun:
-            self._stage = None
+            self._turn = None
             self.form.suggest_who(self._services.preferences.who)
             return
         stage = turns.stage
@@ -194,8 +194,9 @@ class BatchPanel(QWidget):
         self.confirm.setText(tr("Its label reads {module}", module=turns.name or EXAMPLE))
         self.confirm.setAccessibleName(self.confirm.text())
         self.table.show_rows(turns.rows)
-        if stage is not self._stage:
-            self._stage = stage
+        if self._turn != (turn := (stage, turns.module)):
+            self._turn = turn
+            self.label.clear()  # what is typed was meant for the former module
             announcer().announce(self.words.text())
             if stage is Stage.ASK and self.isVisible():
                 self.label.setFocus()

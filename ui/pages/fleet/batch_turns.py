@@ -169,12 +169,13 @@ class BatchTurns(QObject):
     def _is_answering(self) -> bool:
         return self.port is not None and self.port.is_open and self.port.state.phase is Phase.ONLINE
 
-    def _module(self) -> object:
+    @property
+    def module(self) -> object:
         """Another value once it may be another module."""
         return None if self.port is None else (self.port.view.opening, self.port.device.restarts)
 
     def _on_changed(self) -> None:
-        if self._had_its_turn is not None and not (self._is_answering and self._module() == self._had_its_turn):
+        if self._had_its_turn is not None and not (self._is_answering and self.module == self._had_its_turn):
             self._had_its_turn = None
         self.changed.emit()
 
@@ -213,7 +214,7 @@ class BatchTurns(QObject):
         self._turn, self.outcome = None, Outcome(turn.name, why)
         if why is not None:
             turn.port.module.take_back(turn.name)
-        self._had_its_turn = self._module()
+        self._had_its_turn = self.module
         self._on_changed()
         self._read()
 

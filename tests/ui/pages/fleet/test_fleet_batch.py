@@ -123,6 +123,9 @@ def test_each_module_has_its_turn_once_its_label_is_confirmed(bench: Bench, tmp_
     assert bench.sets == []  # nothing is written before a person has said so
     bench.scan("M-7")
     assert (bench.stage, bench.sets) == (Stage.ASK, [])
+    QTest.keyClicks(bench.panel.label, "M-0")
+    bench.plug_in(8)
+    assert bench.panel.label.text() == ""  # a scanner would go on in the middle of a name
     assert bench.take_turn("M-001") == "M-001: READY"
     port = bench.assembly.connector.current
     assert (bench.stage, port.module.name, bench.sets) == (Stage.UNPLUG, "M-001", WRITES)
