@@ -20,8 +20,10 @@ class JobNotice(QObject):
 
     changed = Signal()
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None, *, is_of_module: bool = True) -> None:
+        """`is_of_module`: else of files, and another module ends nothing of it."""
         super().__init__(parent)
+        self.is_of_module = is_of_module
         self._notice: Callable[[], Notice | None] | None = None
 
     def set_notice(self, make: Callable[[], Notice | None] | None) -> None:
@@ -54,6 +56,8 @@ class JobNotice(QObject):
     def end(self, *, is_page_left: bool) -> None:
         """Another module is connected, or only the page was left, which does not end what a person has to act on."""
         notice = self.result_notice()
+        if not is_page_left and not self.is_of_module:
+            return
         is_news = notice is None or (notice.meaning in (Meaning.GOOD, Meaning.INFORMATION) and not notice.choices)
         if self._notice is not None and (is_news or not is_page_left):
             self.dismiss()

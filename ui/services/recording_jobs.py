@@ -41,7 +41,7 @@ class RecordingJobs(JobNotice):
     """These files (`frozenset` of paths) are about to be deleted: close what is shown of them."""
 
     def __init__(self, folder: Path | None) -> None:
-        super().__init__()
+        super().__init__(is_of_module=False)
         self._folder = folder
         self.entries: tuple[RecordingEntry, ...] = ()
         self.is_known = False

@@ -104,8 +104,8 @@ class Rig:
         self.worker.hand_over(events=(Sent(request.encode(), request, 1, self.ports.now_s),))
         self.connector.current.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
         for notice in self.assembly.window.findChildren(JobNotice):
-            notice.notify(Meaning.DANGER, lambda: "Said of it")
-        self.assembly.storage.recordings.notify(Meaning.GOOD, lambda: "Said of it")
+            if notice.is_of_module:
+                notice.notify(Meaning.DANGER, lambda: "Said of it")
         self.assembly.window.show_message("Said of it")
         self.pages["live"].save.note._show(lambda: "Said of it")
         self.settle()

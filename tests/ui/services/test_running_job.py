@@ -16,6 +16,8 @@ from app.engine.worker import Job
 from app.store.database import StoreTrouble
 from app.store.store import Store, open_store
 from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.steps import find
+from ui.pages.flights.page import FlightsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import EDITOR_PX
 from ui.services import storage as storage_module
@@ -75,6 +77,16 @@ def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
     assert [one.outcome() for one in ended] == [7]
     assert job.can_run
     assert job.notice("Asking") is None
+
+
+def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=page_entries("recordings", "flights")) as assembly:
+        qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+        flights = find(assembly.window, FlightsPage)
+        for notice in (assembly.storage.recordings, flights.result):
+            notice.notify(Meaning.ATTENTION, lambda: "Not saved")
+            assembly.connector.invalidated.emit()
+            assert notice.result_notice() is not None
 
 
 def test_what_offers_no_choice_can_be_closed(qtbot: QtBot) -> None:

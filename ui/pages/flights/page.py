@@ -61,7 +61,7 @@ class FlightsPage(Page):
         self.ask_files: AskMany = ask_flight_logs
         self.ask_folder: AskMany = ask_folder
         self._folder = Path.home()
-        self.result = JobNotice(self)
+        self.result = JobNotice(self, is_of_module=False)
         texts = services.texts
         self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
         self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
