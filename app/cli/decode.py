@@ -36,14 +36,15 @@ _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HO
 
 def run(args: argparse.Namespace) -> int:
     words: list[str] = args.hex
-    if not words:
+    is_file = bool(words) and not _is_hex(words[0]) and _names_file(words[0])
+    if not words or (is_file and len(words) > 1):
         raise console.Refused(tr("expected {expected}", expected=f"{EXAMPLE}, FILE, -"))
     asked = BY_NAME[args.asked] if args.asked else None
     printer = _Printer(is_json=args.json)
     try:
         if words == ["-"]:
             _decode_text(lines_in(sys.stdin), asked, printer)
-        elif len(words) == 1 and not _is_hex(words[0]) and _names_file(words[0]):
+        elif is_file:
             path = Path(words[0])
             if path.suffix.lower() == ".mcap":
                 _decode_session(path, asked, printer)

@@ -63,6 +63,18 @@ def test_a_file_that_cannot_be_read_is_named(
     assert capsys.readouterr().err.startswith(f"{name} cannot be read: ")
 
 
+def test_two_files_are_refused_and_neither_is_said_to_be_no_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [tmp_path / "a.txt", tmp_path / "b.txt"]
+    for file in files:
+        file.write_text(STATUS)
+    assert run(*map(str, files)) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert "expected 41 75 32, FILE, -" in printed.err
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no such pipes")
 def test_a_pipe_with_a_name_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """As in a shell: dps-s decode <(…)."""
