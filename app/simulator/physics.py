@@ -76,7 +76,7 @@ class Physics:
         self._noise = _noise(self.seed)
 
     def advance(self, now_s: float) -> None:
-        """Advance the time: the cell drains or charges, a fall ends. The time never goes back."""
+        """Advance the time: the cell drains or charges. The time never goes back."""
         if self._now_s != -math.inf and now_s > self._now_s:
             hours = (now_s - self._now_s) / 3600
             if self.has_external_power:
@@ -84,8 +84,6 @@ class Physics:
             else:
                 self.cell_v = min(self.cell_v, max(EMPTY_CELL_V, self.cell_v - self.drain_v_per_h * hours))
         self._now_s = max(now_s, self._now_s)
-        if self._fall is not None and now_s > self._fall.ends_s + self._fall.end_lasts_s:
-            self._fall = None
 
     def drop(self, height_m: float, now_s: float) -> None:
         """Start a free fall from this height."""

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from math import inf, nan
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.flight_analysis.many_logs import SummarisedLog
-from app.flight_analysis.summary import summarise
+from app.flight_analysis.summary import FirstFire, summarise
+from protocol.messages import Source
 from tests.support.flights.many_flights import write_csv, write_logs
 from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
 from ui.pages.flights import controller, texts
@@ -23,6 +25,22 @@ def test_each_verdict_has_its_own_text(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(texts, "verdict_of", lambda _outcome, verdict=verdict: verdict)
         said.add(texts.verdict_text(None))
     assert len(said - {""}) == len(texts.Verdict)
+
+
+@pytest.mark.parametrize(
+    ("fire", "said"),
+    [
+        (FirstFire(inf, Source(0), False, nan, nan), "No trigger"),
+        (FirstFire(3.0, Source.ATTITUDE, True, nan, nan), "Fires at 3.0 s: attitude"),
+        (
+            FirstFire(3.0, Source.ATTITUDE | Source.FREEFALL, True, 0.5, 2.0),
+            "Fires at 3.0 s: attitude · free fall, 0.50 s after the loss of control, 2 m lower",
+        ),
+        (FirstFire(3.0, Source.FREEFALL, False, 0.5, 2.0), "Fires at 3.0 s: free fall, after the impact"),
+    ],
+)
+def test_only_the_triggers_that_fire_are_named(fire: FirstFire, said: str) -> None:
+    assert texts.fire_text(fire) == said
 
 
 def test_cancel_is_immediate_and_late_results_change_nothing(
