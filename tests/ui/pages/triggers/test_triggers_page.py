@@ -111,6 +111,11 @@ def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QAppli
         assert "It had 3 on 20" in said(bench)
         assert bench.triggers.strip.button("say_new") is None
         assert bench.check() is Standing.NO_GO
+        name_kept(bench, "M-08")
+        bench.bench.module.activate(is_active=True)
+        assert bench.bench.pulse_pwm()
+        bench.bench.module.memory.records.clear()
+        bench.until(lambda: bench.triggers.strip.button("say_new") is None)  # for it reports that it has fired
 
 
 def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
