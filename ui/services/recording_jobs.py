@@ -52,7 +52,10 @@ class RecordingJobs(JobNotice):
         self._unconverted: set[Path] = set()
         self._doing: Callable[[], str] = lambda: ""
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
-        self._job: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
+        self._brief: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
+        self._export: BackgroundTask[Any] = BackgroundTask("dps-s export", self, finished_at_close=True)
+        self._job = self._brief
+        """The running one of them, or the last."""
 
     def note_shown(self, *, is_shown: bool) -> None:
         """A recording is shown on the Live page, or no longer."""
@@ -172,8 +175,9 @@ class RecordingJobs(JobNotice):
             self._end(Meaning.INFORMATION, lambda: tr("Cancelled."))
 
     def stop(self) -> None:
-        """Cancel everything: the window closes."""
-        self._job.cancel()
+        """The window closes; a file that is being written is finished."""
+        for task in (self._brief, self._export):
+            task.close()
         self._listing.cancel()
 
     def _begin(
@@ -187,6 +191,7 @@ class RecordingJobs(JobNotice):
         if self._job.is_running:
             return
         self._doing = doing
+        self._job = self._brief if path is None else self._export
         self._job.run(work, then, lambda error: self._end(Meaning.ATTENTION, lambda: _refusal(error, path)))
         self.dismiss()
 

@@ -55,7 +55,7 @@ class BundlePreview(QWidget):
         self._traffic, self._log, self._result = traffic, services.log, result
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
-        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self)
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self, finished_at_close=True)
         self._folder = Path.home()
         texts = services.texts
         self._privacy_note = control(QLabel(), texts, "bundle_promise",

@@ -74,7 +74,7 @@ class FleetPage(Page):
         self._widgets: dict[Port, CardWidget] = {}
         self.turns = BatchTurns(services, self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
-        self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s reports", self)
+        self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s reports", self, finished_at_close=True)
         self._make_controls()
         self._lay_out()
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.entry_texts import size_text
+from app.recordings.export import export
 from app.recordings.recording import tilt_outline
 from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
@@ -240,6 +241,27 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     assert one.said() == "Cancelled."
     assert ended.wait(WAIT_MS / 1000)
     assert list(tmp_path.glob("*.csv")) == []
+
+
+def test_an_export_is_finished_after_the_window_has_closed(
+    one: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_go_on = threading.Event(), threading.Event()
+
+    def held(*asked: object, **more: object) -> object:
+        begun.set()
+        may_go_on.wait()
+        return export(*asked, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("app.recordings.export.export", held)
+    one.page.table.selectRow(0)
+    one.page.ask_path = choosing(tmp_path / "all.csv")
+    one.click(one.page.buttons.csv)
+    assert begun.wait(WAIT_MS / 1000)
+    one.storage.close()
+    may_go_on.set()
+    assert one.storage.recordings._job.wait(WAIT_MS / 1000)
+    assert (tmp_path / "all.csv").is_file()
 
 
 def test_a_recording_is_pinned_and_unpinned(one: Desk) -> None:
