@@ -212,8 +212,8 @@ def test_records_of_a_port_that_was_lost_are_kept(
     port: str, no_waiting: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bench = bench_of(port)
-    # The second reading of the records is the third frame: heartbeat, records, records.
-    with falls_after(bench, 3, bench.unplug):
+    # The second reading of the records: behind a heartbeat, the settings and the first.
+    with falls_after(bench, 15, bench.unplug):
         assert program.main(["history", "--port", f"{port}?empty_slots=ones", "--json"]) == 4
     printed = Printed(capsys)
     assert json.loads(printed.out) == {"records": [], "empty_slots": 9, "answered": True, "complete": False}
@@ -227,7 +227,7 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
         yield Inspect()
         return History((), 1, is_answered=True)
 
-    monkeypatch.setattr("app.cli.history.read_history", read_history)
+    monkeypatch.setattr("app.records.trigger_filing.read_history", read_history)
     printed = run_here(capsys, ["history", "--port", port, "--json"], 4)
     assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
     assert "may be missing" in printed.err
