@@ -34,7 +34,9 @@ _OBJECTS_PER_COLLECTION = 10_000
 """Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start."""
 
 
-_JUDGING = {"set", "activate", "lock", "zero", "shutdown", "preflight", "verify", "fired"}
+_JUDGING = {
+    "set", "diff", "activate", "lock", "zero", "shutdown", "preflight", "provision", "verify", "fired",
+}  # fmt: skip
 """Exit code 0 is their answer, so it is not given where nobody read what they print."""
 _ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
 """Options that may also stand before the command."""

@@ -59,11 +59,11 @@ def run(args: argparse.Namespace) -> int:
         try:
             with Interruption() as interruption:
                 _Turns(bench, store, args, interruption).run()
-        except (KeyboardInterrupt, StoreTrouble) as error:
+        except (KeyboardInterrupt, StoreTrouble, BrokenPipeError, console.OutputLost) as error:
             trouble = error
         rows = store.queue.submit(bench.rows).result()  # behind what is still being kept
-        console.write_lines(["", *console.columns(list(map(cells, rows)))])
         is_written = _write_files(args, batch, rows)
+        console.write_lines(["", *console.columns(list(map(cells, rows)))])
     if isinstance(trouble, StoreTrouble):
         console.notify(join_sentences((trouble.sentence, tr("Not kept."))))
         return console.PARTIAL

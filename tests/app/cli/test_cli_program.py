@@ -9,6 +9,7 @@ import os
 import re
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 import serial
@@ -165,10 +166,15 @@ def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: p
     assert "did not list" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("words", "code"), [(["preflight", "--json"], 4), (["-v", "lock", "--yes"], 4), (["read"], 0)])
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [(["preflight", "--json"], 4), (["-v", "lock", "--yes"], 4), (["diff", "p.toml"], 4), (["read"], 0)],
+)
 def test_a_reader_that_ended_takes_no_answer_for_yes(
-    words: list[str], code: int, port: str, monkeypatch: pytest.MonkeyPatch
+    words: list[str], code: int, port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "p.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.9\n', encoding="utf-8")
     reading, writing = os.pipe()
     os.close(reading)
     with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123

@@ -184,6 +184,16 @@ def test_what_is_being_kept_when_it_is_interrupted_is_in_the_list(
     assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
 
 
+def test_where_nobody_reads_any_more_the_list_is_written(batch: Batch, tmp_path: Path) -> None:
+    def ended() -> None:
+        raise BrokenPipeError
+
+    files = ("--list", str(tmp_path / "list.pdf"))
+    batch(*ALLOWED, *files, at="M-001: READY", act=ended, code=4)
+    rows = csv.DictReader((tmp_path / "list.csv").read_text(encoding="utf-8").splitlines())
+    assert [(row["name"], row["result"]) for row in rows] == [("M-001", "ready"), ("M-002", "open")]
+
+
 @pytest.mark.parametrize("frame", [24, 34, 60])
 def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: str, frame: int) -> None:
     """Another one with the same settings, from its restart on."""
