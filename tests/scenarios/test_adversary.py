@@ -125,7 +125,7 @@ def one_pass(patch: pytest.MonkeyPatch) -> None:
         records = tuple(one for one in messages if isinstance(one, TriggerRecord))
         return History(records, is_confirmed=True, is_answered=True)
 
-    patch.setattr("app.cli.history.read_history", once)
+    patch.setattr("app.records.trigger_filing.read_history", once)
 
 
 def zero_first(patch: pytest.MonkeyPatch) -> None:
@@ -143,7 +143,7 @@ def never_ends(patch: pytest.MonkeyPatch) -> None:
         while True:
             yield Pause(1.0)
 
-    patch.setattr("app.cli.history.read_history", waiting)
+    patch.setattr("app.records.trigger_filing.read_history", waiting)
 
 
 def breaks(patch: pytest.MonkeyPatch) -> None:
@@ -151,7 +151,7 @@ def breaks(patch: pytest.MonkeyPatch) -> None:
         yield Inspect()
         raise KeyError("a bug")
 
-    patch.setattr("app.cli.history.read_history", broken)
+    patch.setattr("app.records.trigger_filing.read_history", broken)
 
 
 def all_is_well(patch: pytest.MonkeyPatch) -> None:
