@@ -15,7 +15,7 @@ from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.terminal import console
-from app.terminal.command_journal import adapter_of, records_of
+from app.terminal.command_journal import records_of
 from app.terminal.connection import connected
 from app.terminal.interruption import Interruption
 from app.terminal.left_active import end_left_active
@@ -31,9 +31,8 @@ def run(args: argparse.Namespace) -> int:
     done: Performed | Locked
     is_lock = act is Act.LOCK  # sent without waiting for an answer
     with Interruption():  # after the last frame a signal no longer keeps the outcome from being printed
-        adapter = "" if is_lock else adapter_of(args.port)
         with (
-            records_of(args.port, adapter, args.run) as records,
+            records_of(args.port, args.run) as records,
             connected(args.port, args.baud, is_greeted=not is_lock) as conversation,
         ):
             permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())

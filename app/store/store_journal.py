@@ -2,7 +2,7 @@
 
 import logging
 import secrets
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
 from app.safety.acts import Act
@@ -29,6 +29,8 @@ class KnownAs(NamedTuple):
 
 
 THIS_RUN: Final = KnownAs()
+Adapter = str | Callable[[], str]
+"""The USB identity, or what finds it, which may take seconds."""
 
 
 def detail_of(known_as: KnownAs, adapter: str) -> dict[str, object]:
@@ -38,10 +40,10 @@ def detail_of(known_as: KnownAs, adapter: str) -> dict[str, object]:
 
 
 class StoreJournal:
-    """The journal of one connection, written by the store's own thread."""
+    """The journal of one connection, written by the store's own thread, which also finds the `adapter`."""
 
     def __init__(
-        self, store: Store, *, port: str, origin: str, adapter: str = "", known_as: KnownAs = THIS_RUN
+        self, store: Store, *, port: str, origin: str, adapter: Adapter = "", known_as: KnownAs = THIS_RUN
     ) -> None:
         self._store = store
         self._port = port
@@ -54,9 +56,11 @@ class StoreJournal:
         return True
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
-        kept = {**detail_of(self._known_as, self._adapter), **detail}
+        given = dict(detail)
 
         def write() -> int:
+            adapter = self._adapter if isinstance(self._adapter, str) else self._adapter()
+            kept = {**detail_of(self._known_as, adapter), **given}
             try:
                 return self._store.begin(act, frame, kept, port=self._port, origin=self._origin)
             except StoreTrouble as error:
@@ -81,7 +85,7 @@ class StoreJournal:
 
 
 def journal_for(
-    store: Store | StoreTrouble, *, port: str, origin: str, adapter: str = "", known_as: KnownAs = THIS_RUN
+    store: Store | StoreTrouble, *, port: str, origin: str, adapter: Adapter = "", known_as: KnownAs = THIS_RUN
 ) -> Journal:
     """The journal of a connection, whether there is a store or not."""
     if isinstance(store, Store):

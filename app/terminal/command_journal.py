@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
+from functools import partial
 from typing import NamedTuple
 
 from app.engine.snapshots import Snapshot
@@ -86,9 +87,11 @@ def closing_store(store: Store | None) -> Iterator[None]:
 
 
 @contextmanager
-def records_of(port: str, adapter: str = "", run: str = "") -> Iterator[Records]:
+def records_of(port: str, run: str = "") -> Iterator[Records]:
     opened = _opened()
     store = None if isinstance(opened, StoreTrouble) else opened
-    known_as = KnownAs(run=run or new_run())
+    known_as, find_adapter = KnownAs(run=run or new_run()), partial(adapter_of, port)
     with closing_store(store):
-        yield Records(journal_for(opened, port=port, origin=ORIGIN, adapter=adapter, known_as=known_as), store, port)
+        yield Records(
+            journal_for(opened, port=port, origin=ORIGIN, adapter=find_adapter, known_as=known_as), store, port
+        )

@@ -23,7 +23,7 @@ from app.safety.interlocks import Interlock, Refusal
 from app.safety.permit import Origin, Permit
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
-from app.terminal.command_journal import adapter_of, records_of
+from app.terminal.command_journal import records_of
 from app.terminal.connection import LinkTrouble, connected
 from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
@@ -95,7 +95,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
     report: WriteReport | None = None
     results: dict[Command, Written] = {}
     with (
-        records_of(args.port, adapter_of(args.port)) as records,
+        records_of(args.port) as records,
         connected(args.port, args.baud) as conversation,
         LinkTrouble() as link,
     ):

@@ -92,7 +92,7 @@ def test_it_is_that_of_the_module_in_question(
 
 
 @posix_only
-def test_what_was_activated_is_left_at_its_adapter_whatever_port_it_has(
+def test_an_act_is_logged_with_its_adapter_which_may_have_another_port_by_then(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with (
@@ -105,7 +105,10 @@ def test_what_was_activated_is_left_at_its_adapter_whatever_port_it_has(
             monkeypatch.setattr("app.engine.ports.list_ports", lambda: ports)
 
         plug(port, other_port)
-        run_here(capsys, ["activate", "--yes", "--port", port])
+        for act in ("lock", "activate"):
+            run_here(capsys, [act, "--yes", "--port", port])
+        with closing(open_store()) as store:
+            assert [entry.detail["adapter"] for entry in store.audit()] == ["0001:0002:A0"] * 2
         plug(other_port, port)
         for device, is_said in ((port, False), (other_port, True)):
             said = run_here(capsys, ["read", "--port", device]).err
