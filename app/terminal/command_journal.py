@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 from app.engine.snapshots import Snapshot
@@ -90,7 +90,7 @@ def closing_store(store: Store | None) -> Iterator[None]:
 def records_of(port: str, run: str = "") -> Iterator[Records]:
     opened = _opened()
     store = None if isinstance(opened, StoreTrouble) else opened
-    known_as, find_adapter = KnownAs(run=run or new_run()), partial(adapter_of, port)
+    known_as, find_adapter = KnownAs(run=run or new_run()), cache(partial(adapter_of, port))
     with closing_store(store):
         yield Records(
             journal_for(opened, port=port, origin=ORIGIN, adapter=find_adapter, known_as=known_as), store, port
