@@ -69,6 +69,7 @@ class Actions:
                 continue
             action = self._actions[entry.name] = named(QAction(self._window), f"act_{entry.name}")
             action.setShortcut(QKeySequence(entry.key))
+            action.setAutoRepeat(False)  # a key that is held answers no question that it has raised
             action.setCheckable(entry.is_checkable)
             if entry.picture is not None:
                 action.setIcon(icon(entry.picture))

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from math import inf
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject
 
@@ -16,6 +17,10 @@ from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+
+AGAIN_S: Final = 2.0
+"""Longer than it takes a keyboard to repeat a key that is held, also on a busy computer, where X may call the first
+repetition another press."""
 
 
 def identity_notice(port: Port) -> Notice | None:
@@ -124,6 +129,8 @@ class Attention(QObject):
         self._connector, self._bar, self._acts = connector, bar, acts
         self._unsent, self._go_to, self._shown_page = pending_edits, go_to, shown_page
         self._has_read_trigger = False
+        self._tried_at = -inf
+        """When somebody last tried to close the window."""
         self._question: _Question | None = None
         self._answered: _Question | None = None
         """The last question, until it is cancelled: what its answer began may still lead to leaving."""
@@ -150,10 +157,14 @@ class Attention(QObject):
     def may_close(self, close: Callable[[], object]) -> bool:
         """Whether the window may close now; else asks, and calls `close` where that is the answer.
 
-        A second attempt to close while the question is shown is an answer too.
+        A second attempt to close while the question is shown is an answer too, unless it is of a double click or a key
+        that is held.
         """
-        question = self._question
+        question, now, before = self._question, self._connector.clock(), self._tried_at
+        self._tried_at = now
         if question is not None and question.is_about_closing:
+            if now - before < AGAIN_S:
+                return False
             if not question.is_about_edits or not self.is_risky_to_close:
                 return True
             self._leave_active(close, self._connector.current, is_closing=True)

@@ -144,6 +144,7 @@ class Shortcut(QAction):
         super().__init__(page)
         self.setObjectName(name)
         self.control = of
+        self.setAutoRepeat(False)  # the next step needs another press
         self.setShortcuts([QKeySequence(key) for key in keys or (of.property(_KEY),)])
         self.triggered.connect(of.click if slot is None and isinstance(of, QAbstractButton) else slot)
         self.setEnabled(of.isEnabled())

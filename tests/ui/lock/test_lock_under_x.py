@@ -25,4 +25,4 @@ def test_real_keys_and_clicks_lock_over_everything() -> None:
         )
     assert run.returncode == 0, run.stderr[-2000:]
     over = [f"{name} locked locked" for name in DIALOGS]
-    assert run.stdout.splitlines() == [*over, "menu ctrl+l locked", "menu click locked"]
+    assert run.stdout.splitlines() == [*over, "menu ctrl+l locked", "menu click locked", "ctrl+q held open"]

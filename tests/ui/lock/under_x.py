@@ -20,6 +20,8 @@ from tests.ui.lock.test_lock_above import DIALOGS, Bench
 from ui.main import WindowOptions
 from ui.shell.lock_above import LockStrip
 
+HELD_S = 1.5
+
 
 class Waiter:
     """What of pytest-qt's bot is needed here."""
@@ -44,6 +46,17 @@ def _send(*words: object) -> None:
 def _click(widget: QWidget) -> None:
     place = widget.mapToGlobal(widget.rect().center())
     _send("mousemove", place.x(), place.y(), "click", 1)
+
+
+def _hold(keys: str) -> None:
+    """Long enough for the server to repeat it."""
+    _send("keydown", keys)
+    ends_at = time.monotonic() + HELD_S
+    while time.monotonic() < ends_at:
+        QApplication.processEvents()
+        time.sleep(0.005)
+    _send("keyup", keys)
+    QApplication.processEvents()
 
 
 def _lock_twice(bench: Bench, name: str, keys: str, button: QWidget) -> None:
@@ -96,6 +109,9 @@ def main() -> int:
             bench.await_locked()
             main.menus.main.close()
             print("menu", keys or "click", "locked", flush=True)
+        bench.activate()
+        _hold("ctrl+q")
+        print("ctrl+q held", "open" if main.isVisible() else "closed", flush=True)
     return 0
 
 

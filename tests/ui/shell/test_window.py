@@ -21,6 +21,7 @@ from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
+from ui.shell.attention import AGAIN_S
 from ui.shell.page_area import fitting
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
@@ -84,6 +85,8 @@ def test_escape_cancels_leaving_and_a_second_closing_leaves_the_module_as_it_is(
         assert assembly.window.notice_bar.notice is None
         assert assembly.connector.current.is_open
         assert not assembly.window.close()
+        assert not assembly.window.close()  # the second half of a double click, or a key that is held
+        assembly.window.attention._tried_at -= AGAIN_S
         assert assembly.window.close()
         assert bench.state().is_active
 

@@ -149,6 +149,7 @@ class FlightList(QWidget):
         self.opening = self._add_action("open", marked("Open"), Icon.LIVE, self._open)
         self.moving = self._add_action("move", MOVE_WORD, moving, self.move_chosen)
         self.moving.setShortcut("M")
+        self.moving.setAutoRepeat(False)
         self.moving.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         self.removing = self._add_action("remove", marked("Remove"), Icon.CROSS, self._remove)
         table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)

@@ -281,6 +281,7 @@ class FlightsPage(Page):
         )
         folder = self.header.add_rare("flights_open_folder", marked("Open folder…"), self.choose_folder)
         folder.setShortcut("Ctrl+Shift+O")
+        folder.setAutoRepeat(False)
         self.addAction(folder)
         self.header.add_rare("flights_profile_save", marked("Save as profile…"), self.proposal.save_profile)
         self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)

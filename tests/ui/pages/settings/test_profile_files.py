@@ -24,6 +24,7 @@ from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
 from tests.support.window.steps import choosing, find, notice_text
 from ui.services.storage import Storage
+from ui.shell.attention import AGAIN_S
 from ui.style.painted_widget import Freshness
 from ui.widgets.notice_bar import NoticeBar
 
@@ -269,6 +270,7 @@ def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QAppli
         type_into(one, "freefall_time", "1.2")
         window.close()
         assert bar.button("drop_edits") is not None
+        one.wait(AGAIN_S)
         window.close()  # a second attempt is an answer to the first question, not to the next
         assert window.isVisible()
         assert bar.button("lock_and_leave") is not None
