@@ -83,9 +83,9 @@ def _news_icon(row: TriggerRow) -> QIcon | None:
     return icon(Icon.INFORMATION, Meaning.INFORMATION) if row.is_new else None
 
 
-def _cell_icon(row: TriggerRow) -> QIcon | None:
+def _cell_meaning(row: TriggerRow) -> Meaning | None:
     is_suspect = row.record.implausible or record_outside(row.record) is not None
-    return icon(Icon.WARNING, Meaning.ATTENTION) if is_suspect else None
+    return Meaning.ATTENTION if is_suspect else None
 
 
 COLUMNS: Final = (
@@ -122,8 +122,8 @@ COLUMNS: Final = (
         marked("Cell"),
         _cell,
         lambda row: row.record.cell_voltage_v,
-        picture=_cell_icon,
-        ink=lambda row: Meaning.ATTENTION if row.record.implausible else None,
+        picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if _cell_meaning(row) else None,
+        ink=_cell_meaning,
         is_beside=True,
     ),
     TableColumn[TriggerRow](
