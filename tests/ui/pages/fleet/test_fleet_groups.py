@@ -56,6 +56,25 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert shown.data().endswith("通信中断：其余未知。")
 
 
+def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, tmp_path: Path) -> None:
+    desk.plug_in(1, attitude_threshold_deg=70)
+    path = tmp_path / "show.toml"
+    desk.page.ask_profile = lambda _parent, _folder, then: then(path)
+    for text, name, said in (
+        ('name = "Show"\nattitude_threshold_deg = "steep"\n', None, True),
+        ('name = "Show"\n[settings]\nattitude_threshold_deg = 70\n', "Show", False),
+    ):
+        path.write_text(text)
+        desk.click(desk.page.open_profile)
+        desk.settle()
+        profile = desk.page.profile.profile
+        assert (None if profile is None else profile.name) == name
+        assert (desk.page.notice_bar.notice is not None) is said
+    desk.page.profile.apply(desk.page.members.connections)
+    assert desk.page.profile.applied[desk.modules[0][0]].state is Applied.NOTHING_TO_DO
+    assert desk.page.panel.write.text() == "No changes"
+
+
 @pytest.mark.parametrize("is_enabling", [False, True])
 def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
     desk: Desk, is_enabling: bool, monkeypatch: pytest.MonkeyPatch

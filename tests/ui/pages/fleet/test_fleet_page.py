@@ -4,6 +4,7 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
+from functools import partial
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -25,14 +26,18 @@ from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
 from tests.support.thorough import some
 from tests.support.window.fake_ports import VALUES
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER
 from tests.support.window.steps import let_lay_out
 from tests.ui.pages.fleet.conftest import Desk
 from ui.acts.ritual_widget import RitualWidget
+from ui.core.port_watcher import PortWatcher
 from ui.pages.fleet.card_widget import CardWidget
-from ui.pages.fleet.members import DUE_EVERY_S
+from ui.pages.fleet.members import DUE_EVERY_S, target_of
 from ui.services.port import Port
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
+
+THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", serial_number="0007")
 
 
 def test_with_no_module_the_page_says_what_to_do(desk: Desk) -> None:
@@ -220,6 +225,24 @@ def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
     (connection,) = desk.page.members.connections
     assert connection.target is not None
     assert connection.target.device == "socket://10.0.0.7:4001"
+
+
+def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connector = desk.ports.connector
+    monkeypatch.setattr(PortWatcher, "ports", (ADAPTER, SECOND_ADAPTER, THIRD_ADAPTER))
+    monkeypatch.setattr(connector, "add", partial(connector.add, desk.ports.make))
+    menu, all_ports = desk.page.add.menu(), ["ttyUSB0 CP2102 USB to UART", "ttyACM0 USB Single Serial", "ttyUSB7 CH340"]
+    for place, offered in ((1, all_ports), (2, [all_ports[0], all_ports[2]])):
+        menu.aboutToShow.emit()
+        assert [action.text() for action in menu.actions()[: len(offered) + 1]] == [*offered, "Connect all ports"]
+        menu.actions()[place].trigger()
+        desk.settle()
+    menu.aboutToShow.emit()
+    assert menu.actions()[0].text() == "Simulated module"
+    targets = [connection.target for connection in desk.page.members.connections]
+    assert targets == [target_of(port) for port in (SECOND_ADAPTER, ADAPTER, THIRD_ADAPTER)]
 
 
 def test_a_notice_moves_no_card(desk: Desk) -> None:
