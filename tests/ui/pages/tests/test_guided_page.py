@@ -12,6 +12,7 @@ from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
+from app.store.store import Store
 from app.text.user_error import UserError
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
@@ -368,6 +369,9 @@ def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
     if name:
         kept(bench, GuidedKind.LINK)
     bench.wait(0.3)
+    store = bench.guided._services.storage.store
+    assert isinstance(store, Store)
+    assert [module.name for module in store.modules()] == [name] * bool(name)
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (said, bool(name))
     choose("M-08")
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (later, False)
