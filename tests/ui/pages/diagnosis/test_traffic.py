@@ -105,7 +105,7 @@ def test_events_of_the_link_are_rows(qapp: QApplication, event: Event, word: str
     assert word in cell(model, 0, Column.MEANING)
 
 
-def test_filters(qapp: QApplication) -> None:
+def test_filters(qapp: QApplication, qtbot: QtBot) -> None:
     model = TrafficModel()
     asked = Received(Frame(Direction.MODULE_TO_HOST, STREAMED), decode(STREAMED), Role.ANSWER, 1.0)
     model.append([sent(), asked, *streamed(10), *rejected(b"\x00\x01")])
@@ -120,6 +120,11 @@ def test_filters(qapp: QApplication) -> None:
     assert model.rowCount() == 2
     model.use_filter(Filter.ALL)
     assert model.rowCount() == 19
+    model.use_filter(Filter.MARKED)
+    model.append(streamed(3))
+    with qtbot.assertNotEmitted(model.rowsInserted):
+        model.show_new()
+    assert (model.rowCount(), model.unseen) == (0, 3)
 
 
 def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:

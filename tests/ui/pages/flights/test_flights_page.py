@@ -290,6 +290,10 @@ def test_flights_that_depend_on_the_reading_are_shown(desk: Desk) -> None:
     assert page.work.reading is RuleReading.DAMPED
     shown, other = page.work.maps()
     assert (shown.must_not_fired != other.must_not_fired).any()
+    desk.add(tilted("steep", 80))
+    assert [(maps.must_not_count, maps.must_count) for maps in page.work.maps()] == [(2, 0), (2, 0)]
+    page.work.move(["steep"], MUST)
+    assert [(maps.must_not_count, maps.must_count) for maps in page.work.maps()] == [(1, 1), (1, 1)]
 
 
 def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
