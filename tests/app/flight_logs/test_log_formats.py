@@ -263,6 +263,9 @@ def test_values_that_are_not_numbers_are_left_out() -> None:
     assert problems(log) == ["Invalid samples left out: 5."]
     assert np.isfinite(log.tilt_deg).sum() == len(log.time_s)
     assert first_fires(log) == []
+    reports = Reports(np.array([1.0, np.nan, 1.4, 1.2, 1e300, 1.8]), np.zeros(6), np.array([1, 1, 1, 1, 1, np.nan]))
+    log = flight_of_reports("session", reports, [])
+    assert (problems(log), log.time_s.tolist()) == (["Invalid samples left out: 4."], pytest.approx([0.0, 0.4]))
 
 
 def test_negative_times_are_valid() -> None:

@@ -145,6 +145,8 @@ def test_what_can_fire_is_said_and_confirmed_each_time(bench: GestureBench) -> N
 def test_start_sends_nothing_but_questions(bench: GestureBench) -> None:
     for kind in KINDS:
         start(bench, kind)
+        bench.guided.go_to(next(other for other in KINDS if other is not kind).value)
+        assert (bench.guided.work.kind, bench.guided.work.is_running) == (kind, True)
         assert bench.sent == []
         bench.guided.work.cancel()
     assert bench.guided.work.owes_lock is False
