@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import partial
 from typing import NamedTuple
 
 from app.engine.snapshots import Snapshot
@@ -88,10 +88,12 @@ def closing_store(store: Store | None) -> Iterator[None]:
 
 @contextmanager
 def records_of(port: str, run: str = "") -> Iterator[Records]:
+    """The store's thread finds the adapter, which may take seconds, while the port is opened."""
     opened = _opened()
-    store = None if isinstance(opened, StoreTrouble) else opened
-    known_as, find_adapter = KnownAs(run=run or new_run()), cache(partial(adapter_of, port))
-    with closing_store(store):
-        yield Records(
-            journal_for(opened, port=port, origin=ORIGIN, adapter=find_adapter, known_as=known_as), store, port
-        )
+    if isinstance(opened, StoreTrouble):
+        yield Records(journal_for(opened, port=port, origin=ORIGIN), None, port)
+        return
+    found, known_as = opened.queue.submit(partial(adapter_of, port)), KnownAs(run=run or new_run())
+    with closing_store(opened):
+        journal = journal_for(opened, port=port, origin=ORIGIN, adapter=found.result, known_as=known_as)
+        yield Records(journal, opened, port)
