@@ -7,11 +7,13 @@ import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import Phase
 from app.engine.device import DeviceView
 from app.engine.identity import Trust
-from app.engine.procedure import LinkView, Pause, Procedure
+from app.engine.procedure import LinkView, Pause, Procedure, Slept
 from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
+from app.procedures.find import RateSearch
 from app.procedures.lock import Locked
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation
@@ -34,6 +36,35 @@ def ports(qtbot: QtBot) -> Iterator[FakePorts]:
 def forever() -> Procedure[None]:
     while True:
         yield Pause(1.0)
+
+
+@pytest.mark.parametrize(("found", "asked"), [(RateSearch(None, ()), 2), (RateSearch(9600, ()), 1), (Slept(9.0), 2)])
+def test_where_no_rate_is_found_the_line_is_asked_for_what_is_on_it(
+    qtbot: QtBot, ports: FakePorts, monkeypatch: pytest.MonkeyPatch, found: RateSearch | Slept, asked: int
+) -> None:
+    port, (worker,) = ports.connector.current, ports.workers
+    port.connect_to(Target("/dev/one", 115200, finds_rate=True))
+    ((search, _),) = worker.jobs
+    worker.say()
+    qtbot.waitUntil(lambda: port.state.phase is Phase.FINDING)
+    if isinstance(found, Slept):
+        worker.end_jobs(found)
+    else:
+        monkeypatch.setattr(search, "outcome", lambda: found)
+        worker.hand_over(finished=(search,))
+    qtbot.waitUntil(lambda: port.state.phase is not Phase.FINDING)
+    assert len(worker.jobs) == asked
+
+
+def test_a_lock_that_never_left_is_not_said_to_have_been_sent(qtbot: QtBot, ports: FakePorts) -> None:
+    port, worker = ports.plug_in("/dev/one", active=True)
+    qtbot.waitUntil(lambda: port.is_open)
+    worker.unplug()
+    qtbot.waitUntil(lambda: not port.is_open)
+    port.lock.ensure_locked()
+    assert port.lock.is_repeating
+    port.disconnect_port()
+    assert port.lock.failed == Locked(outcome=Outcome.NOT_SENT, sent=0, is_port_lost=True)
 
 
 def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: FakePorts) -> None:

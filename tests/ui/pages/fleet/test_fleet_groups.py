@@ -132,6 +132,8 @@ def test_a_check_that_could_not_be_stored_says_why(desk: Desk, tmp_path: Path, m
     worker.end_jobs(Cancelled())
     desk.wait(lambda: not desk.page.checks.is_running)
     assert desk.page.checks.results[connection].trouble == full.message
+    assert connection.kept.check is not None
+    assert connection.kept.check.filed is filed
 
 
 def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(
