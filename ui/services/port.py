@@ -121,6 +121,7 @@ class Ports(QObject):
         self._jobs: set[Job[Any]] = set()
         """Of the pages, on the current port."""
         self._next: Port | None = None
+        self._then: Callable[[], object] | None = None
         self._settling = QTimer(self, singleShot=True, interval=SETTLE_MS)
         self._settling.timeout.connect(self._switch)
         self.invalidated.connect(self._drop_jobs)
@@ -174,11 +175,14 @@ class Ports(QObject):
         port.disconnect_port()
         self.removed.emit(port)
 
-    def choose(self, port: Port) -> None:
-        """Show this port's module in the pages, once their procedures on the current one have ended."""
-        if port is self.current or port not in self._connections:
+    def choose(self, port: Port, *, then: Callable[[], object] | None = None) -> None:
+        """Show this port's module in the pages, once their procedures on the current one have ended; `then` is called
+        behind that. The current one chosen again meanwhile stays."""
+        if port not in self._connections:
             return
-        self._next = port
+        self._next, self._then = (port, then) if port is not self.current else (None, None)
+        if self._next is None:
+            return
         self.leaving.emit()
         for job in self._jobs:
             job.cancel()
@@ -269,7 +273,7 @@ class Ports(QObject):
 
     def _switch(self) -> None:
         self._settling.stop()
-        before, (now, self._next) = self.current, (self._next, None)
+        before, then, (now, self._next) = self.current, self._then, (self._next, None)
         if now is None or now not in self._connections:
             return
         for mine, its in self._pairs(before):
@@ -285,6 +289,8 @@ class Ports(QObject):
         self.lock_changed.emit()  # while it seemed to be opening LOCK was not possible
         if now.is_open and now.device.presence is Presence.ONLINE and now.target is not None:
             self.came_online.emit(now.target)
+        if then is not None:
+            then()
 
     def _show_opening(self, port: Port) -> None:
         """Clear the pages: no value of the previous module, and nothing prepared for it, may remain."""

@@ -1,6 +1,7 @@
 """Several ports, one of which the pages show; nothing of a former module, port or connection is taken for the next."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import pytest
@@ -162,6 +163,21 @@ def test_what_a_page_does_ends_before_another_module_is_shown(qtbot: QtBot, port
     worker.end_jobs()
     qtbot.waitUntil(lambda: connector.current.adapter_key == "/dev/two")
     assert ended == ["/dev/one"]
+
+
+def test_the_last_choice_counts_also_before_the_first_is_shown(qtbot: QtBot, ports: FakePorts) -> None:
+    first, worker = ports.plug_in("/dev/one")
+    second, _ = ports.plug_in("/dev/two")
+    connector, done = ports.connector, list[str]()
+    qtbot.waitUntil(lambda: second.is_open and first.is_open)
+    job = connector.run(forever(), lambda _job: None)
+    connector.choose(second, then=partial(done.append, "second"))
+    connector.choose(first)
+    worker.end_jobs()
+    qtbot.waitUntil(lambda: job.is_done and not connector.is_busy)
+    assert (connector.current, done) == (first, [])
+    connector.choose(second, then=partial(done.append, "second"))
+    assert (connector.current, done) == (second, ["second"])
 
 
 def test_a_port_that_hangs_does_not_keep_another_module_from_being_shown(qtbot: QtBot, ports: FakePorts) -> None:

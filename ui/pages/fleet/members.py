@@ -36,12 +36,10 @@ class FleetMembers(QObject):
         super().__init__(parent)
         self._services, self._connector = services, services.connector
         self.is_checking: set[Port] = set()
-        self._leaving: set[Port] = set()
-        """To be removed once another one is current."""
         self._due: Due = {}
         self._due_of: object = None
         self._reading: BackgroundTask[Due] = BackgroundTask("dps-s due", self)
-        self._connector.chosen.connect(self._on_chosen)
+        self._connector.chosen.connect(self.changed)
         self._connector.added.connect(self._watch)
         self._connector.removed.connect(self._on_removed)
         for connection in self._connector.connections:
@@ -96,8 +94,7 @@ class FleetMembers(QObject):
         if other is None:
             connection.disconnect_port()
         else:
-            self._leaving.add(connection)
-            self._connector.choose(other)  # `_on_chosen` removes it
+            self._connector.choose(other, then=partial(self._connector.remove, connection))
 
     def read_due(self) -> None:
         """Reads what is due in the store's thread: for other names at once, else every ten seconds."""
@@ -149,12 +146,6 @@ class FleetMembers(QObject):
         if check is not None:
             is_open = connection.is_open and connection.connection.state is PortState.OPEN
             connection.kept.check = check.polled(connection.device, now, is_open=is_open)
-
-    def _on_chosen(self) -> None:
-        for connection in [port for port in self._leaving if port is not self._connector.current]:
-            self._leaving.discard(connection)
-            self._connector.remove(connection)
-        self.changed.emit()
 
     def _on_removed(self, connection: Port) -> None:
         self.is_checking.discard(connection)
