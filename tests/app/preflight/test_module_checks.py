@@ -21,6 +21,7 @@ from app.text.messages import UserMessage
 from protocol.fields import Value
 from protocol.messages import TriggerRecord, decode
 from tests.support.line.link_bench import RECORD
+from tests.support.records.preflight_rig import check
 
 PASS, FAIL, WARN, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.WARN, CheckResult.UNKNOWN
 
@@ -114,7 +115,19 @@ def test_a_boot_count_only_grows(
         "boot_count", past=Past(module="M-07", boot_count=before, do_records_follow=False), values=values, **more
     )
     assert other_records.result is (FAIL if result is PASS and not more else result)
-    assert finding("boot_count", values=values).result is (UNKNOWN if count is None else WARN)
+    nameless = finding("boot_count", values=values)
+    assert nameless.result is (UNKNOWN if count is None else WARN)
+    assert count is None or (nameless.do is not None and nameless.do.in_english() == "Name the module.")
+
+
+@pytest.mark.parametrize(("is_approved", "result"), [(False, FAIL), (True, PASS)])
+def test_other_settings_than_approved_pass_only_by_a_persons_word(is_approved: bool, result: CheckResult) -> None:
+    case = check().assessment.case
+    other = replace(case, profile=replace(case.profile, approved_fingerprint="CODE"),
+                    person=replace(case.person, are_settings_approved=is_approved))  # fmt: skip
+    found = settings_fingerprint(other)
+    assert found.result is result
+    assert ("confirmed by a person" in found.shown.in_english()) is is_approved
 
 
 def record() -> TriggerRecord:

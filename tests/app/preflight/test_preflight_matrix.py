@@ -11,7 +11,7 @@ from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import CHECKS, Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
-from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, Hazard
+from protocol.catalogue import CELL_VOLTAGE, HEARTBEAT, STATUS, Hazard
 from tests.support.records.preflight_rig import (
     APPROVED,
     FAULTS,
@@ -176,6 +176,11 @@ def test_a_module_that_falls_silent_is_asked_nothing_more() -> None:
     assert checked.assessment.case.evidence.disturbance is Disturbance.SILENT
     asked = [request.command for request in checked.rig.line.requests]
     assert set(asked[asked.index(CELL_VOLTAGE) :]) == {CELL_VOLTAGE, HEARTBEAT}
+
+
+def test_a_restart_between_two_readings_is_called_a_restart() -> None:
+    checked = check(Fault(frozenset(), arrange=on_request(STATUS.code, 5, lambda rig: rig.bench.restart())))
+    assert checked.assessment.case.evidence.disturbance is Disturbance.RESTARTED
 
 
 @pytest.mark.parametrize("number", range(1, 60, 4))
