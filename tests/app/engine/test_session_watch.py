@@ -242,6 +242,19 @@ def test_a_module_exchanged_behind_an_open_port_is_never_shown_with_the_values_o
     assert all(view.fresh(key, rig.clock.now_s) is not None for key in view.values)
 
 
+def test_a_setting_that_reads_otherwise_is_asked_for_again_at_once() -> None:
+    """A damaged frame may have said so."""
+    rig, command = settled_rig(), BY_NAME["attitude_threshold"]
+    watched(rig)
+    rig.step_for(5)
+    rig.bench.module.memory.attitude_threshold = 75
+    asked = rig.line.requests.count(command.query())
+    while rig.session.device.view(rig.clock()).values[command.key].value != 75:
+        rig.step_for(0.05)
+    rig.step_for(1.0)
+    assert rig.line.requests.count(command.query()) == asked + 2
+
+
 @pytest.mark.parametrize("lasts_s", [0.7, 0.9, 1.1, 1.3])
 @pytest.mark.parametrize("begins_s", [0.0, 0.1, 0.2, 0.3])
 def test_no_silence_in_which_the_module_could_be_exchanged_is_missed(lasts_s: float, begins_s: float) -> None:
