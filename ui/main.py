@@ -351,7 +351,7 @@ def _signals_close(window: MainWindow) -> Iterator[None]:
 
     def close(number: int, _frame: FrameType | None) -> None:
         _log.info("Closing because of signal %s", number)
-        window.close_now()
+        QTimer.singleShot(0, window, window.close_now)  # it may have come while Qt paints the window
 
     before = {number: signal.signal(number, close) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -5,7 +5,7 @@ from functools import partial
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QToolBar, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QToolBar, QWidget
 
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
@@ -382,7 +382,7 @@ class MainWindow(QMainWindow):
             return
         self._is_over = True
         focused = self.focusWidget()
-        if focused is not None:  # keeps what is typed there, while the store is open
+        if isinstance(focused, QLineEdit) and focused.isModified():  # keeps what is typed, while the store is open
             QApplication.sendEvent(focused, QFocusEvent(QEvent.Type.FocusOut, Qt.FocusReason.ActiveWindowFocusReason))
         self._maker.end()
         for work in self.findChildren(BackgroundTask):

@@ -68,7 +68,7 @@ def test_two_files_are_refused_and_neither_is_said_to_be_no_file(
 ) -> None:
     files = [tmp_path / "a.txt", tmp_path / "b.txt"]
     for file in files:
-        file.write_text(STATUS)
+        file.write_text(STATUS, encoding="utf-8")
     assert run(*map(str, files)) == 2
     printed = capsys.readouterr()
     assert printed.out == ""

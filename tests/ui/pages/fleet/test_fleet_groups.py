@@ -64,7 +64,7 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
         ('name = "Show"\nattitude_threshold_deg = "steep"\n', None, True),
         ('name = "Show"\n[settings]\nattitude_threshold_deg = 70\n', "Show", False),
     ):
-        path.write_text(text)
+        path.write_text(text, encoding="utf-8")
         desk.click(desk.page.open_profile)
         desk.settle()
         profile = desk.page.profile.profile
