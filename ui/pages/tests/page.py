@@ -35,6 +35,7 @@ from app.records.report_files import check_target
 from app.records.report_html import guided_body
 from app.safety.acts import Act
 from app.safety.journal import Outcome
+from app.safety.last_known import Activation
 from app.safety.ritual import Input
 from app.system.files import write_whole
 from app.text.i18n import tr
@@ -225,7 +226,7 @@ class TestsPage(Page):
         locking = lock.notice()
         if locking is not None:
             return locking
-        if self._connector.current.is_active and not work.is_running:
+        if self._connector.current.activation.state is Activation.ACTIVE and not work.is_running:
             return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
         exported = None if work.is_running else self.exported.result_notice()
         if exported is not None:
