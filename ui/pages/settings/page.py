@@ -136,6 +136,7 @@ class SettingsPage(Page):
         self.as_found.setEnabled(work.can_fill(None if work.initial is None else work.initial.settings))
         self.undo.setEnabled(work.can_edit and form.can_undo)
         self.redo.setEnabled(work.can_edit and form.can_redo)
+        self.find_rate.setEnabled(self._connector.current.is_open)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_code(fingerprint_of(device, now))
         self.files.refresh()

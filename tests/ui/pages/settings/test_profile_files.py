@@ -291,7 +291,7 @@ def test_a_lost_link_keeps_edits_and_makes_values_stale(one: Desk) -> None:
     assert "before the link was lost" in shown.note
     one.settings.refresh()
     assert float(one.find(QLineEdit, "freefall_time_wanted").text()) == 1.2
-    assert not one.settings.write.isEnabled()
+    assert (one.settings.write.isEnabled(), one.settings.find_rate.isEnabled()) == (False, False)
     one.bench.plug()
     one.until(lambda: shown.freshness is Freshness.FRESH)
     say_same(one)
