@@ -1,6 +1,7 @@
 """Fleet page: every connected module as a card, LOCK for one and for all, checks and one profile for several."""
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 from math import inf
 from pathlib import Path
@@ -10,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QStackedWidget
 
 from app.fleet.card import Card, Need, by_need
-from app.fleet.check_set import check_set_target, summary, write_set_reports
+from app.fleet.check_set import SetMember, check_set_target, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
 from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
@@ -341,11 +342,11 @@ class FleetPage(Page):
         self._timer.refresh_seen()
 
     def _choose_report(self) -> None:
-        suggested = Path.home() / "fleet.pdf"
-        self.ask_report(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), self.export_report)
+        """Of what is shown when it is asked for."""
+        suggested, export = Path.home() / "fleet.pdf", partial(self._export, tuple(self.checks.results.values()))
+        self.ask_report(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), export)
 
-    def export_report(self, path: Path) -> None:
-        members = tuple(self.checks.results.values())
+    def _export(self, members: Sequence[SetMember], path: Path) -> None:
         try:
             check_set_target(path)
         except UserError as refusal:

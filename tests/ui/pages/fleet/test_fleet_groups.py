@@ -1,5 +1,6 @@
 """What is done with several modules at once: checks, their reports, one profile."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +9,14 @@ from PySide6.QtWidgets import QWidget
 
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, Procedure
-from app.fleet.check_set import SetMember
+from app.fleet.check_set import SetMember, write_set_reports
 from app.fleet.profile_table import Applied
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.run import run_preflight
 from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
 from app.records.filing import Filed
+from app.records.report_files import Printer
 from app.settings.profiles import Profile
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
@@ -191,7 +193,9 @@ def test_what_was_said_of_a_set_ends_with_any_of_its_modules(desk: Desk, change:
     assert desk.page.notice_bar.notice is None
 
 
-def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path) -> None:
+def test_the_report_of_all_is_exported_by_its_button(
+    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     desk.plug_in(2)
     assert not desk.page.report.isEnabled()  # nothing was checked
     desk.click(desk.page.check)
@@ -202,11 +206,17 @@ def test_the_report_of_all_is_exported_by_its_button(desk: Desk, tmp_path: Path)
 
     def choose(_parent: QWidget, title: str, _suggested: Path, _kinds: str, then: ThenPath) -> None:
         asked.append(title)
+        desk.page.checks.results = {}  # another check has begun meanwhile
         then(tmp_path / "fleet.pdf")
 
+    def write(path: Path, members: Sequence[SetMember], printer: Printer) -> tuple[Path, ...]:
+        asked.append(str(len(members)))
+        return write_set_reports(path, members, printer)
+
+    monkeypatch.setattr("ui.pages.fleet.page.write_set_reports", write)
     desk.page.ask_report = choose
     desk.page.report.trigger()
     desk.wait(lambda: desk.page.notice_bar.notice is not None and "fleet.pdf" in desk.page.notice_bar.notice.text)
-    assert asked == ["Export report…"]
+    assert asked == ["Export report…", "2"]
     assert [path.name for path in tmp_path.glob("fleet*")] == ["fleet.pdf"]  # neither module has a record
     assert (tmp_path / "fleet.pdf").read_bytes().startswith(b"%PDF")
