@@ -364,8 +364,9 @@ HELD = {
 
 
 def functions(file: str) -> set[str]:
-    tree = ast.parse(next(TESTS.rglob(file)).read_text(encoding="utf-8"))
-    return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    """Of all rooms that have a file of this name."""
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in TESTS.rglob(file)]
+    return {node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
 
 
 def test_each_promise_stands_on_the_page() -> None:
