@@ -107,7 +107,7 @@ def _in_label(label: QLabel) -> Iterator[str]:
         needed = label.heightForWidth(label.width())
         if needed > label.height() + _SLACK_PX:
             yield f"{text!r} needs {needed} px of height, has {label.height()}"
-        longest = max(text.split(), key=metrics.horizontalAdvance, default="")
+        longest = max(text.replace("/", "/ ").split(), key=metrics.horizontalAdvance, default="")  # as Qt breaks paths
         if metrics.horizontalAdvance(longest) > room.width() + _SLACK_PX and not _has_chinese(longest):
             yield f"the word {longest!r} is wider than {room.width()} px"
     elif not _is_told(label, text):

@@ -89,14 +89,13 @@ class ProfileCompare(QWidget):
         self._table.setVisible(profile is not None)
         self.apply.setVisible(profile is not None)
         self.note.setVisible(profile is not None)
-        self.about.setToolTip(str(self._path))  # too long for a line
         if profile is None:
             self.title.setText(tr("{file} is not a profile", file=self._path.name))
             self.about.setText(tr("Nothing was applied. Correct these and open it again:"))
             self.faults.setText("" if self._refusal is None else "\n".join(self._refusal.sentences))
             return
         self.title.setText(profile.name)
-        self.about.setText(" · ".join(part for part in (profile.airframe, profile.notes, self._path.name) if part))
+        self.about.setText(" · ".join(part for part in (profile.airframe, profile.notes, str(self._path)) if part))
         for row in compare(profile, device, now):
             self._rows[row.command.key].show_row(row, now, is_touched=row.command.key in self._is_touched)
         count = len(self.ticked)
