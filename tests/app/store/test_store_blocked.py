@@ -226,6 +226,9 @@ def names(store: Store) -> set[str]:
 def filled(folder: Path, clock: Clock, *modules: str) -> Path:
     """A store with these modules and a copy of it, closed."""
     with closing(open_store(folder, clock=clock)) as store:
+        copier = store.database._copies
+        if copier is not None and copier._thread is not None:
+            copier._thread.join()  # that of the opening, which has the same name and holds less
         for one in modules:
             store.register_module(one)
         copy = copy_store(folder / FILE_NAME, clock(), is_good=_check_copy)
