@@ -1,8 +1,8 @@
 """`dps-s history`: reads the trigger records.
 
 The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
-agree and no frame was lost; 3 without a link, and where the module restarted or another one answered; 4 if they differ,
-the query was not answered, or the link was lost.
+agree and no frame was lost; 3 without a link; 4 if they differ, the query was not answered, the link was lost, or the
+module restarted or another one answered: then what came is listed, and nothing is kept.
 """
 
 import argparse
@@ -31,7 +31,7 @@ from protocol.messages import EmptySlot, TriggerRecord
 def run(args: argparse.Namespace) -> int:
     received = ReceivedRecords()
     history: History | None = None
-    evidence = IdentityEvidence()
+    evidence, another = IdentityEvidence(), ""
     with connected(args.port, args.baud, on_batch=received.on_batch) as conversation, LinkTrouble() as link:
         evidence = conversation.run(read_evidence())
         try:
@@ -39,13 +39,14 @@ def run(args: argparse.Namespace) -> int:
             if args.module is not None and not history.is_line_dead and evidence != conversation.run(read_evidence()):
                 raise UserError(ANOTHER)
         except UserError as error:
-            raise console.Refused(error.sentence, console.NO_LINK) from error
+            history, another = None, error.sentence
     if history is None or link.sentence is not None:
         history = received.history()
-    trouble = link.sentence or (module_is_silent(args.port, conversation.device) if history.is_line_dead else None)
+    silence = module_is_silent(args.port, conversation.device) if history.is_line_dead else None
+    trouble = link.sentence or another or silence
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
-    if args.module is not None and has_something:
+    if args.module is not None and has_something and not another:
         is_written &= store_visit(
             history, args.module, port=args.port, evidence=evidence, is_same_module=args.same_module
         )

@@ -246,7 +246,8 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(
 def test_records_of_two_modules_are_not_read_as_those_of_one(
     port: str, frame: int, more: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench, words = bench_of(port), ["history", "--port", port, *more]
+    """What came is listed, as incomplete, and nothing is kept."""
+    bench, words = bench_of(port), ["history", "--port", port, "--json", *more]
     memory = bench.module.memory
     invent_records(memory, 3, seed=5, has_odd_voltage=False)
     before = [*memory.records]
@@ -257,8 +258,10 @@ def test_records_of_two_modules_are_not_read_as_those_of_one(
         invent_records(memory, 2, seed=9, has_odd_voltage=False)
 
     with falls_after(bench, frame, exchange_records):
-        printed = run_here(capsys, words, 3)
-    assert (printed.out, printed.err) == ("", "The module restarted. Read again.\n")
+        printed = run_here(capsys, words, 4)
+    assert printed.err == "The module restarted. Read again.\n"
+    listed = json.loads(printed.out)
+    assert (bool(listed["records"]), listed["complete"]) == (True, False)
     memory.boot_count, memory.attitude_threshold = 37, 60
     memory.records.clear()
     memory.records.extend(before)
