@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from functools import partial
-from os import urandom
 from typing import TYPE_CHECKING
 
 from app.system.folders import data_folder
@@ -24,11 +23,15 @@ _NO_MODULE = ("sim:", "loop:")
 @contextmanager
 def notify_left_active(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[str]:
     """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`, whose
-    own entries have the run that this yields."""
+    own entries have the run that this yields, "" for others."""
     ports = [port for port in ports if not port.startswith(_NO_MODULE)]
-    if ports and not is_locking:
+    run = ""
+    if ports and is_locking:
+        from app.store.store_journal import new_run
+
+        run = new_run()
+    elif ports:
         _say(ports, module)
-    run = urandom(4).hex()
     try:
         yield run
     finally:
