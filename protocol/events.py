@@ -107,13 +107,11 @@ class FellSilent(NamedTuple):
     """Until now."""
 
 
-@dataclass(frozen=True, slots=True)
-class WentOnline:
+class WentOnline(NamedTuple):
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class WentOffline:
+class WentOffline(NamedTuple):
     """A heartbeat went unanswered."""
 
     at: float

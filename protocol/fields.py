@@ -145,8 +145,7 @@ class Choice:
         return f"{self.values[raw]} {self.unit}"
 
 
-@dataclass(frozen=True, slots=True)
-class Done:
+class Done(NamedTuple):
     """A byte that is always 01 and says only "understood" (12, 25)."""
 
     suffix: str = ""

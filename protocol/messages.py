@@ -127,8 +127,7 @@ class TriggerRecord(NamedTuple):
         return () if in_range or self.charging else ("cell_voltage_v",)
 
 
-@dataclass(frozen=True, slots=True)
-class EmptySlot:
+class EmptySlot(NamedTuple):
     """A record slot that was never used: all 00 or all FF (E7). Not a trigger."""
 
     raw: bytes

@@ -83,8 +83,7 @@ class Fact:
         return (self.id, self.kind, self.station, self.made_at, self.payload, self.signature)
 
 
-@dataclass(frozen=True, slots=True)
-class RefusedFact:
+class RefusedFact(NamedTuple):
     """A row that is not a valid fact. `id`, `kind`, `made_at`: as stated in the row."""
 
     id: str

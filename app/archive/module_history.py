@@ -1,8 +1,7 @@
 """History of one module over all stations: its events and its measured values over time."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.archive.facts import Fact
 from app.archive.fleet_state import line_of
@@ -38,16 +37,14 @@ _OUTCOMES: Final[Mapping[Outcome, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class HistoryEvent:
+class HistoryEvent(NamedTuple):
     """One fact about a module as a sentence."""
 
     fact: Fact
     text: UserMessage
 
 
-@dataclass(frozen=True, slots=True)
-class ValuePoint:
+class ValuePoint(NamedTuple):
     """A value that a check measured."""
 
     at: str
@@ -55,8 +52,7 @@ class ValuePoint:
     value: float
 
 
-@dataclass(frozen=True, slots=True)
-class ModuleHistory:
+class ModuleHistory(NamedTuple):
     """Oldest event first."""
 
     module: KnownModule

@@ -7,7 +7,7 @@ it, too.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations, count
 from typing import Final, NamedTuple
@@ -80,8 +80,7 @@ _QUESTIONS: Final[Mapping[ConflictKind, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Conflict:
+class Conflict(NamedTuple):
     """To be settled by a person."""
 
     kind: ConflictKind
@@ -96,16 +95,14 @@ class Conflict:
         return message(_QUESTIONS[self.kind], who=who, station=station, decision=decision_text(self.proposal))
 
 
-@dataclass(frozen=True, slots=True)
-class KnownModule:
+class KnownModule(NamedTuple):
     """One module according to the decisions so far. `members`: its names at the stations."""
 
     name: str
     members: tuple[NamedModule, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ModuleNames:
+class ModuleNames(NamedTuple):
     """`modules` by name. `conflicts`: not yet settled."""
 
     modules: tuple[KnownModule, ...]
@@ -148,8 +145,7 @@ def module_of_fact(fact: Fact) -> NamedModule | None:
     return NamedModule(fact.station, name) if name else None
 
 
-@dataclass(frozen=True, slots=True)
-class Settled:
+class Settled(NamedTuple):
     """Decisions on one pair. `decided`: the one that counts. `proposed`: a later one of an unknown station that
     differs. `next_revision`: overrides them all."""
 
@@ -191,8 +187,8 @@ def names_of(facts: LocalFacts, known: Collection[str]) -> ModuleNames:
     proposed = [Conflict(ConflictKind.PROPOSAL, pair, decisions.proposed) for pair, decisions in sorted(settled.items())
                 if decisions.proposed is not None and members.issuperset(pair)]  # fmt: skip
     asked = {conflict.pair for conflict in proposed}
-    return replace(
-        names, conflicts=(*proposed, *(conflict for conflict in names.conflicts if conflict.pair not in asked))
+    return names._replace(
+        conflicts=(*proposed, *(conflict for conflict in names.conflicts if conflict.pair not in asked))
     )
 
 

@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
 from app.captures.entries import CaptureEntry, line_of
 from app.diagnosis.causes import explain
@@ -37,8 +38,7 @@ _USUAL = frozenset({"root", "user", "admin", "public", "shared", "localhost"})
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 
-@dataclass(frozen=True, slots=True)
-class BundleFile:
+class BundleFile(NamedTuple):
     name: str
     text: str
 
@@ -47,8 +47,7 @@ class BundleFile:
         return len(self.text.encode())
 
 
-@dataclass(frozen=True, slots=True)
-class Names:
+class Names(NamedTuple):
     """Names that must not be in the bundle."""
 
     user: str = ""

@@ -70,8 +70,7 @@ class Ask(NamedTuple):
     is_fenced: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Pause:
+class Pause(NamedTuple):
     seconds: float
 
 
@@ -82,13 +81,11 @@ class Await(NamedTuple):
     limit_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class Listen:
+class Listen(NamedTuple):
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
-class UseRate:
+class UseRate(NamedTuple):
     baud_rate: int
 
 

@@ -1,7 +1,7 @@
 """Draft thresholds for the what-if analysis; they are never written to the module."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.firing.judge import TriggerLimits
 from protocol.catalogue import BY_NAME, Command
@@ -22,8 +22,7 @@ TITLES = {command.key: command.title for command in TRIED} | {FREEFALL_ACCELERAT
 _KEYS = frozenset(command.key for command in TRIED)
 
 
-@dataclass(frozen=True, slots=True)
-class SettingSource:
+class SettingSource(NamedTuple):
     """The module's value, now or when it was recorded."""
 
     value: Value
@@ -31,8 +30,7 @@ class SettingSource:
     """It may have changed since."""
 
 
-@dataclass(frozen=True, slots=True)
-class Question:
+class Question(NamedTuple):
     """What is judged. A trigger without a known threshold is off in `limits`."""
 
     limits: TriggerLimits

@@ -7,9 +7,10 @@ left.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from app import version
 from app.engine.identity import IdentityEvidence, Trust, same_module
@@ -38,8 +39,7 @@ TAKEN = marked("{module} is the name of another module: left out.")
 _TRIGGERS = ("attitude_trigger", "freefall_trigger")
 
 
-@dataclass(frozen=True, slots=True)
-class ModuleBatch:
+class ModuleBatch(NamedTuple):
     """`names` in the order in which they are given."""
 
     names: tuple[str, ...]
@@ -75,8 +75,7 @@ def batch_of(path: Path, names: tuple[str, ...], baud_rate: int | None) -> Modul
     return ModuleBatch(names, profile, changes)
 
 
-@dataclass(frozen=True, slots=True)
-class BatchRow:
+class BatchRow(NamedTuple):
     """A name, or a module that was set aside, which has none."""
 
     name: str

@@ -4,8 +4,8 @@ import html
 import json
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Verdict
@@ -23,8 +23,7 @@ FIRST_PAGE = "dps-s pre-flight set"
 NOT_CHECKED = marked("not checked")
 
 
-@dataclass(frozen=True, slots=True)
-class SetMember:
+class SetMember(NamedTuple):
     """`filed` None: the module was not reached, `trouble` says why."""
 
     port: str

@@ -1,8 +1,8 @@
 """One profile for several modules: differences, what to write, and the results."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.engine.device import DeviceView
 from app.engine.procedure import Cancelled
@@ -20,8 +20,7 @@ LEFT_OUT = (BAUD_RATE, SERIAL_OUTPUT)
 NOT_READ_BACK = marked("Not read back: {names}.")
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
+class Column(NamedTuple):
     """One module: a row for each setting of the profile."""
 
     port: str
@@ -69,8 +68,7 @@ class Applied(Enum):
         return self in (Applied.NOTHING_TO_DO, Applied.VERIFIED, Applied.ACKNOWLEDGED)
 
 
-@dataclass(frozen=True, slots=True)
-class AppliedProfile:
+class AppliedProfile(NamedTuple):
     """`parts`: sentences with the place for the names of these settings."""
 
     state: Applied

@@ -1,6 +1,5 @@
 """The last pre-flight check of a connected module, and whether it still holds."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from app.engine.device import DeviceView
@@ -11,8 +10,7 @@ from app.records.filing import Filed
 from app.text.messages import UserMessage
 
 
-@dataclass(frozen=True, slots=True)
-class HeldVerdict:
+class HeldVerdict(NamedTuple):
     """`verdict` None: the check is void, `void` says why. `at`: when it ended, in monotonic seconds;
     None for one that broke off."""
 

@@ -1,6 +1,5 @@
 """Judges where a flight would have fired with given thresholds, under either reading of the vendor's rule."""
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +24,7 @@ class LogFiring(NamedTuple):
     """Tenths of g, as a module reports it."""
 
 
-@dataclass(frozen=True, slots=True)
-class JudgedFlight:
+class JudgedFlight(NamedTuple):
     """One flight, one set of thresholds, one reading. Times are those of the `FlightLog`."""
 
     limits: TriggerLimits

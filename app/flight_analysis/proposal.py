@@ -5,7 +5,6 @@ not, and each fires before the impact that must.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -49,8 +48,7 @@ class SeparationConflict(NamedTuple):
     why: UserMessage
 
 
-@dataclass(frozen=True, slots=True)
-class ThresholdProposal:
+class ThresholdProposal(NamedTuple):
     """`limits` is None where no thresholds separate the lists; `conflicts` then says why."""
 
     limits: TriggerLimits | None

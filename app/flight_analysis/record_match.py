@@ -4,8 +4,7 @@ A record has no time of day and the log's clock is another one, so a moment is a
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -28,8 +27,7 @@ BEFORE_S: Final = 5.0
 """A trigger that the record does not name counts as an objection if it fires within this time before."""
 
 
-@dataclass(frozen=True, slots=True)
-class Moment:
+class Moment(NamedTuple):
     """A moment of the log at which the record's sources fire with the record's settings."""
 
     firing: LogFiring
@@ -39,8 +37,7 @@ class Moment:
     """When the other trigger would have fired just before; the record does not name it. None: it would not have."""
 
 
-@dataclass(frozen=True, slots=True)
-class RecordMatch:
+class RecordMatch(NamedTuple):
     """`moments` in order of time, the first `MAX_MOMENTS`. `why_none` says why there is none."""
 
     moments: tuple[Moment, ...] = ()

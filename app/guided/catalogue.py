@@ -10,7 +10,7 @@ activation between the two: the same steps, conditions and log as on the Command
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.engine.procedure import Procedure
 from app.guided.bay import CLOSE, OPEN, prepare_bay
@@ -27,8 +27,7 @@ from app.text.sentences import join_sentences
 from protocol.translatable import marked
 
 
-@dataclass(frozen=True, slots=True)
-class GuidedTest:
+class GuidedTest(NamedTuple):
     """Texts are English, translatable. `statement`: what the person states before a test with an active module;
     `confirms`: the text of the button for each step that the person confirms."""
 

@@ -6,9 +6,9 @@ The module reports an angle, not a direction: the direction is the one that the 
 to lie between two reports. If the module moved so fast that they are too far apart, the direction is repeated.
 """
 
-from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from typing import NamedTuple
 
 from app.engine.device import DeviceView, StatusSample
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
@@ -72,8 +72,7 @@ class Span:
         return message(f"{self.low_deg:.0f}–{self.high_deg:.0f}°")
 
 
-@dataclass(frozen=True, slots=True)
-class Turn:
+class Turn(NamedTuple):
     """One direction. `fired` None: it did not fire; `rearmed` None: it stayed triggered."""
 
     direction: TiltDirection

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from protocol.fields import Value
 
@@ -12,8 +12,7 @@ if TYPE_CHECKING:  # reading loads none of it
     from app.limits.service import DueService
 
 
-@dataclass(frozen=True, slots=True)
-class LastTested:
+class LastTested(NamedTuple):
     """The last result of a guided test. `age_days`: at the check; None if unknown."""
 
     stored: "StoredTest"

@@ -47,8 +47,7 @@ class FlagState(Enum):
     NOT_SENT = "not sent"
 
 
-@dataclass(frozen=True, slots=True)
-class TriggerFlag:
+class TriggerFlag(NamedTuple):
     """`why`: why it was not sent."""
 
     state: FlagState = FlagState.NEVER_SET

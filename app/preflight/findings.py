@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.limits.past import Past
 from app.preflight.evidence import Evidence
@@ -73,8 +74,7 @@ class Case:
         return why or message(marked("not asked"))
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(NamedTuple):
     """`measured`: for programs, in the unit of `shown`, None if unknown. `do`: what to do, None: the check's own."""
 
     result: CheckResult
@@ -84,8 +84,7 @@ class Finding:
     do: UserMessage | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
+class Check(NamedTuple):
     """`id` is the one in the JSON output; texts are English, translatable."""
 
     id: str

@@ -4,7 +4,7 @@ The check reads it before and after measuring; the window reads it again every t
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.engine.device import StatusSample
 from app.engine.procedure import Procedure, ask_report
@@ -28,8 +28,7 @@ TITLES: Mapping[str, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class StateReading:
+class StateReading(NamedTuple):
     settings: SettingsReading
     status: StatusSample | None = None
 
@@ -38,8 +37,7 @@ class StateReading:
         return self.settings.is_complete and self.status is not None
 
 
-@dataclass(frozen=True, slots=True)
-class StateChange:
+class StateChange(NamedTuple):
     """`shown`: the old and the new value, for people."""
 
     key: str

@@ -6,8 +6,8 @@ GO      everything holds and the module itself reports that it is active
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 from app.engine.device import DeviceView
 from app.limits.limits import softened
@@ -90,8 +90,7 @@ MANUAL_WORDS: Mapping[bool | None, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Judged:
+class Judged(NamedTuple):
     check: Check
     finding: Finding
 
@@ -104,8 +103,7 @@ class Judged:
         return self.finding.do or UserMessage(self.check.do)
 
 
-@dataclass(frozen=True, slots=True)
-class Assessment:
+class Assessment(NamedTuple):
     """Results of all checks, in the order of `CHECKS`."""
 
     case: Case
@@ -153,13 +151,12 @@ def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
     if advised is None:
         return finding
     limit = message(marked("{limit}, advised {advised}"), limit=finding.limit, advised=advised)
-    return replace(
-        finding, limit=limit, result=CheckResult.WARN if finding.result is CheckResult.PASS else finding.result
+    return finding._replace(
+        limit=limit, result=CheckResult.WARN if finding.result is CheckResult.PASS else finding.result
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Void:
+class Void(NamedTuple):
     """`what`: the value that changed, if one did."""
 
     reason: Disturbance

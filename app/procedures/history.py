@@ -9,7 +9,6 @@ so heartbeats test at the end whether the line loses or doubles frames.
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, is_alive
@@ -25,8 +24,7 @@ UNANSWERED_PASSES = 3
 LINE_HEARTBEATS = 20
 
 
-@dataclass(frozen=True, slots=True)
-class History:
+class History(NamedTuple):
     """Records in the order in which the module sent them."""
 
     records: tuple[TriggerRecord, ...] = ()
@@ -78,7 +76,7 @@ def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
     )
     if not news:
         return history
-    return replace(history, seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
+    return history._replace(seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
 
 
 def _read_passes() -> Procedure[History]:

@@ -8,6 +8,7 @@ side.
 from dataclasses import dataclass
 from enum import Enum
 from statistics import median
+from typing import NamedTuple
 
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
 from app.text.i18n import tr
@@ -29,8 +30,7 @@ _LIGHT = BY_NAME["light"]
 _STEPS_PER_V = _LIGHT.reply.per_unit if isinstance(_LIGHT.reply, Quantity) else 0
 
 
-@dataclass(frozen=True, slots=True)
-class Band:
+class Band(NamedTuple):
     """Readings at one position of the bay, as bytes in order."""
 
     raws: tuple[int, ...]

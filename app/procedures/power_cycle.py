@@ -9,6 +9,7 @@ procedure ends with the port.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.engine.identity import went_back
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
@@ -44,8 +45,7 @@ class Ending(Enum):
     """It was not switched off and on in time; nothing is known."""
 
 
-@dataclass(frozen=True, slots=True)
-class SettingRetention:
+class SettingRetention(NamedTuple):
     """`read_back`: the reading after the restart."""
 
     target: Value

@@ -11,6 +11,7 @@ module changed late or unasked.
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from app.engine.procedure import Await, EngineView, Inspect, Pause, Procedure, Report
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
@@ -39,8 +40,7 @@ DISK_LIMIT_S = 1.5
 """How long a write waits until the old settings and the intent are stored."""
 
 
-@dataclass(frozen=True, slots=True)
-class SettingChange:
+class SettingChange(NamedTuple):
     """A setting and its target value, in the field's unit."""
 
     command: Command

@@ -1,11 +1,10 @@
 """Excerpt of measured data between two times, and its CSV table."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from heapq import merge
 from itertools import islice
 from operator import itemgetter
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,7 @@ _END: Final = "\r\n"
 _FLAGS: Final = ("false", "true")
 
 
-@dataclass(frozen=True, slots=True)
-class Excerpt:
+class Excerpt(NamedTuple):
     """Immutable. Times are monotonic seconds."""
 
     start_s: float

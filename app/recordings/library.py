@@ -5,10 +5,9 @@ import secrets
 import shutil
 import threading
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.recordings.session_format import SUFFIX
 from app.recordings.session_reader import read_heading
@@ -34,8 +33,7 @@ def recordings_folder() -> Path:
     return data_folder() / "recordings"
 
 
-@dataclass(frozen=True, slots=True)
-class RecordingEntry:
+class RecordingEntry(NamedTuple):
     """One recorded session, which is one file."""
 
     path: Path
@@ -110,7 +108,7 @@ class RecordingLibrary:
             open(mark, "ab", opener=private_opener).close()
         else:
             mark.unlink(missing_ok=True)
-        return replace(entry, is_pinned=is_pinned)
+        return entry._replace(is_pinned=is_pinned)
 
     def prune(self, max_bytes: int | None = None) -> tuple[RecordingEntry, ...]:
         """Deletes the oldest recordings beyond the limit, and returns them. Pinned and running ones stay and do not
@@ -152,10 +150,9 @@ def entry_of(path: Path) -> RecordingEntry:
     try:
         file = read_heading(path)
     except (OSError, UserError) as error:
-        return replace(entry, trouble=unreadable(path, error))
+        return entry._replace(trouble=unreadable(path, error))
     opening = file.opening
-    return replace(
-        entry,
+    return entry._replace(
         started_at=opening.started_at,
         port=opening.port,
         baud_rate=opening.baud_rate,

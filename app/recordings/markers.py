@@ -1,7 +1,6 @@
 """Markers on the time line, derived from batches."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -33,8 +32,7 @@ class MarkerKind(Enum):
     """Reports that came before were not recorded, because the disk was too slow."""
 
 
-@dataclass(frozen=True, slots=True)
-class Marker:
+class Marker(NamedTuple):
     """`time_s`: monotonic seconds."""
 
     time_s: float

@@ -1,7 +1,6 @@
 """Finds the status reports in the bytes of the line, with numpy."""
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -18,8 +17,7 @@ ACTIVE, TRIGGERED = 0x01, 0x02
 """Bits of `Reports.flags`."""
 
 
-@dataclass(frozen=True, slots=True)
-class ReportColumns:
+class ReportColumns(NamedTuple):
     times_ns: NDArray[np.int64]
     tilt_deg: NDArray[np.float32]
     acceleration_g: NDArray[np.float32]

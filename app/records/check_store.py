@@ -2,8 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.limits.past import LastAnswer, Past
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
@@ -41,8 +40,7 @@ MakeRecord = Callable[[int, str | None], Record]
 """Makes a record from its number and the hash of the previous record."""
 
 
-@dataclass(frozen=True, slots=True)
-class SeenRecord:
+class SeenRecord(NamedTuple):
     """A stored trigger record of a module. `place` counts from 0, the oldest."""
 
     id: int
@@ -53,16 +51,14 @@ class SeenRecord:
     note: str
 
 
-@dataclass(frozen=True, slots=True)
-class Visit:
+class Visit(NamedTuple):
     """One reading of a module's records. `new`: ids of the records added by it; None for the first visit."""
 
     records: tuple[SeenRecord, ...]
     new: frozenset[int] | None
 
 
-@dataclass(frozen=True, slots=True)
-class CheckLine:
+class CheckLine(NamedTuple):
     """One check according to its record. `at`: ISO 8601 in UTC; `station`: where it was made, "" here."""
 
     at: str

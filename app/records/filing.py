@@ -6,8 +6,9 @@ Used by the window and the command line. Where the store fails, the verdict and 
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
+from typing import NamedTuple
 
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
@@ -31,8 +32,7 @@ from app.text.user_error import UserError
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class Filed:
+class Filed(NamedTuple):
     """`trouble`: why the record was not stored. `station_trouble`: why it is not signed."""
 
     assessment: Assessment

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
+from typing import NamedTuple
 
 from app.engine.identity import Identity, IdentityEvidence, Trust, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure
@@ -57,8 +58,7 @@ def read_triggers() -> Procedure[TriggersReading]:
     return TriggersReading(history, boots)
 
 
-@dataclass(frozen=True, slots=True)
-class PossiblyOther:
+class PossiblyOther(NamedTuple):
     """It may be another module, so nothing was stored."""
 
     differences: tuple[str, ...] = ()

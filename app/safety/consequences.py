@@ -5,8 +5,8 @@ figures are upper limits.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.text.messages import UserMessage, message
 from protocol.catalogue import BAUD_RATE, BY_NAME, DEFAULT_BAUD_RATE, RESET_BELOW_THRESHOLD_DEG, Command
@@ -34,8 +34,7 @@ class Weight(Enum):
     """It fires at once, or never: treated like `AGAINST_ADVICE`, in stronger words."""
 
 
-@dataclass(frozen=True, slots=True)
-class Consequence:
+class Consequence(NamedTuple):
     message: UserMessage
     weight: Weight = Weight.PLAIN
 

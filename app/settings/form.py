@@ -16,6 +16,7 @@ The baud rate is not a row of the form: changing it may cut the link, so it has 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.engine.device import DeviceView, How, Known
 from app.engine.setting_changes import ChangedSetting
@@ -78,8 +79,7 @@ class FormRow:
         return () if value is None else consequences(self.command, value)
 
 
-@dataclass(frozen=True, slots=True)
-class _Failure:
+class _Failure(NamedTuple):
     target: Value
     text: str
     read_back: Value | None = None

@@ -6,9 +6,9 @@ import tomllib
 import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.guided.results import GuidedKind
 from app.settings.fingerprint import is_fingerprint
@@ -45,8 +45,7 @@ _TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 """Characters that reverse the direction of the text after them, which could make a name mislead."""
 
 
-@dataclass(frozen=True, slots=True)
-class ProfileFault:
+class ProfileFault(NamedTuple):
     """One error. `line` counts from 1; None for the file as a whole."""
 
     line: int | None

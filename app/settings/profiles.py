@@ -103,8 +103,7 @@ LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
 """All are our choice; the vendor gives voltage steps only."""
 
 
-@dataclass(frozen=True, slots=True)
-class ManualLine:
+class ManualLine(NamedTuple):
     """A check done by a person; skipping one that `is_required` gives NO-GO. `is_done`: the person's answer, None where
     it was skipped, and in a file."""
 
@@ -140,7 +139,7 @@ class Profile:
     def answered(self, answers: Mapping[int, bool]) -> "Profile":
         """With a person's answers for its manual checks, by number from 1."""
         lines = enumerate(self.manual, 1)
-        return replace(self, manual=tuple(replace(line, is_done=answers.get(number)) for number, line in lines))
+        return replace(self, manual=tuple(line._replace(is_done=answers.get(number)) for number, line in lines))
 
 
 NO_PROFILE = Profile()

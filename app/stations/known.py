@@ -4,9 +4,8 @@ A revoked station was trusted once, and its key is lost or was copied: nothing t
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.stations.station import KEY_BYTES, Station, decoded, encoded, find_station, fingerprint_of, own_station
 from app.system.files import write_whole
@@ -19,8 +18,7 @@ _LARGEST_FILE: Final = 1_000_000
 _REVOKED: Final = "-"
 
 
-@dataclass(frozen=True, slots=True)
-class KnownStation:
+class KnownStation(NamedTuple):
     """`is_own`: the station of this computer."""
 
     public: bytes
@@ -71,7 +69,7 @@ class Stations:
 
     def revoke(self, fingerprint: str) -> KnownStation | None:
         """Its key is lost or was copied. None if no station has this fingerprint. Raises OSError."""
-        return self._replace(fingerprint, lambda station: (replace(station, is_revoked=True),))
+        return self._replace(fingerprint, lambda station: (station._replace(is_revoked=True),))
 
     def _replace(
         self, fingerprint: str, new: Callable[[KnownStation], tuple[KnownStation, ...]]

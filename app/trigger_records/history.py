@@ -6,8 +6,8 @@ triggers may have equal bytes, so records are aligned and counted, never identif
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 from app.engine.setting_changes import BOOTS
 from app.limits.out_of_limits import record_outside
@@ -39,8 +39,7 @@ JUDGEMENT_WORDS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Merged:
+class Merged(NamedTuple):
     """`new` follows `known`, oldest first. `is_continuation` is False where the records do not continue those of the
     last visit, as if it were another module."""
 

@@ -1,11 +1,10 @@
 """Archive dialog: server, exchange, questions about modules, the state and history of every module."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
@@ -112,8 +111,7 @@ _WHO_PX: Final = 160
 _LOWEST_PX: Final = 60
 
 
-@dataclass(frozen=True, slots=True)
-class Loaded:
+class Loaded(NamedTuple):
     states: tuple[ModuleToday, ...]
     conflicts: tuple[Conflict, ...]
 

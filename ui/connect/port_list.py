@@ -1,6 +1,6 @@
 """List of ports with adapter name, manufacturer and serial number."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter
@@ -18,8 +18,7 @@ _CHOICE = Qt.ItemDataRole.UserRole
 _Index = QModelIndex | QPersistentModelIndex
 
 
-@dataclass(frozen=True, slots=True)
-class PortChoice:
+class PortChoice(NamedTuple):
     """One row. `badge` is one word, or ""."""
 
     device: str

@@ -1,11 +1,10 @@
 """Saves values and pictures of plots, and shows the outcome."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QBuffer, QByteArray, QEvent, QIODevice, QRectF, QStandardPaths, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
@@ -47,8 +46,7 @@ def picture_with_footer(content: QWidget, foot: str) -> QImage:
     return whole.toImage()
 
 
-@dataclass(frozen=True, slots=True)
-class Origin:
+class Origin(NamedTuple):
     """The source of the shown data. `wall_offset_s` added to its times gives seconds since 1970; `recorded_at` is the
     start of a recording, None for live data; `module` is its name, or ""."""
 

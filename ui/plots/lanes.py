@@ -1,7 +1,6 @@
 """What the plots show: lanes with their scales and limits, marks, and time spans. Times are monotonic seconds."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from app.limits.out_of_limits import Outside
@@ -30,8 +29,7 @@ class Scale(NamedTuple):
     step: float
 
 
-@dataclass(frozen=True, slots=True)
-class Limit:
+class Limit(NamedTuple):
     """A limit over time; `label` is English with `{value}`, `meaning` that of exceeding it.
 
     A draft is a value being tried, not one of the module. `stale` is the last known value while it is not confirmed.
@@ -45,8 +43,7 @@ class Limit:
     stale: StepFunction | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Lane:
+class Lane(NamedTuple):
     """One plot of the stack.
 
     The first of `scales` that covers all values in sight is used, else the last. `weight` is the share of the height.
@@ -65,8 +62,7 @@ class Lane:
     """Judges a value at a time."""
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(NamedTuple):
     """An event; `word` is English. `rank` 0 is the most important, which others never hide."""
 
     time_s: float

@@ -10,9 +10,9 @@ are equal; 1 if one differs; 3 without a link; 4 if none differs and one is unkn
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.preflight.reading_object import SETTING_KEYS
@@ -34,8 +34,7 @@ from protocol.fields import Value
 STANDARD_OUTPUT = "-"
 
 
-@dataclass(frozen=True, slots=True)
-class ModuleSettings:
+class ModuleSettings(NamedTuple):
     """The settings of a module by key. `missing`: those that were not read, and why, in English."""
 
     port: str

@@ -232,7 +232,7 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
         assert [one.command for one in table.rows] == list(settings_in(PROFILE))
         assert BAUD_RATE not in settings_in(PROFILE)
         assert {one.match for one in table.rows} <= {Match.DIFFERENT, Match.UNKNOWN}
-        assert replace(table, is_reachable=False).changes == ()
+        assert table._replace(is_reachable=False).changes == ()
         report = rig.run(write_all(table.changes, WriteContext(journal=FakeJournal())))
         results[port] = outcome_of(report)
     assert results["a"].state is Applied.ACKNOWLEDGED  # the trigger cannot be read back, and that is said

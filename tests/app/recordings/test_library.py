@@ -1,7 +1,6 @@
 """Recordings are listed, pinned, pruned (oldest first, never pinned or running ones) and deleted."""
 
 import json
-from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -141,9 +140,9 @@ def test_nothing_outside_of_the_library_is_deleted(tmp_path: Path) -> None:
     (entry,) = library.entries()
     for path in (other, tmp_path / "library", tmp_path, entry.path / ".."):
         with pytest.raises(ValueError):
-            library.delete(replace(entry, path=path))
+            library.delete(entry._replace(path=path))
         with pytest.raises(ValueError):
-            library.set_pinned(replace(entry, path=path), is_pinned=True)
+            library.set_pinned(entry._replace(path=path), is_pinned=True)
     assert other.is_file()
     assert len(library.entries()) == 1
 

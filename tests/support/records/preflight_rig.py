@@ -40,7 +40,7 @@ class Checked:
     def record(self, about: RecordContext, station: Station | None = None, **person: Any) -> Record:
         """As checked by this person."""
         case = replace(self.assessment.case, person=Person(**person))
-        return make_record(replace(self.assessment, case=case), about, self.log, station)
+        return make_record(self.assessment._replace(case=case), about, self.log, station)
 
 
 @dataclass(frozen=True, slots=True)

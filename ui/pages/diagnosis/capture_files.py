@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QPushButton, QWidget
@@ -41,8 +41,7 @@ def ask_capture(parent: QWidget, folder: Path, then: ThenPath) -> None:
     ask_open(parent, folder, tr("Open traffic…"), kinds, then)
 
 
-@dataclass(frozen=True, slots=True)
-class Opened:
+class Opened(NamedTuple):
     path: Path
     rows: CaptureRows
     statistics: LinkStatistics

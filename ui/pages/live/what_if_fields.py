@@ -1,7 +1,6 @@
 """Fields of "Would it have fired?", created from the catalogue, and the tried thresholds as lines in the plots."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from math import inf
 from typing import Final
@@ -125,7 +124,7 @@ class DraftLines:
         fires = Limit(self.attitude, marked("{value}° draft"), Meaning.ATTENTION, is_draft=True)
         falls = Limit(self.freefall, marked("{value} g draft"), Meaning.ATTENTION, 1, is_draft=True)
         return (
-            replace(tilt, limits=(*tilt.limits, fires)),
-            replace(acceleration, limits=(*acceleration.limits, falls)),
+            tilt._replace(limits=(*tilt.limits, fires)),
+            acceleration._replace(limits=(*acceleration.limits, falls)),
             *others,
         )

@@ -5,9 +5,8 @@ disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon w
 everything else an outline.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPaintEvent, QPalette, QResizeEvent
@@ -48,8 +47,7 @@ MAX_NAMED = 5
 """Checks named in the banner; the rows name all."""
 
 
-@dataclass(frozen=True, slots=True)
-class Announcement:
+class Announcement(NamedTuple):
     """Translated texts: `word` in large letters, beside it `head` and `lines`."""
 
     standing: Standing

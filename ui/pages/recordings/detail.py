@@ -1,7 +1,6 @@
 """Details of the selected recording: outline, facts and buttons."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import ClassVar, Final
 
 from PySide6.QtCore import QRectF, QSize
@@ -130,7 +129,7 @@ class RecordingsDetail(QFrame):
             shown |= {"when": when_text(entry), "port": entry.port}
             if entry.was_triggered:
                 shown["samples"] = join_names((shown["samples"], tr("triggered")))
-                entry = replace(entry, was_triggered=False)  # a line of its own would move the buttons
+                entry = entry._replace(was_triggered=False)  # a line of its own would move the buttons
         self.title.setText(_title(chosen))
         self.remarks.setText("" if entry is None else remarks(entry) if entry.trouble is None else entry_text(entry))
         self.remarks.setVisible(bool(self.remarks.text()))

@@ -1,9 +1,8 @@
 """Widgets of the Tests page and what they say: picture, list of steps, live value, result."""
 
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import ClassVar, Final, NamedTuple
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
@@ -121,8 +120,7 @@ class StepList(QWidget):
                 mark.clear_icon()
 
 
-@dataclass(frozen=True, slots=True)
-class LiveMark:
+class LiveMark(NamedTuple):
     """A limit on the bar."""
 
     value: float
@@ -130,8 +128,7 @@ class LiveMark:
     meaning: Meaning
 
 
-@dataclass(frozen=True, slots=True)
-class LiveReading:
+class LiveReading(NamedTuple):
     """A current value. `value` None: unknown. `shown`: translated."""
 
     caption: str

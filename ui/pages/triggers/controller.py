@@ -2,8 +2,8 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
@@ -29,8 +29,7 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
-@dataclass(frozen=True, slots=True)
-class TriggerRow:
+class TriggerRow(NamedTuple):
     """One trigger. `is_stored`: it is in the store and can be judged. `is_being_stored`: it is being stored.
     `is_seen_once`: it came in one reading only, so it is uncertain."""
 
@@ -282,7 +281,7 @@ class TriggersController(QObject):
                 self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
         if not kept and self.reading is not None:
             is_filing, unkept = self._filing.is_running, self._unstored_rows(self.reading)
-            self.rows = tuple(replace(row, is_being_stored=is_filing) for row in unkept)
+            self.rows = tuple(row._replace(is_being_stored=is_filing) for row in unkept)
             return
         rows = []
         for seen in reversed(self._as_judged(kept)):  # of two equal records the later one is on the module
@@ -297,7 +296,7 @@ class TriggersController(QObject):
     def _as_judged(self, kept: tuple[SeenRecord, ...]) -> list[SeenRecord]:
         """With the judgements that are not stored yet."""
         judged = {seen.id: self._judging.get(seen.id, (seen.judgement, seen.note)) for seen in kept}
-        return [replace(seen, judgement=judged[seen.id][0], note=judged[seen.id][1]) for seen in kept]
+        return [seen._replace(judgement=judged[seen.id][0], note=judged[seen.id][1]) for seen in kept]
 
     @staticmethod
     def _unstored_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:
