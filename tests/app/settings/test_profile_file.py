@@ -218,7 +218,7 @@ PROFILES = st.builds(
     notes=st.lists(TEXTS, max_size=3).map("\n\t".join),
     settings=SETTINGS,
     limits=LIMIT_VALUES,
-    manual=st.lists(st.builds(ManualLine, TEXTS.filter(str.strip), st.booleans()), max_size=3).map(tuple),
+    manual=st.lists(st.builds(ManualLine, TEXTS.filter(str.strip), st.booleans(), st.none()), max_size=3).map(tuple),
     approved_fingerprint=st.sampled_from([None, fingerprint({"freefall_time_s": 1.6}).code]),
     is_light_inverted=st.booleans(),
     is_service_required=st.booleans(),
