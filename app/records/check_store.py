@@ -182,15 +182,20 @@ class CheckStore:
 
     # Checks
 
-    def past(self, module: str | None, slots: Sequence[bytes] | None = None, *, is_confirmed: bool = True) -> Past:
+    def past(
+        self, module: str | None, slots: Sequence[bytes] | None = None, *, is_confirmed: bool = True,
+        counts_simulated: bool = False,
+    ) -> Past:  # fmt: skip
         """What a check needs from the module's history; to be called before this check's own visit is stored.
 
         `slots`: the records on the module now, to see whether they continue those of the last visit.
+        `counts_simulated`: include the checks of simulated modules.
         """
         if module is None:
             return Past(module=module)
         booted = self._facts.last_visit(module, "boot_count")
-        go = next((check for check in self.checks(module) if check.holds), None)
+        checks = (check for check in self.checks(module) if counts_simulated or not check.is_simulated)
+        go = next((check for check in checks if check.holds), None)
         last, last_slots, known = self._last(module)
         merged = None
         if slots is not None and last is not None:

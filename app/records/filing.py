@@ -10,12 +10,13 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import NamedTuple
 
+from app.engine.identity import IdentityEvidence
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
 from app.limits.service import DueService, due_services
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, CheckResult, Person
-from app.preflight.module_checks import RecordsWord, records_word
+from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
@@ -112,13 +113,14 @@ def _station(store: Store | None) -> tuple[Station | None, UserError | None]:
 
 
 def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
-    """Guided tests of a simulated module never count for a real one."""
+    """Checks and guided tests of a simulated module never count for a real one."""
     history = evidence.history
     slots = None if history is None else [record.raw for record in history.records]
-    is_confirmed = history is not None and history.is_confirmed
-    tests = last_tests(store.facts, name, counts_simulated=is_simulated(evidence.port))
+    is_confirmed, counts_simulated = history is not None and history.is_confirmed, is_simulated(evidence.port)
+    tests = last_tests(store.facts, name, counts_simulated=counts_simulated)
+    checks = CheckStore(store.database)
     return replace(
-        CheckStore(store.database).past(name, slots, is_confirmed=is_confirmed),
+        checks.past(name, slots, is_confirmed=is_confirmed, counts_simulated=counts_simulated),
         settings=store.evidence(name).settings,
         tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()},
         due=service_due(store, name, at),
@@ -142,14 +144,14 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str)
     # The records may be another module's: they must not become part of this one's history.
     is_one_module = assessment.result("undisturbed") is CheckResult.PASS
     if history is not None and is_one_module and assessment.result("boot_count") is not CheckResult.FAIL:
+        now = IdentityEvidence(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
+        slots = [record.raw for record in history.records]
         checks.store_visit(
-            name,
-            [record.raw for record in history.records],
-            port=evidence.port,
-            boot_count=None if boots is None else int(boots),
-            is_confirmed=history.is_confirmed,
+            name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed
         )
         if name is not None:
+            if now.is_complete:
+                store.store_evidence(name, now)
             _keep_word(checks, name, assessment.case)
     return record
 

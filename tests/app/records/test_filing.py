@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app import version
-from app.preflight.findings import Person
+from app.preflight.findings import CheckResult, Person
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
 from app.records.filing import Filed, file_check
@@ -28,7 +28,7 @@ from protocol.fields import Value
 from protocol.messages import TriggerRecord
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.records.kept_facts import forge, tamper
-from tests.support.records.preflight_rig import check
+from tests.support.records.preflight_rig import FAULTS, Fault, check
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"))
@@ -49,10 +49,14 @@ for _ in range(int(sys.argv[2])):
 """
 
 
-def file_one(store: Store, module: str | None = None, *, adapter: str = "") -> Filed:
-    checked = check()
+def file_one(
+    store: Store, module: str | None = None, *faults: Fault, port: str = "sim", adapter: str = "",
+    is_same_module: bool = False,
+) -> Filed:  # fmt: skip
+    checked = check(*faults)
+    checked.assessment.case.evidence.port = port
     return file_check(
-        checked.assessment.case.evidence, NO_PROFILE, Person(module=module), checked.log,
+        checked.assessment.case.evidence, NO_PROFILE, Person(module=module, is_same_module=is_same_module), checked.log,
         store=store, program_version=version(), adapter=adapter,
     )  # fmt: skip
 
@@ -154,6 +158,27 @@ def test_records_of_what_may_be_another_module_are_filed_only_if_a_person_says_s
         now = reading(boot_count, {**settings, **more}, *records)
         assert isinstance(file(now, is_same_module=False), Visit if is_filed else PossiblyOther)
         assert isinstance(file(now, is_same_module=True), Visit)
+
+
+def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Path) -> None:
+    def boot_count(filed: Filed) -> CheckResult:
+        return filed.assessment.result("boot_count")
+
+    with closing(open_store(tmp_path)) as store:
+        file_one(store, "M-07")
+        changed = partial(file_one, store, "M-07", FAULTS["free-fall time"])
+        assert boot_count(changed()) is CheckResult.FAIL, "other settings than last read"
+        assert boot_count(changed()) is CheckResult.FAIL, "what may be another one is not what was last read"
+        assert boot_count(changed(is_same_module=True)) is CheckResult.PASS
+        assert boot_count(changed()) is CheckResult.PASS
+        assert store.evidence("M-07").settings["freefall_time_s"] == 0.2
+
+
+def test_settings_that_a_simulated_module_passed_with_are_approved_for_none_that_is_real(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        simulated, real = (partial(file_one, store, "M-07", port=port) for port in ("sim://", "/dev/ttyUSB0"))
+        assert [simulated().assessment.result("fingerprint") for _ in range(2)] == [CheckResult.WARN, CheckResult.PASS]
+        assert [real().assessment.result("fingerprint") for _ in range(2)] == [CheckResult.WARN, CheckResult.PASS]
 
 
 # The audit log
