@@ -299,14 +299,14 @@ def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
             heard(one)
 
         worker = Worker(take)
-        made.recorder.begin("sim://recorded", 115200)
+        made.recorder.begin("sim://recorded-by-a-worker", 115200)
         worker.start()
         try:
-            worker.open("sim://recorded?stream_at_boot=yes&rate=400&uptime=60", 115200)
+            worker.open("sim://recorded-by-a-worker?stream_at_boot=yes&rate=400&uptime=60", 115200)
             heard.until(lambda _batch: sum(len(one.samples) for one in heard.all) >= 200)
         finally:
             assert worker.stop(WAIT_S)
-            simulated.remove_bench("recorded")
+            simulated.remove_bench("recorded-by-a-worker")
         made.recorder.end()
         made.settle()
         with opened(made.path) as recording:
