@@ -80,6 +80,10 @@ class LinkStatistics:
         self.totals = Counters()
         """Since the connection began."""
         self.losses = 0
+        self.last_frame_at: float | None = None
+        """When the last batch with a frame came."""
+        self.last_invalid_at: float | None = None
+        """When the last batch with invalid bytes came."""
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
@@ -94,6 +98,10 @@ class LinkStatistics:
         before, totals = self._last, self._last if batch.link is None else batch.link.counters
         self._last = totals
         grown = totals - before if _is_later(totals, before) else totals
+        if grown.frames:
+            self.last_frame_at = batch.at
+        if grown.rejected:
+            self.last_invalid_at = batch.at
         self._add(batch.at, grown, 0, [trip for trip in trips if trip is not None])
 
     def count(self, rows: Iterable[Explained]) -> None:

@@ -32,10 +32,15 @@ class StateAnnouncer(QObject):
     def __init__(self, port: Port, ports: Ports) -> None:
         super().__init__(port)
         self._port, self._ports = port, ports
-        self._is_linked = self._is_triggered = self._has_failed = False
-        self._activation = Activation.UNKNOWN
+        self._is_linked = self._has_failed = False
+        self._reset()
+        port.invalidated.connect(self._reset)
         port.changed.connect(self._poll)
         port.lock.changed.connect(self._poll)
+
+    def _reset(self) -> None:
+        """Nothing is told yet of the module that answers from now on."""
+        self._activation, self._is_triggered = Activation.UNKNOWN, False
 
     def _poll(self) -> None:
         self._announce_link()
@@ -51,7 +56,7 @@ class StateAnnouncer(QObject):
         state = port.state
         was, self._is_linked = self._is_linked, state.phase in _LINKED
         if was and state.phase in _LOST:
-            self._activation, self._is_triggered = Activation.UNKNOWN, False  # told again when it answers again
+            self._reset()  # told again when it answers again
             parts = [link_text(state, port.clock()).what]
             if port.is_active:
                 parts += [tr(LAST_HEARD_ACTIVE), keep_away()]

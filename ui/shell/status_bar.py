@@ -65,10 +65,7 @@ class StatusBar(QFrame):
     def __init__(self, connector: Ports, texts: Texts, in_use: LimitsInUse, notice_bar: NoticeBar) -> None:
         super().__init__()
         named(self, "status_line", "bar")
-        self._in_use = in_use
-        self._rejected = self._frames = 0
-        self._damaged_at: float | None = None
-        self._received_at: float | None = None
+        self._connector, self._in_use = connector, in_use
         self._message_end = QTimer(self, singleShot=True)
         self._message_end.timeout.connect(lambda: self.show_message(""))
         self.sign = IconLabel("line_fault_sign", _SIGN_PX, keeps_place=True)
@@ -128,26 +125,17 @@ class StatusBar(QFrame):
             self._message_end.start(round(seconds * 1000))
 
     def on_batch(self, batch: Batch) -> None:
-        link = batch.link
-        rejected, frames = (0, 0) if link is None else (link.counters.rejected, link.counters.frames)
+        link, line = batch.link, self._connector.current.kept.statistics
         if link is None:
-            self._damaged_at = self._received_at = None
-        elif rejected > self._rejected:
-            self._damaged_at = batch.at
-        if frames not in (0, self._frames):
-            self._received_at = batch.at
-        self._rejected, self._frames = rejected, frames
-        lag_s = None if link is None else link.lag_s
-        self.age.show_age(self._received_at, late_s=lag_s if lag_s is not None and lag_s > MAX_LAG_S else None)
-        damaged_at = self._damaged_at
+            self.age.show_age(None)
+            self._show_fault(None)
+            return
+        lag_s, invalid_at = link.lag_s, line.last_invalid_at
+        self.age.show_age(line.last_frame_at, late_s=lag_s if lag_s is not None and lag_s > MAX_LAG_S else None)
+        has_damaged = invalid_at is not None and batch.at - invalid_at < DAMAGED_SHOWN_S
         self._show_fault(
-            None
-            if link is None
-            else line_outside(
-                lag_s=lag_s,
-                round_trip_s=link.round_trip_median_s,
-                has_damaged=damaged_at is not None and batch.at - damaged_at < DAMAGED_SHOWN_S,
-                in_use=self._in_use,
+            line_outside(
+                lag_s=lag_s, round_trip_s=link.round_trip_median_s, has_damaged=has_damaged, in_use=self._in_use
             )
         )
 

@@ -320,13 +320,15 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         last = connector.current.last
         assert last is not None
         assert last.link is not None
-        line._damaged_at = None
+        statistics = connector.current.kept.statistics
+        statistics.last_invalid_at = None
         sound = last._replace(at=connector.clock(), link=last.link._replace(lag_s=0.1, round_trip_median_s=0.02))
         assert sound.link is not None
         line.on_batch(sound)
         assert line.fault.isHidden()
         counters = replace(last.link.counters, rejected_bytes=last.link.counters.rejected_bytes + Counter({"x": 7}))
         damaged = sound._replace(link=sound.link._replace(counters=counters))
+        statistics.on_batch(damaged)
         line.on_batch(damaged)
         assert not line.fault.isHidden()
         assert line.fault.text() == "invalid bytes"

@@ -1,6 +1,7 @@
 """The top bar: unknown states, the module's name, a stable layout; what screen readers are told, each state once."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -15,11 +16,14 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView, How, Known, StatusSample
+from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState
 from app.limits.out_of_limits import LimitsInUse
 from app.safety.last_known import keep_away
 from app.text.sentences import parts_of
+from protocol.events import Counters
+from protocol.frame import Reason
 from protocol.link_states import Presence
 from tests.support.line.sim_line import FakeClock
 from tests.support.window.controls import moved, places
@@ -35,8 +39,10 @@ from ui.main import PAGES, Assembly
 from ui.services.announcer import announcer
 from ui.services.port import Ports
 from ui.shell.state_announcer import announce_states
+from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Choice, current
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.readout import StateChip
 
 
@@ -308,3 +314,29 @@ def test_a_disconnection_that_was_asked_for_is_no_loss(qtbot: QtBot, listener: L
     connection.connect_to(connection.target)  # type: ignore[arg-type]
     module.say(active=True)
     assert listener.heard(qtbot, 1) == ["ACTIVE"]
+
+
+def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, listener: Listener) -> None:
+    connection, module = listener.ports.plug_in(USB0, triggered=True)
+    assert listener.heard(qtbot, 2) == ["TRIGGERED!", "LOCKED"]
+    connection.treat_as_new()
+    module.say(active=False, triggered=True)
+    assert listener.heard(qtbot, 2) == ["TRIGGERED!", "LOCKED"]
+
+
+def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtbot: QtBot) -> None:
+    ports, texts = FakePorts(), Texts()
+    bar = StatusBar(ports.connector, texts, LimitsInUse(), NoticeBar(texts))
+    qtbot.addWidget(bar)
+    ports.plug_in(USB0)
+    second, module = ports.plug_in(USB1)
+    broken = Counters(frames=5, rejected_bytes=Counter({Reason.CHECKSUM: 3}))
+    module.hand_over(link=LinkView(broken, None, None))
+    qtbot.waitUntil(lambda: second.last.link is not None)
+    ports.now_s += 300
+    module.hand_over(link=LinkView(broken, None, None))
+    qtbot.waitUntil(lambda: second.last.at == ports.now_s)
+    ports.connector.choose(second)
+    assert bar.age.text() == "5 min ago"
+    assert bar.fault.isHidden()
+    ports.stop()
