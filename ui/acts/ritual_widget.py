@@ -11,7 +11,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QProgressBar, QStackedLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QProgressBar, QStackedLayout, QWidget
 
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform, rehearse
@@ -27,7 +27,6 @@ from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
 from ui.acts.outcomes import ASKING, not_begun, open_conditions, outcome_notice
 from ui.acts.ritual_guard import RitualGuard
-from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
 from ui.services.module_name import module_label
 from ui.services.running_job import RunningJob
@@ -46,6 +45,7 @@ _COUNTDOWN_PX: Final = 160
 _MARK_PX: Final = 22
 _NOTICE_PX: Final = (40, 47)
 """In one line, and where the text is below the title."""
+_STEPS: Final = (("choose", marked("Choose")), ("arm", marked("Arm")), ("hold", marked("Hold for 2 s")))
 _ENDED: Final = {
     Input.CANCEL: marked("cancelled"),
     Input.RAN_OUT: marked("time is up"),
@@ -87,11 +87,7 @@ class RitualWidget(QFrame):
         self.step = text_label("ritual_step", "strong")
         self.step.setWordWrap(False)
         self.step.setMinimumHeight(_MARK_PX)
-        self.marks = (
-            StepMark("ritual_step_choose", texts, 1, marked("Choose")),
-            StepMark("ritual_step_arm", texts, 2, marked("Arm")),
-            StepMark("ritual_step_hold", texts, 3, marked("Hold for 2 s")),
-        )
+        self.marks = [named(QLabel(), f"ritual_step_{name}") for name, _ in _STEPS]
         self.countdown = control(QProgressBar(), texts, "ritual_countdown", says="Disarms in")
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
@@ -294,10 +290,15 @@ class RitualWidget(QFrame):
         set_role(self.hold, "" if is_rehearsal else "danger")
         set_role(self.arm, "" if is_rehearsal else "danger")
         due = {Stage.CHOSEN: 1, Stage.ARMED: 2, Stage.HOLDING: 2}.get(stage, 0)
-        meaning = Meaning.INFORMATION if is_rehearsal else Meaning.DANGER
-        for number, mark in enumerate(self.marks):
-            is_due = number == due and self.is_under_way
-            mark.show_place(StepPlace.DONE if number < due else StepPlace.NOW if is_due else StepPlace.LATER, meaning)
+        for number, (mark, (_, title)) in enumerate(zip(self.marks, _STEPS, strict=True)):
+            is_now = number == due and self.is_under_way
+            state = tr("done") if number < due else tr("now") if is_now else ""
+            text = f"{'✓' if number < due else number + 1}  {tr(title)}"
+            spoken = ", ".join(filter(None, (tr("Step {number}: {name}", number=number + 1, name=tr(title)), state)))
+            if (mark.text(), mark.accessibleName()) != (text, spoken):
+                mark.setText(text)
+                mark.setAccessibleName(spoken)
+            set_role(mark, ("strong" if is_rehearsal else "danger") if is_now else "caption")
         frame = REQUESTS[Act.DEPLOY].encode().hex(" ").upper()
         match stage:
             case Stage.CHOSEN:
@@ -347,7 +348,7 @@ class RitualWidget(QFrame):
                 stack.addWidget(widget)
         reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
         self._row = in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
-        VisibilityTimer(self, self._fit, restyle=self._fit)
+        VisibilityTimer(self, self._fit, retranslate=self._show, restyle=self._fit)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
         row = FlowRow(spacing_px=Space.L)
         starts = in_row(self.rehearse, self.choose, spacing=Space.S)
