@@ -116,8 +116,7 @@ class FlightPlot(QWidget):
         self.retranslate()
 
     def _save_picture(self, path: Path, plot: TimePlot) -> None:
-        image, drawing = plot.canvas.grab().toImage(), plot.canvas.svg()
-        self.saved.save_picture(path.with_name(f"{path.stem}-plot.png"), image, drawing)
+        self.saved.save_picture(path.with_name(f"{path.stem}-plot.png"), plot.canvas.grab().toImage())
 
     def _save_values(self, path: Path, plot: TimePlot, log: FlightLog) -> None:
         self.saved.save_values(path.with_name(f"{path.stem}-plot.csv"), values_csv(log, plot.time_range.span))

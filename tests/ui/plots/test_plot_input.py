@@ -5,8 +5,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QMouseEvent, QPainter
-from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtGui import QContextMenuEvent, QGuiApplication, QMouseEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -151,30 +150,6 @@ def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
     assert QGuiApplication.clipboard().pixmap().size() == bench.plot.canvas.grab().size()
     actions["Time of day"].trigger()
     assert bench.button("time-plot-clock").isChecked()
-
-
-def test_the_drawing_is_the_picture_as_svg(bench: Bench) -> None:
-    svg = bench.plot.canvas.svg()
-    assert all(word in svg.decode() for word in ("60° fires", "Tilt", "−30 s", "90"))
-    picture = bench.plot.canvas.grab().toImage()
-    drawing = QImage(picture.size(), QImage.Format.Format_RGB32)
-    drawing.fill(QColor(LIGHT.window))
-    painter = QPainter(drawing)
-    QSvgRenderer(svg).render(painter)
-    painter.end()
-
-    def inked_rows(image: QImage) -> list[int]:
-        """Those of the labels of the values."""
-        columns, rows = range(round(bench.lane.box.left()) - 2), range(round(bench.lane.box.bottom()))
-        return [y for y in rows if any(image.pixelColor(x, y).lightness() < 150 for x in columns)]
-
-    at = bench.at(0.5).x(), round(bench.lane.y(12))
-    assert drawing.pixelColor(2, 2).name().upper() == LIGHT.surface
-    assert drawing.pixelColor(*at).hue() == picture.pixelColor(*at).hue() == QColor(LIGHT.curves[0]).hue()
-    drawn, seen = inked_rows(drawing), inked_rows(picture)
-    assert seen
-    assert all(any(abs(row - other) <= 1 for other in seen) for row in drawn)
-    assert all(any(abs(row - other) <= 1 for other in drawn) for row in seen)
 
 
 # The cursor
