@@ -247,6 +247,8 @@ GROUPS: Final = {
         SubCommand("recordings", "", marked("Recordings"), "recordings export latest session.csv", acts=(
             _recordings("list", marked("Recordings"), "", JSON),
             _recordings("export", marked("write one to a file"), "latest session.csv", _RECORDING, _EXPORT),
+            _recordings("convert", marked("of earlier versions, into session files"), "old.dpscap",
+                        option("files", nargs="*", type=Path, metavar="FILE")),
             _recordings("delete", marked("delete one permanently"), "latest --yes", _RECORDING, YES),
         )),
         SubCommand("fired", "fired.run", marked("Would it have fired in these flight logs? Exit code 4: yes"),

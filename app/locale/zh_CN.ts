@@ -4982,6 +4982,10 @@
         <translation>应为 {expected}</translation>
     </message>
     <message>
+        <source>exported by an earlier version; “dps-s recordings convert FILE” converts it</source>
+        <translation>由早期版本导出；请用“dps-s recordings convert FILE”转换</translation>
+    </message>
+    <message>
         <source>failed</source>
         <translation>失败</translation>
     </message>
@@ -5560,6 +5564,10 @@
     <message>
         <source>of 20; a worse line may lose a setting</source>
         <translation>共 20 次；更差的线路可能丢失参数</translation>
+    </message>
+    <message>
+        <source>of earlier versions, into session files</source>
+        <translation>将早期版本的记录转换为数据记录文件</translation>
     </message>
     <message>
         <source>offline</source>

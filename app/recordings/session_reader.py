@@ -21,6 +21,7 @@ from app.recordings.session_format import (
     CHANNELS,
     END,
     FORMAT,
+    OLD_EXPORT,
     PROGRESS,
     Opening,
     is_whole,
@@ -245,6 +246,8 @@ class _Walk:
             record = Metadata.read(ReadDataStream(BytesIO(self._data[begin:end])))
         except (McapError, ValueError, struct.error):
             return
+        if record.name == OLD_EXPORT:
+            raise UserError(marked("exported by an earlier version; “dps-s recordings convert FILE” converts it"))
         if record.name == FORMAT:
             if self._file is None:
                 opening = opening_of(record.metadata)

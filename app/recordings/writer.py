@@ -4,6 +4,8 @@ import math
 import os
 from collections.abc import Iterable
 from dataclasses import replace
+from heapq import merge
+from operator import itemgetter
 from pathlib import Path
 from typing import IO, Final
 
@@ -103,9 +105,12 @@ class SessionWriter:
             self._limits = limits
             self.note(at, "limits", **limits._asdict())
 
-    def put_entry(self, entry: CaptureEntry) -> None:
-        """Takes in bytes of before."""
-        self._entries.append(entry)
+    def put_recorded(self, recorded: CaptureEntry | Note) -> None:
+        """Takes in what was recorded before."""
+        if isinstance(recorded, CaptureEntry):
+            self._entries.append(recorded)
+        else:
+            self._notes.append(recorded)
 
     def note(self, at: float, event: str, **values: object) -> None:
         self._notes.append((at, {"event": event, **values}))
@@ -202,19 +207,34 @@ class SessionWriter:
                 self.note(known.at, "reading", **{key: float(known.value)})
 
 
-def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry]) -> None:
-    """Writes a session from bytes on the line, in order of time (monotonic). Raises OSError."""
-    with draft_of(path) as draft:
+def write_session(
+    path: Path,
+    opening: Opening,
+    entries: Iterable[CaptureEntry],
+    notes: Iterable[Note] = (),
+    *,
+    end_s: float = -math.inf,
+    is_ended: bool = True,
+    is_private: bool = False,
+) -> None:
+    """Writes a session from bytes on the line and events, both in order of time (monotonic). Raises OSError.
+
+    `end_s`: up to when it was recorded, if later than the last of them; `is_ended`: it was closed properly.
+    """
+    with draft_of(path, is_private=is_private) as draft:
         draft.unlink()
         writer = SessionWriter(draft, opening)
         try:
             flush_s = opening.start_s + EVERY_S
-            for entry in entries:
-                if entry.at_s > flush_s:
+            streams: tuple[Iterable[CaptureEntry | Note], ...] = notes, entries
+            for recorded in merge(*streams, key=itemgetter(0)):
+                if recorded[0] > flush_s:
                     writer.flush(writer.end_s)
-                    flush_s = entry.at_s + EVERY_S
-                writer.put_entry(entry)
-            writer.flush(writer.end_s, is_last=True)
+                    flush_s = recorded[0] + EVERY_S
+                writer.put_recorded(recorded)
+            writer.flush(max(end_s, writer.end_s))
+            if is_ended:
+                writer.flush(writer.end_s, is_last=True)
             writer.sync()
         finally:
             writer.close()

@@ -1,5 +1,6 @@
 """Background jobs on recordings: list, open, export, pin, delete; one at a time."""
 
+import logging
 from collections.abc import Callable, Iterable
 from enum import Enum
 from functools import cached_property
@@ -22,6 +23,7 @@ if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wa
     from app.recordings.library import RecordingEntry, RecordingLibrary
 
 Result = TypeVar("Result")
+_log = logging.getLogger(__name__)
 
 
 class ExportKind(Enum):
@@ -47,6 +49,7 @@ class RecordingJobs(JobNotice):
         self.is_shown = False
         """A recording is shown on the Live page."""
         self._is_list_old = False
+        self._unconverted: set[Path] = set()
         self._doing: Callable[[], str] = lambda: ""
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
         self._brief: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
@@ -82,13 +85,29 @@ class RecordingJobs(JobNotice):
         """Read the list again."""
         self._is_list_old = self._listing.is_running  # the running one may miss what changed since it began
         if not self._is_list_old:
-            self._listing.run(lambda _running: self.library.entries(), self._show_list, self._fail_list)
+            self._listing.run(lambda _running: self._listed(), self._show_list, self._fail_list)
 
     def open_file(self, path: Path) -> None:
         """Opens a session file from anywhere; see `open`."""
         from app.recordings.library import entry_of
 
         self.open(entry_of(path))
+
+    def _listed(self) -> "tuple[RecordingEntry, ...]":
+        self._convert_old()
+        return self.library.entries()
+
+    def _convert_old(self) -> None:
+        """Those of earlier versions, once."""
+        from app.recordings.old_recordings import convert_in, old_recordings
+
+        for folder in old_recordings(self.library.folder):
+            if folder not in self._unconverted:
+                try:
+                    convert_in(self.library.folder, folder)
+                except (OSError, UserError, ValueError) as error:
+                    self._unconverted.add(folder)
+                    _log.warning("%s is of an earlier version and cannot be converted: %s", folder, error)
 
     def open(self, entry: "RecordingEntry") -> None:
         """Emits `opened`, or ends with the reason why not."""
