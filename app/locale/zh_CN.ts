@@ -6678,6 +6678,10 @@
         <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
     </message>
     <message>
+        <source>{what}. Not opened meanwhile: {when}.</source>
+        <translation>{what}。在此期间未打开：{when}。</translation>
+    </message>
+    <message>
         <source>{what}: {percent} %</source>
         <translation>{what}：{percent} %</translation>
     </message>

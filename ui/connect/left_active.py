@@ -155,7 +155,6 @@ class BaudRecovery:
         same = [port.device for port in self._ports.ports if pending.adapter and port.identity == pending.adapter]
         device = same[0] if len(same) == 1 else pending.port
         self._close()
-        self._connector.connect_to(Target(device, pending.new_rate, pending.adapter))
 
         def end(job: Job[int | None]) -> None:
             rate = None if job.run.error is not None else job.outcome()
@@ -165,7 +164,8 @@ class BaudRecovery:
             self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
             self._say(tr("The module answers at {rate} baud.", rate=rate))
 
-        self._connector.run(look_for(pending.new_rate, pending.old_rate), end)
+        look = partial(self._connector.run, look_for(pending.new_rate, pending.old_rate), end)
+        self._connector.connect_to(Target(device, pending.new_rate, pending.adapter), then=look)
 
     def _discard(self, pending: PendingBaud) -> None:
         self._settle(pending, Outcome.UNKNOWN, {"end": "forgotten"})

@@ -193,14 +193,17 @@ class Ports(QObject):
 
     # What the pages do
 
-    def connect_to(self, target: Target) -> None:
-        """Open `target` in place of the current port; a port that is open already is chosen."""
+    def connect_to(self, target: Target, *, then: Callable[[], object] | None = None) -> None:
+        """Open `target` in place of the current port; a port that is open already is chosen. `then` is called once it
+        is the current one."""
         others = (port for port in self._connections if port is not self.current and port.is_requested)
         same = next((port for port in others if port.target is not None and port.target.key == target.key), None)
         if same is not None:
-            self.choose(same)
-        else:
-            self.current.connect_to(target)
+            self.choose(same, then=then or (self.find_rate if target.finds_rate else None))
+            return
+        self.current.connect_to(target)
+        if then is not None:
+            then()
 
     def find_rate(self) -> None:
         """As a slot: of the port that is then the current one."""

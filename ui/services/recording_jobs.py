@@ -14,6 +14,7 @@ from app.text.i18n import tr
 from app.text.sentences import error_text, join_sentences
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
+from ui.services.announcer import announcer
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
@@ -50,7 +51,9 @@ class RecordingJobs(JobNotice):
         """A recording is shown on the Live page."""
         self._is_list_old = False
         self._unconverted: set[Path] = set()
-        self._doing: Callable[[], str] = lambda: ""
+        self._doing: Callable[[], str] = str
+        self._refused = ""
+        """When that was recorded which was not opened because of the running job."""
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
         self._brief: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
         self._export: BackgroundTask[Any] = BackgroundTask("dps-s export", self, finished_at_close=True)
@@ -79,6 +82,8 @@ class RecordingJobs(JobNotice):
         text, share = self._doing(), self._job.share
         if share is not None:
             text = tr("{what}: {percent} %", what=text, percent=f"{share * 100:.0f}")
+        if self._refused:
+            text = tr("{what}. Not opened meanwhile: {when}.", what=text, when=self._refused)
         return progress_notice(text, self.cancel)
 
     def refresh(self) -> None:
@@ -110,7 +115,12 @@ class RecordingJobs(JobNotice):
                     _log.warning("%s is of an earlier version and cannot be converted: %s", folder, error)
 
     def open(self, entry: "RecordingEntry") -> None:
-        """Emits `opened`, or ends with the reason why not."""
+        """Emits `opened`, or ends with the reason why not. While a job runs it is said that nothing is opened."""
+        if self.is_running:
+            self._refused = when_text(entry)
+            announcer().announce(tr("{what}. Not opened meanwhile: {when}.", what=self._doing(), when=self._refused))
+            self.changed.emit()
+            return
 
         def work(_running: Running) -> object:
             from app.recordings.recording import open_recording
@@ -190,7 +200,7 @@ class RecordingJobs(JobNotice):
     ) -> None:
         if self._job.is_running:
             return
-        self._doing = doing
+        self._doing, self._refused = doing, ""
         self._job = self._brief if path is None else self._export
         self._job.run(work, then, lambda error: self._end(Meaning.ATTENTION, lambda: _refusal(error, path)))
         self.dismiss()

@@ -1,4 +1,4 @@
-"""A module that was left ACTIVE is said at the next start, until that module reports LOCKED or a person says so."""
+"""A module left ACTIVE and an interrupted change of the baud rate are said at the next start until that is settled."""
 
 import os
 from collections.abc import Iterator
@@ -10,17 +10,18 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.identity import NO_EXPECTATION, Identity, Trust
+from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.store.left_active import left_active, note_locked
-from app.store.store import Store, open_store
+from app.store.store import PendingBaud, Store, open_store
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import press, show_page
-from ui.connect.left_active import LeftActiveWatch
+from ui.connect.left_active import BaudRecovery, LeftActiveWatch
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.storage import Storage
 
@@ -201,3 +202,40 @@ def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
         assembly.connector.connect_to(Target(os.ttyname(port), 115200))
         page = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
         qtbot.waitUntil(lambda: page.why.next_step.text().startswith(keep_away()))
+
+
+@pytest.fixture
+def ports(qtbot: QtBot) -> Iterator[FakePorts]:
+    fake = FakePorts()
+    yield fake
+    fake.stop()
+
+
+def nothing(*_anything: object) -> None:
+    pass
+
+
+@pytest.mark.parametrize("is_resumed", [True, False])
+def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports: FakePorts, is_resumed: bool) -> None:
+    """Also where it is open for Fleet, and the shown one is still busy: nothing is asked there."""
+
+    def forever() -> Procedure[None]:
+        while True:
+            yield Pause(1.0)
+
+    first, worker = ports.plug_in("/dev/one")
+    second, other = ports.plug_in("/dev/two")
+    connector = ports.connector
+    qtbot.waitUntil(lambda: second.is_open and first.is_open)
+    connector.run(forever(), lambda _job: None)
+    before = len(worker.jobs), len(other.jobs)
+    if is_resumed:
+        recovery = BaudRecovery(connector, connector.ports, connector.storage, close=nothing, leave_port=nothing,
+                                say=nothing)  # fmt: skip
+        recovery._search(PendingBaud(1, "/dev/two", "", 115200, 9600, ""))
+    else:
+        connector.connect_to(Target("/dev/two", 115200, finds_rate=True))
+    assert (len(worker.jobs), len(other.jobs)) == before
+    worker.end_jobs()
+    qtbot.waitUntil(lambda: connector.current is second)
+    assert len(other.jobs) == before[1] + 1

@@ -81,7 +81,9 @@ class BundlePreview(QWidget):
         self._apply_theme()
 
     def begin_again(self) -> None:
-        """What is shown is of the former module."""
+        """What is shown, or still being made, is of the former module."""
+        self._making.cancel()
+        self.bundle = None
         self.text.clear()
         self._timer.refresh_seen()
 

@@ -81,9 +81,7 @@ class RecordFiles(QObject):
         self.ask_record(self._window, self.verify)
 
     def verify(self, path: Path) -> None:
-        """Verify a file in a background thread: it may be large, and on a slow disk."""
-        if self._verifying.is_running:
-            return
+        """Verify a file in a background thread: it may be large, and on a slow disk. It replaces one being read."""
         self._result.notify(Meaning.INFORMATION, lambda: tr("Reading {file}…", file=path.name))
         store = self._storage.store
         kept = CheckStore(store.database) if isinstance(store, Store) else None

@@ -51,6 +51,9 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, quick: None, rig:
     rig.until(lambda: "No pre-flight record" in said(rig))
     rig.drop(tmp_path / "gone.pdf")
     rig.until(lambda: "cannot be read" in said(rig))
+    for path in (target, nonsense):  # the second while the first is still being read
+        page.files.verify(path)
+    rig.until(lambda: "No pre-flight record" in said(rig))
 
 
 def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

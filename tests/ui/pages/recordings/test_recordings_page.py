@@ -237,6 +237,8 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     one.click(one.page.buttons.csv)
     one.until(lambda: one.said() == "Exporting all.csv: 40 %")
     assert not one.page.buttons.delete.isEnabled()
+    one.page.open_file(one.library.entries()[0].path)
+    assert one.said().startswith("Exporting all.csv: 40 %. Not opened meanwhile: ")
     one.answer("cancel")
     assert one.said() == "Cancelled."
     assert ended.wait(WAIT_MS / 1000)
