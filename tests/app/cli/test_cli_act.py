@@ -18,10 +18,13 @@ from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
 from app.store.store import open_store
 from app.system.folders import data_folder
+from tests.adversary.program import PORT, Ran, Stage
 from tests.app.records.test_filing import FRAME
 from tests.app.records.test_record import checked_record
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 from tests.support.flights import log_bytes as made
+from tests.support.line.lies import lying_bench
+from tests.support.line.sim_line import FakeClock
 from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
 
@@ -149,6 +152,19 @@ GAP_S = 0.5
 """While the cable is in nobody's hands; a query is repeated for a second."""
 
 
+@pytest.fixture
+def stage(user_files: Path) -> Stage:
+    """The command line and a module in one thread, on a clock that only waiting moves."""
+    clock = FakeClock()
+    return Stage(lying_bench({}, clock), clock, user_files)
+
+
+def run(stage: Stage, words: list[str], code: int = 0) -> Ran:
+    ran = stage.run([words[0], "--port", PORT, *words[1:]])
+    assert (ran.code, ran.mishaps) == (code, []), ran.err
+    return ran
+
+
 def exchange(bench: benches.SimulatedBench, **memory: int) -> None:
     bench.change(mute=True)
     for name, value in {"boot_count": 90, "attitude_threshold": 85, **memory}.items():
@@ -165,46 +181,40 @@ def exchange(bench: benches.SimulatedBench, **memory: int) -> None:
 
 
 @pytest.mark.parametrize("frame", [5, 8, 10])
-def test_values_of_two_modules_are_not_read_as_those_of_one(
-    port: str, frame: int, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench = bench_of(port)
+def test_values_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame: int) -> None:
+    bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
-        shown = json.loads(run_here(capsys, ["read", "--port", port, "--json"]).out)
+        shown = json.loads(run(stage, ["read", "--json"]).out)
     settings = shown["settings"]
     assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
 
 
 @pytest.mark.parametrize("frame", [6, 8, 10, 12])
-def test_no_profile_is_saved_with_settings_of_two_modules(
-    port: str, frame: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_profile_is_saved_with_settings_of_two_modules(stage: Stage, frame: int, tmp_path: Path) -> None:
     """Their boot count is the same."""
-    bench = bench_of(port)
+    bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench, boot_count=37, light_threshold=70)):
-        run_here(capsys, ["save", str(tmp_path / "H6.toml"), "--port", port])
+        run(stage, ["save", str(tmp_path / "H6.toml")])
     saved = read_profile(tmp_path / "H6.toml").settings
     assert (saved["attitude_threshold_deg"], saved["light_threshold_v"]) == (85, 7.0)
 
 
-def test_a_reading_that_ends_in_silence_is_not_whole(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_reading_that_ends_in_silence_is_not_whole(stage: Stage) -> None:
     """Everything was read, after a silence in between, and is read once more."""
-    bench = bench_of(port)
+    bench = stage.bench
     with (
         falls_after(bench, 14, lambda: bench.change(mute=True)),
         falls_after(bench, 5, lambda: exchange(bench, boot_count=37, attitude_threshold=60)),
     ):
-        printed = run_here(capsys, ["read", "--port", port, "--json"], 4)
+        printed = run(stage, ["read", "--json"], 4)
     assert "stopped answering" in printed.err
     assert json.loads(printed.out)["settings"]["attitude_threshold_deg"] == 60
 
 
 @pytest.mark.parametrize("frame", [6, 7])
-def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(
-    port: str, frame: int, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Stage, frame: int) -> None:
     """What answers then is another one, which is locked."""
-    bench = bench_of(port)
+    bench = stage.bench
 
     def leave_active() -> None:
         assert bench.module.state.is_active
@@ -212,42 +222,36 @@ def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(
         exchange(bench)
 
     with falls_after(bench, frame, leave_active):
-        printed = run_here(capsys, ["activate", "--yes", "--port", port], 1)
+        printed = run(stage, ["activate", "--yes"], 1)
     assert printed.err == "Sent, not confirmed: treat the module as ACTIVE.\n"
 
 
 @pytest.mark.parametrize("frame", [4, 8, 12])
-def test_nothing_is_written_to_another_module_than_was_read(
-    port: str, frame: int, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench = bench_of(port)
+def test_nothing_is_written_to_another_module_than_was_read(stage: Stage, frame: int) -> None:
+    bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench)):
-        printed = run_here(capsys, ["set", "attitude_threshold_deg=75", "--port", port], 1)
+        printed = run(stage, ["set", "attitude_threshold_deg=75"], 1)
     assert "not sent: The module restarted. Read again." in printed.out
     assert bench.module.memory.attitude_threshold == 85
 
 
-def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(
-    port: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bench = bench_of(port)
-    words = ["preflight", "--port", port, "--who", "R. Tanaka", "--module", "M-07", "--json"]
+def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stage) -> None:
+    bench = stage.bench
+    words = ["preflight", "--who", "R. Tanaka", "--module", "M-07", "--json"]
     with falls_after(bench, 8, lambda: exchange(bench)):
-        met = json.loads(run_here(capsys, words, 1).out)
+        met = json.loads(run(stage, words, 1).out)
     assert met["read"]["boot_count"] == 90
     bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 37, 60
-    checks = {one["id"]: one for one in json.loads(run_here(capsys, words, 1).out)["checks"]}
+    checks = {one["id"]: one for one in json.loads(run(stage, words, 1).out)["checks"]}
     assert checks["undisturbed"]["result"] == "pass"
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
 
 
 @pytest.mark.parametrize("more", [[], ["--module", "M-07"]])
 @pytest.mark.parametrize("frame", [15, 20, 30, 38])
-def test_records_of_two_modules_are_not_read_as_those_of_one(
-    port: str, frame: int, more: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame: int, more: list[str]) -> None:
     """What came is listed, as incomplete, and nothing is kept."""
-    bench, words = bench_of(port), ["history", "--port", port, "--json", *more]
+    bench, words = stage.bench, ["history", "--json", *more]
     memory = bench.module.memory
     invent_records(memory, 3, seed=5, has_odd_voltage=False)
     before = [*memory.records]
@@ -258,14 +262,14 @@ def test_records_of_two_modules_are_not_read_as_those_of_one(
         invent_records(memory, 2, seed=9, has_odd_voltage=False)
 
     with falls_after(bench, frame, exchange_records):
-        printed = run_here(capsys, words, 4)
+        printed = run(stage, words, 4)
     assert printed.err == "The module restarted. Read again.\n"
     listed = json.loads(printed.out)
     assert (bool(listed["records"]), listed["complete"]) == (True, False)
     memory.boot_count, memory.attitude_threshold = 37, 60
     memory.records.clear()
     memory.records.extend(before)
-    run_here(capsys, words)
+    run(stage, words)
 
 
 TIMES = np.arange(500) / 50

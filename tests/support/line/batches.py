@@ -49,4 +49,5 @@ class Batches:
                     return batch
             if self.last is not None:
                 meanwhile(self.last)
-        raise AssertionError("it did not happen in time")
+        reports, last = sum(len(batch.samples) for batch in self.all), self.last and self.last.connection
+        raise AssertionError(f"it did not happen in time: {reports} reports in {len(self.all)} batches, then {last}")
