@@ -2,9 +2,7 @@
 holds.
 """
 
-import os
 import re
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
@@ -19,6 +17,7 @@ from pytestqt.qtbot import QtBot
 
 from tests import conftest, mutants
 from tests.support import x_server
+from tests.support.processes import ran
 from tests.support.records import archive_server
 from tests.support.window.steps import is_input_down, release_input
 
@@ -79,9 +78,7 @@ def run_pytest(source: str, folder: Path) -> str:
     path.write_text(source, encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "--rootdir", str(folder)]
     command += ["-p", "tests.conftest", "-p", "no:cacheprovider", "-o", f"pythonpath={ROOT}", str(path)]
-    run = subprocess.run(
-        command, cwd=ROOT, env=dict(os.environ), capture_output=True, text=True, timeout=120, check=False
-    )
+    run = ran(*command)
     assert run.returncode != 0
     return run.stdout + run.stderr
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from app import frozen, start
+from tests.support.processes import ran
 
 ROOT = Path(__file__).parents[2]
 
@@ -72,10 +73,7 @@ def test_ctrl_c_while_it_is_loaded_or_ends_is_quiet(module: str, tmp_path: Path)
         encoding="utf-8",
     )
     command = [sys.executable, "-c", "import sys; from app.start import main; sys.exit(main())", "decode", "41"]
-    environment = os.environ | {"PYTHONPATH": str(tmp_path), "LC_ALL": "C.UTF-8"}
-    done = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, encoding="utf-8", check=False, env=environment
-    )
+    done = ran(*command, PYTHONPATH=str(tmp_path), LC_ALL="C.UTF-8")
     assert done.stderr == ""
     assert done.returncode == (-signal.SIGINT if module == "the end" else start.INTERRUPTED)  # a shell calls both 130
 

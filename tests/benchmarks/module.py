@@ -19,7 +19,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Loop, PtyEndpoint
 from app.simulator.setup import Setup, parse_options
 from protocol.catalogue import LOCK
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import ROOT, environment
 
 COUNT = "count"
 LOCKED = "locked"
@@ -66,7 +66,7 @@ def streaming_module(link: Path, *options: str) -> Iterator[StreamingModule]:
     """Run a module at the symbolic link `link`. `options`: "rate=1440"."""
     with subprocess.Popen(
         [sys.executable, "-m", "tests.benchmarks.module", str(link), *options],
-        cwd=ROOT, env=ENVIRONMENT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        cwd=ROOT, env=environment(), text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     ) as process:  # fmt: skip
         try:
             yield StreamingModule(process)

@@ -3,7 +3,6 @@
 """
 
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -16,7 +15,7 @@ from app.engine.worker import Batch, Job, Worker
 from app.procedures.read import READABLE, read_everything
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.module import streaming_module
-from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT
+from tests.support.processes import PROGRAM, ran
 
 AIM: Final = 1.3
 PROCESS_AIM: Final = 3.0
@@ -72,7 +71,7 @@ def _worker_s(port: str, rounds: int) -> list[float]:
 def _process_s(*words: str) -> float:
     """Seconds of a process from start to end."""
     began = time.perf_counter()
-    subprocess.run([*words], cwd=ROOT, env=ENVIRONMENT, check=True, stdout=subprocess.DEVNULL, timeout=10 * _LIMIT_S)
+    ran(*words).check_returncode()
     return time.perf_counter() - began
 
 

@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -11,11 +10,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from tests.benchmarks.module import StreamingModule, streaming_module
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import ran
 
 NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "memory")
 """The benchmarks, each a module of this folder with its `figures`."""
-_LIMIT_S: Final = 120.0
 _OFFSCREEN: Final = "propagateSizeHints"
 """A warning of the offscreen platform, which has no window manager."""
 _LIVELY: Final = ("lifelike=yes", "noise=1")
@@ -23,11 +21,7 @@ _LIVELY: Final = ("lifelike=yes", "noise=1")
 
 def measured(program: str, *words: str) -> dict[str, Any]:
     """Run `python -m program words…` offscreen; return its JSON. Raises RuntimeError if it fails."""
-    environment = {"QT_QPA_PLATFORM": "offscreen", **ENVIRONMENT}
-    done = subprocess.run(
-        [sys.executable, "-m", program, *words],
-        cwd=ROOT, env=environment, text=True, capture_output=True, timeout=_LIMIT_S, check=False,
-    )  # fmt: skip
+    done = ran(sys.executable, "-m", program, *words, QT_QPA_PLATFORM=os.environ.get("QT_QPA_PLATFORM", "offscreen"))
     if done.returncode or not done.stdout:
         raise RuntimeError(f"{program} {' '.join(words)} failed:\n{done.stderr[-2000:]}")
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])

@@ -3,7 +3,6 @@
 import json
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.support.processes import ENVIRONMENT
+from tests.support.processes import ran
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "adding-a-command.md"
@@ -80,10 +79,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(program: Path, home: Path, *words: str) -> str:
-    environment = {**ENVIRONMENT, "PYTHONPATH": str(program), "QT_QPA_PLATFORM": "offscreen", "HOME": str(home)}
-    done = subprocess.run(
-        [sys.executable, *words], cwd=program, env=environment, capture_output=True, text=True, timeout=60, check=False
-    )
+    done = ran(sys.executable, "-P", *words, PYTHONPATH=str(program), HOME=str(home))
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -1,7 +1,6 @@
 """Real ports, on pseudo-terminals: errors of the system and of pyserial become our own, and everything ends in time."""
 
 import errno
-import subprocess
 import sys
 import termios
 from collections.abc import Callable, Iterator
@@ -22,7 +21,7 @@ from protocol.events import Rejected
 from protocol.link_states import Presence
 from tests.support.line.batches import Batches
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import ENVIRONMENT, ROOT, RunningModule
+from tests.support.processes import RunningModule, ran_code
 from tests.support.terminals import CLOSING_S, STATUS_FRAME, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -41,11 +40,8 @@ def test_a_port_without_permission(terminal: Terminal) -> None:
         "if os.geteuid() == 0:\n    os.setgroups([])\n    os.setgid(nobody)\n    os.setuid(nobody)\n"
         "try:\n    open_line(sys.argv[1], 115200)\nexcept PortError as error:\n    print(error.trouble.value)"
     )
-    ran = subprocess.run(
-        [sys.executable, "-B", "-c", code, terminal.name, str(NOBODY)],
-        cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, timeout=30, check=False,
-    )  # fmt: skip
-    assert ran.stdout.strip() == "not allowed", ran.stderr
+    done = ran_code(code, terminal.name, NOBODY)
+    assert done.stdout.strip() == "not allowed", done.stderr
 
 
 RAISED = pytest.mark.parametrize(

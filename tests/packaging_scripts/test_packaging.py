@@ -4,8 +4,6 @@ import ast
 import configparser
 import json
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
@@ -17,6 +15,7 @@ import pytest
 from app.__main__ import DEBUG
 from app.cli.commands import ENTRIES
 from app.terminal.port_choice import PORT
+from tests.support.processes import ran_code
 from tests.support.setup_files import PACKAGING, ROOT, registered_endings
 
 MODULES = (
@@ -220,5 +219,5 @@ def test_the_plots_do_without_what_is_left_out(made: dict[str, ModuleType]) -> N
     """pyqtgraph imports much that it needs for other things, some of it under names that it puts together."""
     left_out = made["bundle_contents"].LEFT_OUT_MODULES
     code = f"import sys; sys.modules.update(dict.fromkeys({left_out!r})); import ui.plots.time_plot"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = ran_code(code)
     assert done.returncode == 0, done.stderr

@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -23,6 +22,7 @@ from app.text.user_error import UserError
 from app.text.visible_text import visible, visible_json
 from protocol.frame import Noise
 from protocol.stream import StreamParser
+from tests.support.processes import PROGRAM, ROOT, ran
 from ui.files.file_dialogs import default_name
 
 ESCAPE = "\x1b]0;owned\x07\x9b31m\u202e\u2066"
@@ -105,18 +105,11 @@ def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_p
         f"import serial.tools.list_ports as one\ndef comports(*_a, **_k):\n    {failing}\none.comports = comports\n",
         encoding="utf-8",
     )
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "LANGUAGE": "en", "LC_ALL": "C.UTF-8"}
+    path = os.pathsep.join((str(tmp_path), str(ROOT)))
     for words in ["ports"], ["ports", "--json", "--list-here"]:
         if "sleep" in failing and "--list-here" in words:
             continue  # its caller sets the limit
-        ended = subprocess.run(
-            [sys.executable, "-m", "app", *words],
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=9,
-            check=False,
-        )
+        ended = ran(*PROGRAM, *words, PYTHONPATH=path, LANGUAGE="en", LC_ALL="C.UTF-8")
         assert ended.returncode == console.NO_LINK, ended
         assert ended.stdout == ""
         assert ended.stderr.strip() == port_list.NOT_LISTED

@@ -1,8 +1,6 @@
 """A stream left on by a killed program is switched off by the next session."""
 
 import json
-import os
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -19,7 +17,7 @@ from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from tests.support.line.sim_line import Rig, end_watch, settled_rig
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
+from tests.support.processes import PROGRAM, ran, run_module, running
 
 ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
 ADAPTER = "10c4:ea60:0001"
@@ -140,26 +138,16 @@ def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
 def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path) -> None:
     with run_module("--uptime", "60") as module:
         words = [*PROGRAM, "monitor", "--port", module.port, "--json"]
-        here = {**ENVIRONMENT, **os.environ}
-        with subprocess.Popen(words, cwd=ROOT, env=here, stdout=subprocess.PIPE, text=True) as first:
-            assert first.stdout is not None
+        with running(*words) as first:
             deadline = time.monotonic() + PATIENCE_S
             with closing(open_store()) as store:
                 while store.facts.state(f"stream:{module.port}") is None:
                     assert time.monotonic() < deadline
                     time.sleep(0.05)
-            while json.loads(first.stdout.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
+            while json.loads(first.out.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
                 pass  # what came before the module was told is read, too
-            first.kill()
-        again = subprocess.run(
-            [*words, "--seconds", "4"],
-            cwd=ROOT,
-            env=here,
-            capture_output=True,
-            text=True,
-            timeout=60,
-            check=True,
-        )
+        again = ran(*words, "--seconds", "4")
+        assert again.returncode == 0
         assert LEFT_ON in again.stderr
         with closing(open_store()) as store:
             assert store.facts.state(f"stream:{module.port}") is None

@@ -1,22 +1,68 @@
-"""Runs the simulated module in another process, on a pseudo-terminal."""
+"""Runs in another process: the simulated module on a pseudo-terminal, the program itself, and pieces of code."""
 
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, NamedTuple
 
 from tests.support.patience import PATIENCE_S
 
 ROOT = Path(__file__).parents[2]
+LONGEST_S = 4 * PATIENCE_S
 PROGRAM = (sys.executable, "-m", "app")
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
 
 
-@dataclass(frozen=True, slots=True)
-class RunningModule:
+def environment(**own: str) -> dict[str, str]:
+    """That of the test, whose files are in a folder of its own."""
+    return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1", **own}
+
+
+def ran(*command: object, **own: str) -> "subprocess.CompletedProcess[str]":
+    """Run it to its end in the checkout; `own`: variables of its environment."""
+    return subprocess.run(
+        [*map(str, command)],
+        cwd=ROOT, env=environment(**own), capture_output=True, encoding="utf-8", timeout=LONGEST_S, check=False,
+    )  # fmt: skip
+
+
+def ran_code(code: str, *words: object, **own: str) -> "subprocess.CompletedProcess[str]":
+    return ran(sys.executable, "-c", code, *words, **own)
+
+
+class Running(NamedTuple):
+    """A process, and what it says and is told."""
+
+    process: "subprocess.Popen[str]"
+    out: IO[str]
+    errors: IO[str]
+    told: IO[str]
+
+    def end(self) -> tuple[int, str, str]:
+        """Its exit code and the rest of what it says."""
+        out, errors = self.process.communicate(timeout=PATIENCE_S)
+        return self.process.returncode, out, errors
+
+
+@contextmanager
+def running(*command: object, **own: str) -> Iterator[Running]:
+    """Start it in the checkout; killed at the end."""
+    with subprocess.Popen(
+        [*map(str, command)], cwd=ROOT, env=environment(**own), encoding="utf-8",
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        try:
+            yield Running(process, process.stdout, process.stderr, process.stdin)
+        finally:
+            process.kill()
+
+
+class RunningModule(NamedTuple):
     """A running `dps-s simulate`; `port` is the pseudo-terminal to open."""
 
     process: "subprocess.Popen[str]"
@@ -25,17 +71,10 @@ class RunningModule:
 
 @contextmanager
 def run_module(*options: str) -> Iterator[RunningModule]:
-    """Run `dps-s simulate` with these options; terminate it at the end."""
-    with subprocess.Popen(
-        [*PROGRAM, "simulate", *options],
-        cwd=ROOT, env=ENVIRONMENT, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    ) as process:  # fmt: skip
-        try:
-            assert process.stdout is not None
-            port = process.stdout.readline().strip()
-            assert port, "the simulated module did not start"
-            yield RunningModule(process, port)
-        finally:
-            process.terminate()
-            process.communicate(timeout=PATIENCE_S)
+    """Run `dps-s simulate` with these options."""
+    with running(*PROGRAM, "simulate", *options) as module:
+        port = module.out.readline().strip()
+        assert port, "the simulated module did not start"
+        yield RunningModule(module.process, port)
+        module.process.terminate()
+        module.end()

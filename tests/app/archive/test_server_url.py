@@ -1,9 +1,6 @@
 """The address of a server, and what is shown of it."""
 
 import re
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any, cast
 
 import psycopg
@@ -13,7 +10,7 @@ from app.archive import postgres
 from app.archive.facts import Fact
 from app.archive.server_url import server_url
 from app.text.user_error import UserError
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import ran_code
 
 
 @pytest.mark.parametrize(
@@ -50,7 +47,7 @@ def test_what_may_hide_a_password_is_refused_without_showing_it(typed: str) -> N
     assert "cret@" not in str(caught.value)
 
 
-def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence(tmp_path: Path) -> None:
+def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence() -> None:
     program = (
         "import sys, app.__main__, app.archive.postgres\n"
         "assert app.__main__.main(['archive', 'status']) == 0\n"
@@ -58,11 +55,9 @@ def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence(tmp_p
         "sys.modules['psycopg'] = None\n"
         "sys.exit(app.__main__.main(['archive', 'sync', 'postgresql://db/x']))\n"
     )
-    homes = {name: str(tmp_path) for name in ("HOME", "XDG_DATA_HOME", "WIN_PD_OVERRIDE_LOCAL_APPDATA")}
-    ran = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=ENVIRONMENT | homes, capture_output=True,
-                         text=True, check=False)  # fmt: skip
-    assert ran.returncode == 3
-    assert 'pip install "dps-s-configurator[archive]"' in ran.stderr
+    done = ran_code(program)
+    assert done.returncode == 3
+    assert 'pip install "dps-s-configurator[archive]"' in done.stderr
 
 
 @pytest.mark.parametrize(

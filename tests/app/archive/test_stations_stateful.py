@@ -4,7 +4,6 @@ Longer: `python -m tests.app.archive.test_stations_stateful SEED STEPS`
 """
 
 import random
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -22,7 +21,7 @@ from app.guided.results import GuidedVerdict
 from app.stations.known import Stations
 from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import ran_code
 from tests.support.records.archive_server import ArchiveServer, archive_server
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
 
@@ -137,11 +136,8 @@ class Desk:
         """The program is killed in the middle, as by kill -9."""
         one = self.dice.choice(self.stations)
         when = self.dice.choice(("while signing", "while exchanging"))
-        ran = subprocess.run(
-            [sys.executable, "-c", _KILLED, one.folder, self.server.url(), str(self.dice.randint(1, 4)), when],
-            cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert ran.returncode == -9, ran.stderr
+        killed = ran_code(_KILLED, one.folder, self.server.url(), self.dice.randint(1, 4), when)
+        assert killed.returncode == -9, killed.stderr
 
     def carry_a_stick(self) -> None:
         one, other = self.dice.sample(self.stations, 2)

@@ -4,8 +4,6 @@ import csv
 import io
 import json
 import signal
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -22,7 +20,8 @@ from app.recordings.recorder import Recorder
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Printed, bench_of, falls_after, run_here
 from tests.support.line.sim_line import engine_view
-from tests.support.patience import in_time
+from tests.support.patience import PATIENCE_S, in_time
+from tests.support.processes import PROGRAM, running
 from tests.support.records.captures import read_session
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -280,17 +279,12 @@ def test_a_table_that_nobody_reads_any_more_is_no_failure(
 
 
 def test_the_table_on_standard_output_comes_while_it_is_recorded(port: str) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-m", "app", "record", "--port", port, "--seconds", "30", "-"],
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as recording:
-        assert recording.stdout is not None
-        rows = [recording.stdout.readline() for _ in range(50)]
-        assert recording.poll() is None  # long before its end
-        recording.send_signal(signal.SIGINT)
-        rows += recording.stdout.readlines()
-    assert recording.returncode == 0
+    with running(*PROGRAM, "record", "--port", port, "--seconds", "30", "-") as recording:
+        rows = [recording.out.readline() for _ in range(50)]
+        assert recording.process.poll() is None  # long before its end
+        recording.process.send_signal(signal.SIGINT)
+        rows += recording.out.readlines()
+        assert recording.process.wait(PATIENCE_S) == 0
     assert rows[0].startswith("time_utc,elapsed_s,")
     assert rows.count(rows[0]) == 1
     elapsed = [float(row.split(",")[1]) for row in rows[1:]]

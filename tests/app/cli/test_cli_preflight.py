@@ -2,7 +2,6 @@
 
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -24,7 +23,7 @@ from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
 from protocol.round_trips import Timing
 from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
-from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
+from tests.support.processes import PROGRAM, ran, run_module
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
@@ -247,24 +246,20 @@ def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
-def test_the_installed_program_prints_without_a_screen(tmp_path: Path) -> None:
+def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_files: Path) -> None:
     """A process of its own, a pseudo-terminal, no display: the whole way, at its own pace."""
-    environment = {key: value for key, value in ENVIRONMENT.items() if key not in ("QT_QPA_PLATFORM", "DISPLAY")}
-    environment |= {"HOME": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data"), "LC_ALL": "zh_CN.UTF-8"}
     busy = tmp_path / "busy.toml"  # other processes of the machine delay what this one sends
     busy.write_text('name = "Busy"\n[limits]\nround_trip_max_ms = 500\nheartbeats_lost_max = 2\n', encoding="utf-8")
     with run_module() as module:
         words = ["preflight", "--port", module.port, "--enable-triggers", "--records-reviewed", "--json"]
         words += ["--profile", str(busy)]
         words += ["--report", str(tmp_path / "r.pdf")]
-        done = subprocess.run(
-            [*PROGRAM, *words], cwd=ROOT, env=environment, capture_output=True, timeout=60, check=False
-        )
-    assert done.returncode == 0, done.stderr.decode()
+        done = ran(*PROGRAM, *words, QT_QPA_PLATFORM="", DISPLAY="", LC_ALL="zh_CN.UTF-8")
+    assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["verdict"] == "READY"
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
-    assert list((tmp_path / "data").rglob(FILE_NAME))
-    assert "未" not in done.stderr.decode()  # nothing was said not to be kept
+    assert list(user_files.rglob(FILE_NAME))
+    assert "未" not in done.stderr  # nothing was said not to be kept
 
 
 def test_history_keeps_what_it_reads_under_a_name(port: str, capsys: pytest.CaptureFixture[str], kept: Store) -> None:

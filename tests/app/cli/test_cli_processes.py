@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import IO
 
@@ -19,12 +19,12 @@ import serial
 from app.captures.entries import Way
 from app.recordings.library import RecordingLibrary
 from tests.support.patience import PATIENCE_S, in_time
-from tests.support.processes import PROGRAM, ROOT, RunningModule, run_module
+from tests.support.processes import PROGRAM, Running, RunningModule, ran, ran_code, run_module, running
 from tests.support.records.captures import read_session
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
 
-ENVIRONMENT = os.environ | {"LC_ALL": "C.UTF-8", "PYTHONWARNINGS": "error"}
+STRICT = {"LC_ALL": "C.UTF-8", "PYTHONWARNINGS": "error"}
 
 
 @pytest.fixture(scope="module")
@@ -35,20 +35,11 @@ def module() -> Iterator[RunningModule]:
 
 
 def dps_s(*words: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [*PROGRAM, *words], cwd=ROOT, env=ENVIRONMENT, text=True, capture_output=True, timeout=PATIENCE_S, check=False
-    )
+    return ran(*PROGRAM, *words, **STRICT)
 
 
-@contextmanager
-def started(*words: str) -> Iterator["subprocess.Popen[str]"]:
-    with subprocess.Popen(
-        [*PROGRAM, *words], cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
+def started(*words: str) -> AbstractContextManager[Running]:
+    return running(*PROGRAM, *words, **STRICT)
 
 
 def lines_until(out: IO[str], t_s: float) -> list[str]:
@@ -89,13 +80,12 @@ def test_a_stranger_can_read_it(module: RunningModule) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_monitor_interrupted_leaves_the_module_silent(number: int, module: RunningModule) -> None:
-    with started("monitor", "--port", module.port, "--json") as process:
-        assert process.stdout is not None
-        lines = lines_until(process.stdout, 2.9)
+    with started("monitor", "--port", module.port, "--json") as monitor:
+        lines = lines_until(monitor.out, 2.9)
         with in_time(2.0):
-            process.send_signal(number)
-            rest, errors = process.communicate(timeout=PATIENCE_S)
-    assert (process.returncode, errors) == (0, "")
+            monitor.process.send_signal(number)
+            code, rest, errors = monitor.end()
+    assert (code, errors) == (0, "")
     assert [json.loads(line)["tilt_deg"] for line in (*lines, *rest.splitlines())][-1] == 0
     assert len(lines) > 20, "it did not stream"
     assert is_quiet(module.port)
@@ -105,16 +95,13 @@ def test_monitor_interrupted_leaves_the_module_silent(number: int, module: Runni
 @pytest.mark.parametrize("name", ["a.csv", "a.mcap"])
 def test_record_interrupted_leaves_file_and_recording_whole(name: str, module: RunningModule, tmp_path: Path) -> None:
     path, library = tmp_path / name, RecordingLibrary()
-    with subprocess.Popen(
-        [*PROGRAM, "record", "--port", module.port, str(path)],
-        cwd=ROOT, env=ENVIRONMENT | os.environ, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-    ) as process:  # fmt: skip
+    with started("record", "--port", module.port, str(path)) as record:
         deadline = time.monotonic() + PATIENCE_S
         while not (library.entries() and library.entries()[0].sample_count > 100) and time.monotonic() < deadline:
             select.select([], [], [], 0.1)
-        process.send_signal(signal.SIGINT)
-        printed, errors = process.communicate(timeout=PATIENCE_S)
-    assert (process.returncode, errors) == (0, "")
+        record.process.send_signal(signal.SIGINT)
+        code, printed, errors = record.end()
+    assert (code, errors) == (0, "")
     assert "written to" in printed
     (entry,) = library.entries()
     assert entry.trouble is None
@@ -132,30 +119,26 @@ def test_record_interrupted_leaves_file_and_recording_whole(name: str, module: R
 
 def test_monitor_into_head(module: RunningModule) -> None:
     """Whoever reads goes away while it streams: quiet, and the stream off."""
-    with started("monitor", "--port", module.port, "--json") as process:
-        assert process.stdout is not None
-        assert process.stderr is not None
-        lines_until(process.stdout, 2.9)
-        process.stdout.close()
-        assert process.wait(PATIENCE_S) == 0
-        assert process.stderr.read() == ""
+    with started("monitor", "--port", module.port, "--json") as monitor:
+        lines_until(monitor.out, 2.9)
+        monitor.out.close()
+        assert monitor.process.wait(PATIENCE_S) == 0
+        assert monitor.errors.read() == ""
     assert is_quiet(module.port)
 
 
 def test_monitor_stuck_in_a_full_pipe_can_be_ended() -> None:
     """Nobody reads, so it cannot even print: the signal still ends it, and the stream."""
-    with run_module("--rate", "1440") as module, started("monitor", "--port", module.port, "--json") as process:
-        assert process.stdout is not None
-        lines_until(process.stdout, 1.2)
+    with run_module("--rate", "1440") as module, started("monitor", "--port", module.port, "--json") as monitor:
+        lines_until(monitor.out, 1.2)
         # A pipe holds 64 KiB, which is half a second of the stream.
         deadline = time.monotonic() + PATIENCE_S
-        while time.monotonic() < deadline and not is_blocked_in_writing(process.pid):
+        while time.monotonic() < deadline and not is_blocked_in_writing(monitor.process.pid):
             select.select([], [], [], 0.05)
         with in_time(2.0):
-            process.send_signal(signal.SIGTERM)
-            process.wait(PATIENCE_S)
-        assert process.stderr is not None
-        assert process.stderr.read() == ""
+            monitor.process.send_signal(signal.SIGTERM)
+            monitor.process.wait(PATIENCE_S)
+        assert monitor.errors.read() == ""
         assert is_quiet(module.port)
 
 
@@ -168,12 +151,11 @@ def is_blocked_in_writing(pid: int) -> bool:
 
 
 def test_unplugged_while_monitoring() -> None:
-    with run_module() as module, started("monitor", "--port", module.port, "--json") as process:
-        assert process.stdout is not None
-        lines = lines_until(process.stdout, 0.3)
+    with run_module() as module, started("monitor", "--port", module.port, "--json") as monitor:
+        lines = lines_until(monitor.out, 0.3)
         module.process.kill()  # its pseudo-terminal goes with it
-        rest, errors = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 3
+        code, rest, errors = monitor.end()
+    assert code == 3
     assert len(lines) > 1
     assert all(json.loads(line)["acceleration_g"] == 1.0 for line in (*lines, *rest.splitlines()))
     assert_one_sentence(errors)
@@ -203,24 +185,26 @@ def test_find_is_interrupted_like_any_program() -> None:
     """No result, so 130; and within the time that a person waits for Ctrl-C."""
     master, slave = os.openpty()
     try:
-        with started("find", "--port", os.ttyname(slave)) as process:
+        with started("find", "--port", os.ttyname(slave)) as find:
             assert select.select([master], [], [], PATIENCE_S)[0], "nothing was sent"
-            process.send_signal(signal.SIGINT)
+            find.process.send_signal(signal.SIGINT)
             with in_time(0.5):
-                out, errors = process.communicate(timeout=PATIENCE_S)
+                ended = find.end()
     finally:
         os.close(master)
         os.close(slave)
-    assert (process.returncode, out, errors) == (130, "", "")
+    assert ended == (130, "", "")
+
+
+def redirected(how: str, *words: str) -> "subprocess.CompletedProcess[str]":
+    """With its streams as a shell has them; what is printed leaves at its end only."""
+    unbuffered = STRICT | {"PYTHONUNBUFFERED": ""}
+    return ran("sh", "-c", f'exec "$@" {how}', "sh", *PROGRAM, *words, **unbuffered)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is always full")
 def test_a_full_disk_is_said() -> None:
-    with open("/dev/full", "w") as full:  # noqa: PTH123  a device, not a path to work with
-        run = subprocess.run(
-            [*PROGRAM, "ports", "--json"], cwd=ROOT, env=ENVIRONMENT, text=True, stdout=full, stderr=subprocess.PIPE,
-            timeout=PATIENCE_S, check=False,
-        )  # fmt: skip
+    run = redirected(">/dev/full", "ports", "--json")
     assert run.returncode == 4
     assert_one_sentence(run.stderr)
 
@@ -233,32 +217,22 @@ def test_a_full_disk_is_said() -> None:
 )  # fmt: skip
 def test_messages_that_cannot_be_written_leave_the_exit_code(words: list[str], code: int) -> None:
     """As where a log on a full disk, or a terminal that was closed, takes them."""
-    with open("/dev/full", "w") as full:  # noqa: PTH123  a device, not a path to work with
-        buffered = {name: value for name, value in ENVIRONMENT.items() if name != "PYTHONUNBUFFERED"}
-        run = subprocess.run([*PROGRAM, *words], cwd=ROOT, env=buffered, stderr=full, timeout=PATIENCE_S, check=False)
-    assert run.returncode == code
-
-
-def closing(stream: str, *words: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        ["sh", "-c", f'exec "$@" {stream}', "sh", *PROGRAM, *words],
-        cwd=ROOT, env=ENVIRONMENT, text=True, capture_output=True, timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
+    assert redirected("2>/dev/full", *words).returncode == code
 
 
 def test_a_closed_output_is_said(module: RunningModule) -> None:
-    run = closing(">&-", "read", "--port", module.port, "--json")
+    run = redirected(">&-", "read", "--port", module.port, "--json")
     assert (run.returncode, run.stdout) == (4, "")
     assert_one_sentence(run.stderr)
 
 
 def test_messages_do_not_go_to_the_output_where_theirs_is_closed() -> None:
-    run = closing("2>&-", "find", "--port", "/dev/no-such-port", "--json")
+    run = redirected("2>&-", "find", "--port", "/dev/no-such-port", "--json")
     assert (run.returncode, run.stdout) == (3, "")
 
 
 def test_a_closed_input_is_an_empty_one() -> None:
-    run = closing("<&-", "decode", "-")
+    run = redirected("<&-", "decode", "-")
     assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
 
 
@@ -269,10 +243,7 @@ def test_no_port_gets_the_number_of_a_closed_stream() -> None:
         "program.main(['decode', '-'])\n"
         "sys.exit(os.open(os.devnull, os.O_RDWR))\n"
     )
-    run = subprocess.run(
-        ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", sys.executable, "-c", code], cwd=ROOT, env=ENVIRONMENT,
-        timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
+    run = ran("sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", sys.executable, "-c", code, **STRICT)
     assert run.returncode > 2
 
 
@@ -284,10 +255,7 @@ def test_help_and_decode_need_no_serial_port() -> None:
         "sys.exit(f'{codes} {heavy}' if codes or heavy else 0)"
     )
     for words in (["--help"], ["--version"], ["decode", "41", "75", "32", "07", "0A", "00", "01", "44"]):
-        run = subprocess.run(
-            [sys.executable, "-c", code, *words], cwd=ROOT, env=ENVIRONMENT, text=True, capture_output=True,
-            timeout=PATIENCE_S, check=False,
-        )  # fmt: skip
+        run = ran_code(code, *words, **STRICT)
         assert (run.returncode, run.stderr) == (0, ""), words
 
 
@@ -301,8 +269,5 @@ def test_reading_loads_nothing_that_it_does_not_use() -> None:
         "sys.exit(f'{code} {unused}' if code or unused else 0)"
     )
     with run_module() as module:
-        run = subprocess.run(
-            [sys.executable, "-c", code, "read", "--port", module.port], cwd=ROOT, env={**ENVIRONMENT, **os.environ},
-            text=True, capture_output=True, timeout=PATIENCE_S, check=False,
-        )  # fmt: skip
+        run = ran_code(code, "read", "--port", module.port, **STRICT)
     assert (run.returncode, run.stderr) == (0, "")

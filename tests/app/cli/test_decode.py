@@ -3,7 +3,6 @@
 import io
 import json
 import os
-import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -13,8 +12,8 @@ import pytest
 import app.__main__ as program
 from tests.support.line.vectors import BY_ID, VALID, Vector
 from tests.support.patience import PATIENCE_S
+from tests.support.processes import PROGRAM, running
 
-ROOT = Path(__file__).parents[3]
 STATUS = "41 75 32 07 0A 00 01 44"
 MISPRINT = "41 75 20 01 3C 50"
 LIKE_A_VOLTAGE = BY_ID["trigger-record-that-begins-like-a-voltage"].hex
@@ -112,18 +111,12 @@ def test_binary_standard_input_is_refused_in_a_sentence(
 
 
 def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() -> None:
-    with subprocess.Popen(
-        [sys.executable, "-m", "app", "decode", "--json", "-"],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
-    ) as process:  # fmt: skip
-        assert process.stdin is not None
-        assert process.stdout is not None
-        assert process.stderr is not None
-        process.stdin.write(f"{STATUS}\n")
-        process.stdin.flush()
-        assert json.loads(process.stdout.readline())["hex"] == STATUS  # the input is still open
-        process.stdout.close()
-        process.stdin.write(f"{STATUS}\n")
-        process.stdin.close()
-        assert process.stderr.read() == ""
-        assert process.wait(timeout=PATIENCE_S) == 0
+    with running(*PROGRAM, "decode", "--json", "-") as decode:
+        decode.told.write(f"{STATUS}\n")
+        decode.told.flush()
+        assert json.loads(decode.out.readline())["hex"] == STATUS  # the input is still open
+        decode.out.close()
+        decode.told.write(f"{STATUS}\n")
+        decode.told.close()
+        assert decode.errors.read() == ""
+        assert decode.process.wait(timeout=PATIENCE_S) == 0

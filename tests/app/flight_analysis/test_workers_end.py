@@ -1,10 +1,9 @@
 """No worker process outlives the program."""
 
-import subprocess
 import sys
 from pathlib import Path
 
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import ran
 
 PROGRAM = """
 import os, sys
@@ -25,8 +24,4 @@ def test_workers_end_with_a_killed_program(tmp_path: Path) -> None:
         (tmp_path / f"{number}.csv").write_text("time_s,tilt_deg\n0,1\n1,2\n", encoding="utf-8")
     program = tmp_path / "program.py"
     program.write_text(PROGRAM, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, str(program), str(tmp_path)],
-        cwd=ROOT, env={**ENVIRONMENT, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
-    assert done.stdout == "read\n"
+    assert ran(sys.executable, program, tmp_path).stdout == "read\n"

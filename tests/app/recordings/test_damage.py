@@ -2,7 +2,6 @@
 shown.
 """
 
-import subprocess
 import sys
 import zipfile
 from collections.abc import Iterator
@@ -29,11 +28,11 @@ from protocol.frame import Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.cli_line import Printed
+from tests.support.processes import running
 from tests.support.records.captures import explained
 from tests.support.records.recordings_made import HEADING, Whole, batch, opened, recorder_in, report, stream, whole_of
 
 pytest_plugins = ["tests.support.cli_fixtures"]
-ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
@@ -168,12 +167,11 @@ def test_zeros_or_garbage_behind_the_last_chunk(whole: Whole, tmp_path: Path, ta
 KILLED = """
 import sys, time
 from pathlib import Path
-sys.path.insert(0, {root!r})
 from tests.support.records.recordings_made import HEADING, WAIT_S, stream
 from app.recordings.recorder import Recorder
 from app.recordings.library import RecordingLibrary
 
-recorder = Recorder(RecordingLibrary(Path({folder!r})))
+recorder = Recorder(RecordingLibrary(Path(sys.argv[1])))
 recorder.begin(*HEADING)
 for one in stream(time.monotonic(), 2.0, rate_hz=100):
     recorder.on_batch(one)
@@ -184,17 +182,11 @@ sys.stdin.readline()
 
 
 def test_killed_while_it_records(tmp_path: Path) -> None:
-    code = KILLED.format(root=str(ROOT), folder=str(tmp_path))
-    with subprocess.Popen(
-        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "there\n"
+    with running(sys.executable, "-c", KILLED, tmp_path) as program:
+        assert program.out.readline() == "there\n"
         (path,) = tmp_path.glob("*.mcap")
-        running = entry_of(path)
-        assert (running.is_running, running.was_cut_off, running.sample_count) == (True, False, 200)
-        process.kill()
-        process.wait()
+        begun = entry_of(path)
+        assert (begun.is_running, begun.was_cut_off, begun.sample_count) == (True, False, 200)
     entry = entry_of(path)
     assert (entry.is_running, entry.was_cut_off, entry.sample_count) == (False, True, 200)
     assert len(whole_of(path).times) == 200

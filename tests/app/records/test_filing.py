@@ -1,6 +1,5 @@
 """Records and the audit log are chained, also with several processes and after a kill."""
 
-import subprocess
 import sys
 from collections.abc import Mapping
 from contextlib import closing
@@ -26,7 +25,7 @@ from app.store.store import Store, open_store
 from app.trigger_records.history import record_of
 from protocol.fields import Value
 from protocol.messages import TriggerRecord
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import running
 from tests.support.records.kept_facts import forge, tamper
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 
@@ -66,34 +65,20 @@ def _chain(store: Store) -> list[Record]:
     return [fact.content["record"] for fact in store.facts.select(FactKind.CHECK)]
 
 
-def _filer(folder: Path, count: int) -> "subprocess.Popen[str]":
-    command = [sys.executable, "-c", _FILER, str(folder), str(count)]
-    process = subprocess.Popen(
-        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    return process
-
-
-def _start(process: "subprocess.Popen[str]") -> None:
-    assert process.stdin is not None
-    process.stdin.write("\n")
-    process.stdin.flush()
-
-
 def test_two_programs_that_file_at_once_make_one_chain(tmp_path: Path) -> None:
     """One is killed: records it reported as stored are stored, and the chain continues."""
     open_store(tmp_path).close()
-    with _filer(tmp_path, 6) as one, _filer(tmp_path, 1000) as other:
-        _start(one)
-        _start(other)
-        assert one.stdout is not None
-        assert other.stdout is not None
-        told = [other.stdout.readline() for _ in range(3)]
-        other.kill()
-        told += [*other.stdout.readlines(), *one.stdout.readlines()]
-        assert one.wait(60) == 0
+    filer = sys.executable, "-c", _FILER, tmp_path
+    with running(*filer, 6) as one, running(*filer, 1000) as other:
+        for program in one, other:
+            assert program.out.readline() == "ready\n"
+        for program in one, other:
+            program.told.write("\n")
+            program.told.flush()
+        told = [other.out.readline() for _ in range(3)]
+        other.process.kill()
+        told += [*other.out.readlines(), *one.out.readlines()]
+        assert one.process.wait(60) == 0
     with closing(open_store(tmp_path)) as store:
         file_one(store, "M-07")
         records = _chain(store)

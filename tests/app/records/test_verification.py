@@ -1,7 +1,6 @@
 """Forgeries made with the program's own functions are never called intact."""
 
 import json
-import os
 import re
 import sys
 from collections.abc import Mapping
@@ -34,6 +33,7 @@ from app.store.store import open_store
 from app.text.user_error import UserError
 from tests.app.records.test_filing import file_one
 from tests.app.records.test_record import PERSON, checked_record, known_circumstances
+from tests.support.processes import ran_code
 from tests.support.records.preflight_rig import FAULTS, check
 from tests.support.records.stations_made import find_station, station
 
@@ -277,8 +277,5 @@ def test_stations_are_known_until_they_are_forgotten(tmp_path: Path) -> None:
 
 def test_reading_records_does_not_load_the_cryptography_library() -> None:
     """Loading it takes longer than a reply of the module."""
-    import subprocess
-
     code = "import sys, app.records.filing, app.records.verification; print('cryptography' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
-    assert done.stdout.strip() == "False"
+    assert ran_code(code).stdout == "False\n"

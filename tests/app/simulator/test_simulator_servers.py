@@ -1,10 +1,8 @@
 """The simulated module behind a pseudo-terminal and a TCP socket, and `dps-s simulate`."""
 
 import argparse
-import os
 import signal
 import struct
-import subprocess
 import sys
 import threading
 import time
@@ -25,10 +23,10 @@ from app.simulator.setup import OPTIONS
 from app.terminal.console import Refused
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
 from tests.support.patience import PATIENCE_S
+from tests.support.processes import PROGRAM, running
 
 ASK = STATUS.query().encode()
 ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
-ROOT = Path(__file__).parents[3]
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
 
 
@@ -201,22 +199,13 @@ def test_no_port_to_be_had_is_code_3() -> None:
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_the_program_prints_the_port_and_ends_cleanly(tmp_path: Path, number: signal.Signals) -> None:
     link = tmp_path / "module"
-    with subprocess.Popen(
-        [sys.executable, "-m", "app", "simulate", "--link", str(link), "--tilt", "7"],
-        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-    ) as program:  # fmt: skip
-        try:
-            assert program.stdout is not None
-            assert program.stderr is not None
-            assert Path(program.stdout.readline().strip()).exists()
-            assert program.stderr.readline()
-            with serial.Serial(str(link), 115200, timeout=PATIENCE_S) as port:
-                port.write(ASK)
-                assert port.read(8).hex(" ") == "41 75 32 07 0a 00 00 43"
-            program.send_signal(number)
-            assert program.wait(PATIENCE_S) == 0
-            assert program.stderr.read() == ""
-        finally:
-            program.kill()
+    with running(*PROGRAM, "simulate", "--link", link, "--tilt", "7") as program:
+        assert Path(program.out.readline().strip()).exists()
+        assert program.errors.readline()
+        with serial.Serial(str(link), 115200, timeout=PATIENCE_S) as port:
+            port.write(ASK)
+            assert port.read(8).hex(" ") == "41 75 32 07 0a 00 00 43"
+        program.process.send_signal(number)
+        assert program.process.wait(PATIENCE_S) == 0
+        assert program.errors.read() == ""
     assert not link.is_symlink()

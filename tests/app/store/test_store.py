@@ -1,7 +1,6 @@
 """The store: what it keeps, and the files that it meets instead of its own."""
 
 import sqlite3
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -21,9 +20,9 @@ from app.store.store_journal import KnownAs, StoreJournal, journal_for
 from app.system.folders import data_folder
 from app.text.user_error import UserError
 from tests.support.patience import PATIENCE_S
+from tests.support.processes import running
 from tests.support.records.kept_facts import kept_settings
 
-ROOT = Path(__file__).parents[3]
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 
 
@@ -261,13 +260,10 @@ while True:
 def test_what_was_acknowledged_survives_kill_9(folder: Path) -> None:
     acknowledged: list[int] = []
     for run in range(3):
-        with subprocess.Popen(
-            [sys.executable, "-c", _WRITER, str(folder)], stdout=subprocess.PIPE, text=True, cwd=ROOT
-        ) as writer:
-            assert writer.stdout is not None
-            acknowledged += [int(writer.stdout.readline()) for _ in range(20 + 7 * run)]
-            writer.kill()
-            acknowledged += [int(line) for line in writer.stdout.read().split("\n")[:-1]]
+        with running(sys.executable, "-c", _WRITER, folder) as writer:
+            acknowledged += [int(writer.out.readline()) for _ in range(20 + 7 * run)]
+            writer.process.kill()
+            acknowledged += [int(line) for line in writer.out.read().split("\n")[:-1]]
         with closing(open_store(folder)) as store:
             kept = {entry.id for entry in store.audit()}
             assert store.notice is None

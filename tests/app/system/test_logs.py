@@ -1,7 +1,6 @@
 """The log never stops the program: rotated, read-only, full, shared by two copies; what nobody caught ends in it."""
 
 import logging
-import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -13,8 +12,8 @@ from app.system import logs
 from app.system.files import lock
 from app.system.logs import MAX_LINES, Log, start_log, text_of
 from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
+from tests.support.processes import ran_code
 
-ROOT = Path(__file__).parents[3]
 SAID = logging.getLogger("app.test")
 
 
@@ -107,10 +106,7 @@ def test_a_second_copy_gets_a_file_of_its_own(begin: Callable[[Path], Log], tmp_
         "import sys, logging, pathlib; from app.system.logs import start_log\n"
         "log = start_log(pathlib.Path(sys.argv[1])); logging.getLogger('x').warning('second'); print(log.path.name)"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, timeout=30, check=True
-    )
-    assert ran.stdout.strip() == "dps-s-2.log"
+    assert ran_code(code, tmp_path).stdout == "dps-s-2.log\n"
     assert "second" in (tmp_path / "dps-s-2.log").read_text(encoding="utf-8")
     assert "second" not in (tmp_path / "dps-s.log").read_text(encoding="utf-8")
 
@@ -118,7 +114,7 @@ def test_a_second_copy_gets_a_file_of_its_own(begin: Callable[[Path], Log], tmp_
 def test_a_copy_that_was_killed_holds_nothing(begin: Callable[[Path], Log], tmp_path: Path) -> None:
     code = "import sys, os, pathlib\nfrom app.system.logs import start_log\n"
     code += "start_log(pathlib.Path(sys.argv[1])); os._exit(9)"
-    subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, timeout=30, check=False)
+    assert ran_code(code, tmp_path).returncode == 9
     log = begin(tmp_path)
     assert log.path == tmp_path / "dps-s.log"
 

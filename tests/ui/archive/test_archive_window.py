@@ -1,7 +1,5 @@
 """The archive in the window: quiet by itself, through a file by hand, questions answered by a person."""
 
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -22,7 +20,7 @@ from app.settings.form import RowState
 from app.store.store import Store
 from app.system.folders import data_folder
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import ran_code
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
@@ -220,9 +218,7 @@ def test_an_exchange_that_runs_by_itself_shows_what_was_altered_on_the_server(
 
 def test_no_start_loads_what_only_a_server_needs() -> None:
     program = "import sys, ui.main; ui.main._load_pages(); print(*sys.modules)"
-    ran = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env={**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen"},
-                         capture_output=True, text=True, check=True)  # fmt: skip
-    loaded = set(ran.stdout.split())
+    loaded = set(ran_code(program).stdout.split())
     assert "ui.archive.archive_actions" in loaded
     assert not loaded & {
         "psycopg",

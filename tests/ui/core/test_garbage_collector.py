@@ -1,8 +1,6 @@
 """Garbage is freed in the window's thread, nothing that is in sight is garbage, and PySide6 loses no references."""
 
 import gc
-import os
-import subprocess
 import sys
 import threading
 import weakref
@@ -15,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.garbage import living_garbage
+from tests.support.processes import ran_code
 from tests.support.window.controls import tab_chain
 from tests.support.window.settings_bench import desk
 from ui.core.garbage_collector import GarbageCollector, garbage_freed_here
@@ -192,14 +191,7 @@ print(len(heard), before[0] - after[0], before[1] - after[1])
 
 
 def test_none_and_true_keep_their_references() -> None:
-    run = subprocess.run(
-        [sys.executable, "-X", "faulthandler", "-c", _PROGRAM],
-        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    run = ran_code(_PROGRAM, PYTHONFAULTHANDLER="1")
     assert run.returncode == 0, run.stderr
     heard, lost_none, lost_true = map(int, run.stdout.split())
     assert heard == REPEATS

@@ -1,8 +1,5 @@
 """Preferences apply at once and at the next start; a language needs a font; the notice of a newer version is opt-in."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.system.newer_version import find_newer
 from app.text.i18n import language
+from tests.support.processes import ran_code
 from tests.support.window.fakes_ui import window
 from tests.support.window.steps import find
 from ui.core.preferences import Preferences
@@ -96,9 +94,7 @@ def test_without_a_chinese_font_it_says_so_in_english(tmp_path: Path) -> None:
         f"<?xml version='1.0'?><fontconfig><dir>{tmp_path}/none</dir><cachedir>{tmp_path}/c</cachedir></fontconfig>",
         encoding="utf-8",
     )
-    environment = {**os.environ, "FONTCONFIG_FILE": str(tmp_path / "fonts.conf")}
-    command = [sys.executable, "-c", NO_CHINESE, str(tmp_path)]
-    ended = subprocess.run(command, env=environment, timeout=120, check=True, capture_output=True, text=True)
+    ended = ran_code(NO_CHINESE, tmp_path, FONTCONFIG_FILE=str(tmp_path / "fonts.conf"))
     first, second = ended.stdout.splitlines()
     assert first.startswith("en DPS-S Configurator No Chinese font is installed.")
     assert "fonts-noto-cjk" in first

@@ -4,7 +4,6 @@ import errno
 import json
 import os
 import shutil
-import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -24,7 +23,7 @@ from app.procedures.history import read_history
 from app.procedures.read import read_everything
 from tests.support.line.stubborn_port import StubbornPort
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
-from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.processes import ran_code
 from tests.support.terminals import CLOSING_S, Terminal
 from tests.support.window.fakes_ui import ListedPorts, connect, simulated, window
 from ui.core.preferences import Preferences
@@ -151,7 +150,7 @@ def test_closing_twice_ends_once(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
 
 
 @pytest.mark.parametrize("sticks_in", ["write", "close"])
-def test_no_process_stays_behind(tmp_path: Path, sticks_in: str) -> None:
+def test_no_process_stays_behind(sticks_in: str) -> None:
     """The thread that the driver holds does not keep the program alive, and nothing is printed about it."""
     code = """if True:
         import functools, json, sys, time
@@ -170,11 +169,7 @@ def test_no_process_stays_behind(tmp_path: Path, sticks_in: str) -> None:
         MainWindow._end = timed
         raise SystemExit(application.run(application.WindowOptions(port="/dev/stubborn", offscreen_seconds=2.5)))
     """
-    environment = {**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
-    ended = subprocess.run(
-        [sys.executable, "-B", "-c", code, sticks_in],
-        cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False,
-    )  # fmt: skip
+    ended = ran_code(code, sticks_in)
     said = [line for line in ended.stderr.splitlines() if "propagateSizeHints" not in line]
     assert (ended.returncode, said) == (1, [])  # it was not seen that a module answers
     assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + MACHINE_S

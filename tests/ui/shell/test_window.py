@@ -1,8 +1,6 @@
 """The window: top bar, leaving an ACTIVE module, languages, themes, preferences, its place on the screen, closing."""
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
+from tests.support.processes import ran_code
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import notice_text, press
@@ -182,8 +181,7 @@ def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApp
 
 def test_the_window_does_not_import_numpy() -> None:
     code = "import sys, ui.main; sys.exit('numpy' in sys.modules)"
-    ended = subprocess.run([sys.executable, "-c", code], timeout=60, check=False)
-    assert ended.returncode == 0
+    assert ran_code(code).returncode == 0
 
 
 def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
@@ -191,8 +189,7 @@ def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
         "import sys; from pathlib import Path; from ui.main import WindowOptions, run;"
         "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=5.0, evidence=Path(sys.argv[1]))))"
     )
-    ended = subprocess.run([sys.executable, "-c", code, str(tmp_path / "e")], timeout=60, check=False)
-    assert ended.returncode == 0
+    assert ran_code(code, tmp_path / "e").returncode == 0
     seen = json.loads((tmp_path / "e" / "values.json").read_text(encoding="utf-8"))
     assert seen["presence"] == "online"
     assert {"tilt_deg", "acceleration_g", "triggered", "active"} <= set(seen["values"])
@@ -281,7 +278,6 @@ def offscreen(folder: Path, width: int, height: int) -> str:
 @pytest.mark.parametrize(("width", "height", "scale"), [(1024, 600, 1.0), (1920, 1080, 2.0)])
 def test_lock_is_on_the_screen_at_every_scale(width: int, height: int, scale: float, tmp_path: Path) -> None:
     """At the first start, and where the window was larger when it was last closed."""
-    environment = {**os.environ, "QT_QPA_PLATFORM": offscreen(tmp_path, width, height), "QT_SCALE_FACTOR": f"{scale}"}
-    command = [sys.executable, "-c", SHOWN, str(tmp_path)]
-    ended = subprocess.run(command, env=environment, timeout=120, check=False, capture_output=True, text=True)
+    screen = offscreen(tmp_path, width, height)
+    ended = ran_code(SHOWN, tmp_path, QT_QPA_PLATFORM=screen, QT_SCALE_FACTOR=f"{scale}")
     assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -6,7 +6,6 @@ import gc
 import itertools
 import logging
 import signal
-import subprocess
 import sys
 import time
 from collections import Counter, deque
@@ -32,8 +31,7 @@ from app.safety.permit import Origin, Permit
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.logs import start_log
-from tests.support.patience import PATIENCE_S
-from tests.support.processes import ENVIRONMENT, ROOT, run_module
+from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, wait_online, window
 from ui.core.port_watcher import PortWatcher
@@ -133,7 +131,7 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
 
 
 @POSIX_ONLY
-def test_killed_and_started_again(tmp_path: Path) -> None:
+def test_killed_and_started_again() -> None:
     """kill -9 leaves a port that can be opened, a store that can be read, and no word of it to the next one."""
     code = """if True:
         import functools, sys
@@ -145,27 +143,18 @@ def test_killed_and_started_again(tmp_path: Path) -> None:
         application.start = told
         raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1])))
     """
-    environment = {**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
     with run_module("--uptime", "60", "--rate", "200") as module:
         for end, code_expected in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 0)):
-            with subprocess.Popen(
-                [sys.executable, "-B", "-c", code, module.port],
-                cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            ) as program:  # fmt: skip
-                try:
-                    assert program.stdout is not None
-                    assert program.stdout.readline() == "online\n"
-                    program.send_signal(end)
-                    _, said = program.communicate(timeout=PATIENCE_S)
-                finally:
-                    with suppress(ProcessLookupError):
-                        program.kill()
-            assert program.returncode == code_expected
+            with running(sys.executable, "-c", code, module.port) as program:
+                assert program.out.readline() == "online\n"
+                program.process.send_signal(end)
+                ended, _, said = program.end()
+            assert ended == code_expected
             assert [line for line in said.splitlines() if "propagateSizeHints" not in line] == []
 
 
 @POSIX_ONLY
-def test_what_a_killed_window_left_active_stands_first_at_the_next_start(tmp_path: Path) -> None:
+def test_what_a_killed_window_left_active_stands_first_at_the_next_start() -> None:
     code = """if True:
         import functools, sys
         from PySide6.QtCore import QTimer
@@ -183,17 +172,10 @@ def test_what_a_killed_window_left_active_stands_first_at_the_next_start(tmp_pat
         application.start = watched
         raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1] or None)))
     """
-    environment = {**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
     with run_module("--active", "yes") as module:
         for port, said in ((module.port, "kept"), ("", f"The module at {module.port} was left ACTIVE on ")):
-            with subprocess.Popen(
-                [sys.executable, "-B", "-c", code, port], cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE
-            ) as program:
-                try:
-                    assert program.stdout is not None
-                    assert program.stdout.readline().startswith(said)
-                finally:
-                    program.kill()
+            with running(sys.executable, "-c", code, port) as program:
+                assert program.out.readline().startswith(said)
 
 
 def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

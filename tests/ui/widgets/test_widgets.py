@@ -1,7 +1,5 @@
 """Readout, state chip, gauge and notice bar: accessible names, appearance, stable layout."""
 
-import subprocess
-import sys
 from collections.abc import Callable
 from functools import partial
 
@@ -13,6 +11,7 @@ from pytestqt.qtbot import QtBot
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
+from tests.support.processes import ran_code
 from tests.support.window.contrast import style_all
 from tests.support.window.painted_text import watching
 from ui.core.texts import LanguageSwitch, Texts
@@ -269,7 +268,7 @@ def test_the_first_paint_does_not_wait_for_numpy() -> None:
         "import sys, ui.style.theme, ui.style.icons, ui.widgets.readout, ui.plots.gauge\n"
         "sys.exit('numpy' in sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True)
+    done = ran_code(program)
     assert (done.returncode, done.stderr) == (0, "")
 
 
