@@ -28,7 +28,7 @@ class Confirm(QWidget):
         super().__init__()
         self.setObjectName(f"{name}_confirm")
         self.is_asking = False
-        self.ask = control(StepButton(), texts, f"{name}_ask", ask, role="danger", slot=self._ask)
+        self.ask = control(StepButton(), texts, f"{name}_ask", ask, slot=self._ask)
         self.go = control(StepButton(), texts, f"{name}_go", go, role="danger", slot=self._go,
                           about="Sends it once: never repeated, never kept for later.")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Nothing is sent.",

@@ -111,6 +111,12 @@ def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
     assert places() == before
 
 
+def test_red_stands_only_around_deploying_until_something_is_about_to_be_sent(bench: GestureBench) -> None:
+    for row in bench.commands.acts.values():
+        assert (row.confirm.ask.property("role"), row.confirm.go.property("role")) == (None, "danger")
+    assert bench.commands.ritual.property("role") == "danger-corner"
+
+
 def test_the_state_is_said_as_ready_to_fire_and_a_rehearsal_looks_like_one(bench: GestureBench) -> None:
     page = bench.commands
     go_to(bench, ACTS[-2])
