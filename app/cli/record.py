@@ -2,7 +2,8 @@
 
 The session is kept among the recordings, as the window does, and exported at its end: nothing is lost if the file
 cannot be written. On standard output the table is written as it comes. Where nothing can be recorded it ends at once.
-Exit code 0; 3 if the link was lost, with what came until then; 4 if the file could not be written or is incomplete.
+What another module sends is in another file; a table on standard output ends there. Exit code 0; 3 if the link was
+lost, with what came until then; 4 if the file could not be written or is incomplete.
 """
 
 import argparse
@@ -12,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from app.engine.device import DeviceView
+from app.engine.identity import UNKNOWN, Trust, evidence_of, same_module
 from app.engine.worker import Batch, PortState
 from app.recordings.excerpt import Excerpt, csv_parts
 from app.recordings.library import RecordingLibrary, entry_of
@@ -98,13 +101,25 @@ class RecordedSession:
         self._recorder, self._span, self._table = recorder, span, table
         self._samples = 0
         self.paths: list[Path] = []
-        """More than one after a sleep or a jump of the clock."""
+        """More than one after another module, a sleep or a jump of the clock."""
+        self._evidence, self._breaks = UNKNOWN, 0
+        """Of the module that is recorded, and how often the conversation had broken when it was read."""
+        self._has_ended = False
+        """Before its end: another module answers."""
 
     def begin(self, conversation: Conversation) -> None:
         connection = conversation.connection
         self._recorder.begin(connection.port, connection.baud_rate)
 
     def on_batch(self, batch: Batch) -> None:
+        if self._is_of_another(batch.device) and self._recorder.is_recording:
+            console.notify(tr("Another module answers."))
+            self._has_ended = self._span.is_over = self._table is not None
+            self._note_path()
+            if self._has_ended:
+                self._recorder.end()
+            else:
+                self._recorder.begin(batch.connection.port, batch.connection.baud_rate)
         if self._recorder.is_recording:
             inside = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
             self._samples += len(inside)
@@ -136,7 +151,15 @@ class RecordedSession:
 
     @property
     def is_whole(self) -> bool:
-        return not self._recorder.dropped and self._recorder.trouble is None
+        return not (self._recorder.dropped or self._has_ended) and self._recorder.trouble is None
+
+    def _is_of_another(self, device: DeviceView) -> bool:
+        """Whether what was read since a restart or a silence refutes that it is the same module."""
+        now = evidence_of(device.values, is_fresh=True)
+        is_other = device.breaks != self._breaks and same_module(self._evidence, now) is Trust.REFUTED
+        if is_other or now.is_complete:
+            self._evidence, self._breaks = now, device.breaks
+        return is_other
 
     def _note_path(self) -> None:
         path = self._recorder.path

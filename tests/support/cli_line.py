@@ -47,3 +47,23 @@ class falls_after:  # noqa: N801  reads as a statement
 
     def __exit__(self, *_error: object) -> None:
         self._bench.wire.write = self._write  # type: ignore[method-assign]
+
+
+GAP_S = 0.5
+"""While the cable is in nobody's hands; a query is repeated for a second."""
+
+
+def exchange(bench: benches.SimulatedBench, **memory: int) -> None:
+    """Another module takes its place."""
+    bench.change(mute=True)
+    for name, value in {"boot_count": 90, "attitude_threshold": 85, **memory}.items():
+        setattr(bench.module.memory, name, value)
+    read, ends_s = bench.wire.read, bench.clock() + GAP_S
+
+    def heard(now_s: float) -> bytes:
+        if now_s >= ends_s:
+            bench.change(mute=False)
+            bench.wire.read = read  # type: ignore[method-assign]
+        return read(now_s)
+
+    bench.wire.read = heard  # type: ignore[method-assign]

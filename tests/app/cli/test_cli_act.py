@@ -12,7 +12,6 @@ from app.records.record import Record, as_text
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile
-from app.simulator import bench as benches
 from app.simulator.memory import invent_records
 from app.stations.station import fingerprint_of
 from app.store.database import FILE_NAME
@@ -21,7 +20,7 @@ from app.system.folders import data_folder
 from tests.adversary.program import PORT, Ran, Stage
 from tests.app.records.test_filing import FRAME
 from tests.app.records.test_record import checked_record
-from tests.support.cli_line import Printed, bench_of, falls_after, run_here
+from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run_here
 from tests.support.flights import log_bytes as made
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock
@@ -148,10 +147,6 @@ def test_an_audit_log_that_cannot_be_opened_is_not_said_to_be_none(capsys: pytes
     assert "No audit log." not in said
 
 
-GAP_S = 0.5
-"""While the cable is in nobody's hands; a query is repeated for a second."""
-
-
 @pytest.fixture
 def stage(user_files: Path) -> Stage:
     """The command line and a module in one thread, on a clock that only waiting moves."""
@@ -163,21 +158,6 @@ def run(stage: Stage, words: list[str], code: int = 0) -> Ran:
     ran = stage.run([words[0], "--port", PORT, *words[1:]])
     assert (ran.code, ran.mishaps) == (code, []), ran.err
     return ran
-
-
-def exchange(bench: benches.SimulatedBench, **memory: int) -> None:
-    bench.change(mute=True)
-    for name, value in {"boot_count": 90, "attitude_threshold": 85, **memory}.items():
-        setattr(bench.module.memory, name, value)
-    read, ends_s = bench.wire.read, bench.clock() + GAP_S
-
-    def heard(now_s: float) -> bytes:
-        if now_s >= ends_s:
-            bench.change(mute=False)
-            bench.wire.read = read  # type: ignore[method-assign]
-        return read(now_s)
-
-    bench.wire.read = heard  # type: ignore[method-assign]
 
 
 @pytest.mark.parametrize("frame", [5, 8, 10])

@@ -18,11 +18,12 @@ from app.procedures import stream
 from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import Recorder
 from protocol.catalogue import SERIAL_OUTPUT
-from tests.support.cli_line import Printed, bench_of, falls_after, run_here
+from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run_here
 from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, running
 from tests.support.records.captures import read_session
+from tests.support.records.recordings_made import opened
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
@@ -172,6 +173,27 @@ def test_where_the_clock_is_set_the_rest_goes_beside_and_replaces_nothing(
     assert rows(tmp_path / "a-3.csv")
 
 
+@pytest.mark.parametrize("boots", [36, 37])
+def test_what_another_module_sends_is_in_another_file(
+    boots: int, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One file held the data of both, marked as a restart at most."""
+    with falls_after(bench_of(port), 18, lambda: exchange(bench_of(port), boot_count=boots)):
+        assert record(port, tmp_path / "a.mcap", seconds="3") == 0
+    assert "Another module answers." in Printed(capsys).err
+    for name, fires_deg in (("a.mcap", 60), ("a-2.mcap", 85)):
+        with opened(tmp_path / name) as recording:
+            assert {limits.fires_deg for _, limits in recording.limits} - {None} == {fires_deg}
+            assert len(recording.tilt) > 30
+
+
+def test_a_restart_goes_on_in_the_same_file(port: str, tmp_path: Path) -> None:
+    with falls_after(bench_of(port), 18, bench_of(port).restart):
+        assert record(port, tmp_path / "a.csv", seconds="3") == 0
+    assert any(row["event"] == "restarted" for row in rows(tmp_path / "a.csv"))
+    assert not (tmp_path / "a-2.csv").exists()
+
+
 def test_what_is_added_stands_behind_what_was_there(port: str, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     assert record(port, path, "--append") == 0
@@ -264,6 +286,15 @@ def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.Captur
     assert {row["triggered"] for row in table} == {"", "false"}
     assert "Simulated module" in printed.err
     assert run_here(capsys, ["recordings", "export", "latest", "-"]).out == printed.out
+
+
+def test_the_table_on_standard_output_ends_where_another_module_answers(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with falls_after(bench_of(port), 18, lambda: exchange(bench_of(port))):
+        printed = run_here(capsys, ["record", "--port", f"{port}?rate=100", "--seconds", "60", "-"], 4)
+    assert "Another module answers." in printed.err
+    assert printed.out.count("connected: ") == 1
 
 
 def test_a_table_that_nobody_reads_any_more_is_no_failure(
