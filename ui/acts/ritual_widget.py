@@ -293,8 +293,8 @@ class RitualWidget(QFrame):
         for number, (mark, (_, title)) in enumerate(zip(self.marks, _STEPS, strict=True)):
             is_now = number == due and self.is_under_way
             state = tr("done") if number < due else tr("now") if is_now else ""
-            text = f"{'✓' if number < due else number + 1}  {tr(title)}"
-            spoken = ", ".join(filter(None, (tr("Step {number}: {name}", number=number + 1, name=tr(title)), state)))
+            text = tr("Step {number}: {name}", number=number + 1, name=tr(title))
+            spoken = ", ".join(filter(None, (text, state)))
             if (mark.text(), mark.accessibleName()) != (text, spoken):
                 mark.setText(text)
                 mark.setAccessibleName(spoken)

@@ -257,4 +257,4 @@ class ConnectPanel(QScrollArea):
 
     def _restyle(self) -> None:
         self._card.setMaximumWidth(scaled(CARD_PX))
-        self.list.scheduleDelayedItemsLayout()
+        self.list.fit()

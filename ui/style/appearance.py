@@ -40,6 +40,7 @@ def style_sheet(theme: Theme) -> str:
         disabled_edge=theme.divider if theme.border_px == 1 else theme.disabled,
         primary_hover=theme.muted if not theme.is_dark else theme.text,
         focus=theme.information.ink,
+        chosen=theme.sunken if theme.border_px == 1 else theme.selection,  # a light grey is invisible in sunlight
         danger_ink=theme.danger.ink,
         danger_fill=theme.danger.fill,
         on_danger=theme.danger.on_fill,
