@@ -25,14 +25,13 @@ from app.records.filing import Filed, file_check
 from app.records.record import caveats, contract_of
 from app.records.report_files import check_target, write_report
 from app.safety.acts import EFFECTS, Act
-from app.safety.journal import Journal, NoJournal, Outcome
+from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.settings.profile_file import read_profile
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.store import Store
-from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
-from app.terminal.command_journal import adapter_of, closing_store, open_store_or_notify
+from app.terminal.command_journal import closing_store, open_store_or_notify, records_on
 from app.terminal.connection import Conversation, LinkTrouble, connected, link_trouble, module_is_silent
 from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
@@ -73,7 +72,8 @@ class _PortCheck:
 
     def __init__(self, args: argparse.Namespace, port: str, profile: Profile, store: Store | None) -> None:
         self._args, self._profile, self._store = args, profile, store
-        self.port, self.adapter = port, adapter_of(port)
+        self.port = port
+        self._records = records_on(store, port, origin="preflight", module=(args.module or "").strip())
         self.trouble: str | None = None
         self.error: BaseException | None = None
         self.is_refused = False
@@ -86,11 +86,7 @@ class _PortCheck:
 
     def gather(self, interruption: Interruption | None = None) -> None:
         """Run the check, and activate in the same connection. Raises the errors that mean "no link"."""
-        args, store = self._args, self._store
-        journal: Journal = NoJournal()
-        if store is not None:
-            known_as = KnownAs(clean((args.module or "").strip()), new_run())
-            journal = StoreJournal(store, port=self.port, origin="preflight", adapter=self.adapter, known_as=known_as)
+        args, store, journal = self._args, self._store, self._records.journal
         with (
             connected(
                 self.port, args.baud, on_batch=lambda batch: self._log.feed(batch.events), interruption=interruption
@@ -103,7 +99,7 @@ class _PortCheck:
             try:
                 conversation.run(run_preflight(self._evidence, is_enabling=is_enabling, journal=journal))
                 if args.activate:
-                    self._activate(conversation, journal)
+                    self._activate(conversation)
             except KeyboardInterrupt:
                 if is_enabling:
                     console.notify(tr("Interrupted; may have been carried out."))
@@ -124,18 +120,18 @@ class _PortCheck:
                             is_named_by_option=True)  # fmt: skip
             self._filed = file_check(
                 self._evidence, self._profile, person, self._log, store=self._store, program_version=version(),
-                adapter=self.adapter, past=self._past,
+                adapter=self._records.adapter(), past=self._past,
             )  # fmt: skip
         return self._filed
 
-    def _activate(self, conversation: Conversation, journal: Journal) -> None:
+    def _activate(self, conversation: Conversation) -> None:
         """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
         store = self._store
         filed = self.file() if store is None else conversation.run(await_while_asking(store.queue.submit(self.file)))
         if filed.assessment.verdict is not Verdict.READY:
             return
         permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, time.monotonic())
-        performed, evidence = conversation.run(activate_ready(filed.assessment, journal, permit))
+        performed, evidence = conversation.run(activate_ready(filed.assessment, self._records.journal, permit))
         self.is_refused = performed.outcome is Outcome.NOT_SENT
         (console.note if performed.outcome is Outcome.CONFIRMED else console.notify)(performed.sentence)
         if evidence is not filed.assessment.case.evidence:

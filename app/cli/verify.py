@@ -15,7 +15,7 @@ from app.store.database import FILE_NAME
 from app.store.store import Store
 from app.system.folders import data_folder
 from app.terminal import console
-from app.terminal.command_journal import existing_store
+from app.terminal.command_journal import closing_store, existing_store
 from app.text.i18n import tr
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -34,11 +34,8 @@ def run(args: argparse.Namespace) -> int:
     if args.revoke is not None:
         return _change(stations.revoke(args.revoke))
     store = existing_store()
-    try:
+    with closing_store(store):
         return _log(store) if args.log else _verify(args, stations, store)
-    finally:
-        if store is not None:
-            store.close()
 
 
 def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -> int:

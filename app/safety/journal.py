@@ -12,7 +12,6 @@ from typing import Protocol
 
 from app.engine.procedure import Await, EngineView, Inspect, Procedure
 from app.safety.acts import Act
-from app.text.messages import UserMessage
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -58,16 +57,13 @@ class Journal(Protocol):
 class NoJournal:
     """Without a store nothing can be logged, so nothing dangerous is sent."""
 
-    def __init__(self, why: UserMessage | None = None) -> None:
-        self._why = why or UserMessage("")
-
     @property
     def is_ready(self) -> bool:
         return False
 
     def begin(self, _act: Act, _frame: bytes, _detail: Mapping[str, object], /) -> Entry:
         entry = Entry()
-        entry.set_exception(UserError(self._why))
+        entry.set_exception(UserError(""))
         return entry
 
     def settle(self, _entry: Entry, _outcome: Outcome, _result: Mapping[str, object], /) -> None:

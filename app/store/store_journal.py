@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
 from app.safety.acts import Act
-from app.safety.journal import Entry, Journal, NoJournal, Outcome
+from app.safety.journal import Entry, Outcome
 from app.store.database import StoreTrouble
 from app.store.store import Store
 
@@ -82,12 +82,3 @@ class StoreJournal:
                 _log.warning("The outcome of an act is not in the audit log: %s", error)
 
         self._store.queue.submit(write)
-
-
-def journal_for(
-    store: Store | StoreTrouble, *, port: str, origin: str, adapter: Adapter = "", known_as: KnownAs = THIS_RUN
-) -> Journal:
-    """The journal of a connection, whether there is a store or not."""
-    if isinstance(store, Store):
-        return StoreJournal(store, port=port, origin=origin, adapter=adapter, known_as=known_as)
-    return NoJournal(store.message)

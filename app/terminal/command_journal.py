@@ -1,19 +1,20 @@
 """Store and audit log of a command."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import partial
 from typing import NamedTuple
 
 from app.engine.snapshots import Snapshot
-from app.safety.journal import Journal
+from app.safety.journal import Journal, NoJournal
 from app.store.database import FILE_NAME, StoreTrouble
 from app.store.store import Store, open_store
-from app.store.store_journal import KnownAs, journal_for, new_run
+from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.system.folders import data_folder
 from app.terminal.console import notify
 from app.text.i18n import tr
+from app.text.messages import clean
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
 
@@ -21,11 +22,12 @@ ORIGIN = "command line"
 
 
 class Records(NamedTuple):
-    """`store` is None if it cannot be opened, which has been reported; then nothing dangerous is sent."""
+    """Of one connection. Without a `store` nothing dangerous is sent. `adapter`: finds its USB identity."""
 
     journal: Journal
     store: Store | None
     port: str
+    adapter: Callable[[], str]
 
     def store_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
@@ -45,24 +47,19 @@ class Records(NamedTuple):
 
 def open_store_or_notify(consequence: str = "") -> Store | None:
     """The store; None if it cannot be opened, which is reported with `consequence`."""
-    store = _opened(consequence)
-    return None if isinstance(store, StoreTrouble) else store
+    try:
+        store = open_store()
+    except StoreTrouble as error:
+        notify(join_sentences((error.sentence, consequence)))
+        return None
+    if store.notice is not None:
+        notify(store.notice.translated())
+    return store
 
 
 def existing_store() -> Store | None:
     """The store, where there is one: reading makes none."""
     return open_store_or_notify() if (data_folder() / FILE_NAME).exists() else None
-
-
-def _opened(consequence: str = "") -> Store | StoreTrouble:
-    try:
-        store = open_store()
-    except StoreTrouble as error:
-        notify(join_sentences((error.sentence, consequence)))
-        return error
-    if store.notice is not None:
-        notify(store.notice.translated())
-    return store
 
 
 def adapter_of(port: str) -> str:
@@ -86,14 +83,18 @@ def closing_store(store: Store | None) -> Iterator[None]:
             notify(tr("The audit log is incomplete."))
 
 
+def records_on(store: Store | None, port: str, *, origin: str = ORIGIN, module: str = "", run: str = "") -> Records:
+    """The store's thread finds the adapter, which may take seconds, while the port is opened. `module`: its name."""
+    if store is None:
+        return Records(NoJournal(), None, port, partial(adapter_of, port))
+    adapter, known_as = store.queue.submit(partial(adapter_of, port)).result, KnownAs(clean(module), run or new_run())
+    return Records(StoreJournal(store, port=port, origin=origin, adapter=adapter, known_as=known_as),
+                   store, port, adapter)  # fmt: skip
+
+
 @contextmanager
 def records_of(port: str, run: str = "") -> Iterator[Records]:
-    """The store's thread finds the adapter, which may take seconds, while the port is opened."""
-    opened = _opened()
-    if isinstance(opened, StoreTrouble):
-        yield Records(journal_for(opened, port=port, origin=ORIGIN), None, port)
-        return
-    found, known_as = opened.queue.submit(partial(adapter_of, port)), KnownAs(run=run or new_run())
-    with closing_store(opened):
-        journal = journal_for(opened, port=port, origin=ORIGIN, adapter=found.result, known_as=known_as)
-        yield Records(journal, opened, port)
+    """With a store of its own; None that cannot be opened has been reported."""
+    store = open_store_or_notify()
+    with closing_store(store):
+        yield records_on(store, port, run=run)

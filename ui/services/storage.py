@@ -15,7 +15,7 @@ from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
 from app.store.store import Store, open_store
-from app.store.store_journal import THIS_RUN, KnownAs, journal_for
+from app.store.store_journal import THIS_RUN, KnownAs, StoreJournal
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.system.folders import data_folder
 from ui.core.port_connection import PortConnection
@@ -87,9 +87,10 @@ class Storage:
 
     def journal(self, target: Target | None, known_as: KnownAs = THIS_RUN) -> Journal:
         """For one connection, with what its module is known by."""
-        if target is None:
+        store = self.store
+        if target is None or not isinstance(store, Store):
             return NoJournal()
-        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, known_as=known_as)
+        return StoreJournal(store, port=target.device, origin=ORIGIN, adapter=target.identity, known_as=known_as)
 
     def store_snapshot(self, snapshot: Snapshot, port: str, module: str = "") -> Future[int] | None:
         """Any thread may call; the future is done when the snapshot is on disk. None if there is no store.

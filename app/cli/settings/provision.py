@@ -9,7 +9,6 @@ that are left. Exit code 0 if all names are given, 1 if not, 4 if a file could n
 import argparse
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -24,9 +23,8 @@ from app.procedures.write_all import WriteContext
 from app.records.labels import PAPERS
 from app.store.database import StoreTrouble
 from app.store.store import Store, open_store
-from app.store.store_journal import KnownAs, StoreJournal, new_run
 from app.terminal import console
-from app.terminal.command_journal import adapter_of, closing_store
+from app.terminal.command_journal import closing_store, records_on
 from app.terminal.connection import Conversation, LinkTrouble, connected
 from app.terminal.console import Colour, LargeLine, coloured
 from app.terminal.interruption import Interruption
@@ -124,19 +122,15 @@ class _Turns:
             time.sleep(_POLL_EVERY_S)
 
     def _provision(self, name: str, conversation: Conversation, log: FrameLog) -> None:
-        port, adapter = self._args.port, adapter_of(self._args.port)
-        evidence = Evidence(port=port)
-        journal = StoreJournal(
-            self._store, port=port, origin="provision", adapter=adapter, known_as=KnownAs(run=new_run())
-        )
-        done = None
+        evidence, done = Evidence(port=self._args.port), None
+        records = records_on(self._store, self._args.port, origin="provision")
         try:
             with LinkTrouble():
-                done = conversation.run(self._bench.provision(evidence, WriteContext(journal=journal)))
+                done = conversation.run(self._bench.provision(evidence, WriteContext(journal=records.journal)))
         except KeyboardInterrupt:
             console.notify(tr("Interrupted; may have been carried out."))
             raise
-        keeping = self._store.queue.submit(partial(self._bench.keep, name, evidence, log, done, adapter))
+        keeping = self._store.queue.submit(lambda: self._bench.keep(name, evidence, log, done, records.adapter()))
         with LinkTrouble():
             conversation.run(await_while_asking(keeping))
         why = keeping.result()

@@ -90,11 +90,11 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
 
 def text_of(module: ModuleSettings, name: str) -> str:
     """The profile, in English, with its origin as comments."""
-    code = fingerprint(module.values)
+    code, adapter = fingerprint(module.values), adapter_of(module.port)
     origin = [
         f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",
         f"Port: {clean(module.port)}, {module.baud_rate} baud",
-        f"Adapter: {clean(adapter_of(module.port))}" if adapter_of(module.port) else "",
+        f"Adapter: {clean(adapter)}" if adapter else "",
         "SIMULATED MODULE" if module.port.startswith("sim:") else "",
         f"Boot count: {'unknown' if module.boot_count is None else module.boot_count}",
         f"Settings code: {code.code}" if code.is_complete else "",

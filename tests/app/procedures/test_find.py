@@ -24,9 +24,6 @@ from app.procedures.light_calibration import (
 from app.procedures.read import READABLE, read_everything
 from app.procedures.settings_reading import ReadFault, SettingsReading, read_settings
 from app.procedures.write_all import SettingChange, WriteContext, write_all
-from app.safety.acts import Act
-from app.safety.journal import NoJournal
-from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATES, BY_NAME, Hazard
 from protocol.events import Counters, Role, Unanswered
 from protocol.frame import Reason
@@ -81,7 +78,6 @@ def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silenc
         (NoAnswer("/dev/x", 9600, Silence.ECHO), "/dev/x: no answer at 9600 baud: echo"),
         (PortError(PortTrouble.LOST, "/dev/x", "gone"), "/dev/x: lost: gone"),
         (Slept(90.0), "the computer slept for 90 s"),
-        (NoJournal(UserMessage("no disk")).begin(Act.LOCK, b"", {}).exception(0.0), "no disk"),
     ],
     ids=lambda value: type(value).__name__,
 )

@@ -15,7 +15,6 @@ from app.procedures.lock import BREATH_S, SENTENCES, SILENT_S, Locked, lock, wai
 from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
-from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATES, BY_NAME, LOCK, Hazard
 from tests.support.journals import FakeJournal
 from tests.support.line.lock_script import LockScript
@@ -139,7 +138,7 @@ def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> No
 
 def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
     rig = settled_rig(active=True)
-    assert pressed(rig, journal=NoJournal(UserMessage("no disk"))).is_locked
+    assert pressed(rig, journal=NoJournal()).is_locked
     assert not rig.bench.state().is_active
 
 

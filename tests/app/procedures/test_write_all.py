@@ -22,7 +22,6 @@ from app.safety.consequences import risks
 from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
-from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value, ValueRefused
 from tests.support.journals import FakeJournal
@@ -192,9 +191,7 @@ def test_nothing_is_kept_of_a_module_that_nobody_has_confirmed() -> None:
 def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_rate() -> None:
     rig = Rig()
     permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
-    report = write(
-        rig, WriteContext(journal=NoJournal(UserMessage("no disk")), permit=permit), freefall_time=1.2, baud_rate=9600
-    )
+    report = write(rig, WriteContext(journal=NoJournal(), permit=permit), freefall_time=1.2, baud_rate=9600)
     assert sets(rig) == ["freefall_time"]
     assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE]
 

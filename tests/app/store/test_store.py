@@ -11,12 +11,12 @@ import pytest
 
 from app.engine.snapshots import Snapshot, restorable
 from app.safety.acts import Act
-from app.safety.journal import NoJournal, Outcome
+from app.safety.journal import Outcome
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble
 from app.store.facts import FactKind
 from app.store.left_active import LeftActive, left_active, note_locked, note_report
 from app.store.store import Store, open_store
-from app.store.store_journal import KnownAs, StoreJournal, journal_for
+from app.store.store_journal import KnownAs, StoreJournal
 from app.system.folders import data_folder
 from app.text.user_error import UserError
 from tests.support.patience import PATIENCE_S
@@ -168,11 +168,6 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     with pytest.raises(StoreTrouble) as trouble:
         open_store(tmp_path / "file" / "data")
     assert trouble.value.fault is StoreFault.READ_ONLY
-    journal = journal_for(trouble.value, port="p", origin="window")
-    assert isinstance(journal, NoJournal)
-    assert not journal.is_ready
-    with pytest.raises(UserError, match="may not write"):
-        journal.begin(Act.ZERO, FRAME, {}).result(PATIENCE_S)
 
 
 @pytest.mark.parametrize(

@@ -107,13 +107,13 @@ def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     monkeypatch: pytest.MonkeyPatch,
     wire: list[bytes],
 ) -> None:
-    opened = command_journal._opened
+    opened = command_journal.open_store_or_notify
 
     def interrupted_open() -> object:
         os.kill(os.getpid(), signal.SIGTERM)
         return opened()
 
-    monkeypatch.setattr(command_journal, "_opened", interrupted_open)
+    monkeypatch.setattr(command_journal, "open_store_or_notify", interrupted_open)
     run_here(capsys, [*words, "--port", port], 128 + signal.SIGTERM)
     assert wire == []
 
