@@ -2,7 +2,8 @@
 
 The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
 agree and no frame was lost; 3 without a link; 4 if they differ, the query was not answered, the link was lost, or the
-module restarted or another one answered: then what came is listed, and nothing is kept.
+module restarted or another one answered. Where it was lost or another one may have answered what came is listed, and
+nothing is kept.
 """
 
 import argparse
@@ -12,7 +13,7 @@ from app.engine.identity import IdentityEvidence
 from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
 from app.procedures.history import History, Pass, history_of
-from app.records.trigger_filing import ANOTHER, read_triggers
+from app.records.trigger_filing import ANOTHER, TriggersReading, read_triggers
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import LinkTrouble, connected, module_is_silent
@@ -44,18 +45,16 @@ def run(args: argparse.Namespace) -> int:
         history = received.history()
     silence = module_is_silent(args.port, conversation.device) if history.is_line_dead else None
     trouble = link.sentence or another or silence
-    has_something = history.is_answered
-    is_written = _print(history, args) if has_something or trouble is None else True
-    if args.module is not None and has_something and not another:
-        is_written &= store_visit(
-            history, args.module, port=args.port, evidence=evidence, is_same_module=args.same_module
-        )
+    is_written = _print(history, args) if history.is_answered or trouble is None else True
     if trouble is not None:
         console.notify(trouble)
-        return console.PARTIAL if has_something else console.NO_LINK
+        return console.PARTIAL if history.is_answered else console.NO_LINK
     if not history.is_answered:
         console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
+    if args.module is not None:
+        reading = TriggersReading(history, evidence.boot_count, evidence.settings)
+        is_written &= store_visit(reading, args.module, port=args.port, is_same_module=args.same_module)
     if not history.is_confirmed:
         console.notify(tr("The readings differ: records may be missing. Read again."))
         return console.PARTIAL

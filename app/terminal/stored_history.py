@@ -5,7 +5,6 @@ from contextlib import closing
 
 from app.engine.identity import IdentityEvidence
 from app.engine.procedure import Procedure
-from app.procedures.history import History
 from app.procedures.settings_reading import read_settings
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, refuted_by
 from app.store.database import StoreTrouble
@@ -43,21 +42,15 @@ def differences_from(conversation: Conversation, store: Store, module: str) -> l
     return [] if known is None else refuted_by(known, conversation.run(read_evidence()))
 
 
-def store_visit(
-    history: History, module: str, *, port: str, evidence: IdentityEvidence, is_same_module: bool = False
-) -> bool:
+def store_visit(reading: TriggersReading, module: str, *, port: str, is_same_module: bool) -> bool:
     """Store the records of this reading; False if the module may be another one, or the store cannot be used. Errors
     are printed, never raised.
 
     `is_same_module`: confirmed by a person.
     """
-    name = clean(module.strip())
-    if not name:
-        return True
-    store = open_store_or_notify(tr("Not kept."))
+    name, store = clean(module.strip()), open_store_or_notify(tr("Not kept."))
     if store is None:
         return False
-    reading = TriggersReading(history, evidence.boot_count, evidence.settings)
     try:
         with closing(store):
             visit = file_triggers(store, reading, name, port=port, is_same_module=is_same_module)

@@ -252,6 +252,19 @@ def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame
     run(stage, words)
 
 
+def test_nothing_is_kept_of_two_modules_where_the_port_is_lost_then(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench, words = bench_of(port), ["history", "--port", port, "--json", "--module", "M-07"]
+    invent_records(bench.module.memory, 3, seed=5, has_odd_voltage=False)
+    with falls_after(bench, 20, lambda: exchange(bench)), falls_after(bench, 34, bench.unplug):
+        printed = run_here(capsys, words, 4)
+    assert json.loads(printed.out)["records"]
+    assert "unplugged" in printed.err
+    with closing(open_store()) as store:
+        assert store.modules() == ()
+
+
 TIMES = np.arange(500) / 50
 
 
