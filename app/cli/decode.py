@@ -11,12 +11,12 @@ frame, or lines of the file could not be read.
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
-from app.captures.entries import Way
+from app.captures.entries import CaptureEntry, Way
 from app.captures.explain import meaning, sentence
-from app.captures.explained import Explained, Explainer, HexExplainer
+from app.captures.explained import Explained, Explainer
 from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
 from app.terminal import console
 from app.text.i18n import tr
@@ -40,79 +40,70 @@ def run(args: argparse.Namespace) -> int:
     if not words or (is_file and len(words) > 1):
         raise console.Refused(tr("expected {expected}", expected=f"{EXAMPLE}, FILE, -"))
     asked = BY_NAME[args.asked] if args.asked else None
-    printer = _Printer(is_json=args.json)
+    path = Path(words[0])
     try:
-        if words == ["-"]:
-            _decode_text(lines_in(sys.stdin), asked, printer)
+        if is_file and path.suffix.lower() == ".mcap":
+            explainer = Explainer(asked)
+            is_whole = _print_rows(map(explainer.feed, _traffic_in(path)), explainer, args, at_once=ROWS_AT_ONCE)
         elif is_file:
-            path = Path(words[0])
-            if path.suffix.lower() == ".mcap":
-                _decode_session(path, asked, printer)
-            else:
-                with path.open(encoding="utf-8-sig") as file:
-                    _decode_text(lines_in(file), asked, printer, at_once=ROWS_AT_ONCE if path.is_file() else 1)
+            with path.open(encoding="utf-8-sig") as file:
+                at_once = ROWS_AT_ONCE if path.is_file() else 1
+                is_whole = _decode_text(lines_in(file), asked, args, at_once=at_once)
         else:
-            explainer = HexExplainer(asked)
-            printer.print([*explainer.feed(hex_bytes(" ".join(words))), *explainer.end()], is_timed=False)
-    except NotHex as error:
-        raise console.Refused(tr("{word}: neither hex nor a file", word=error.word)) from error
-    except UnicodeDecodeError as error:
-        raise console.Refused(tr("{word}: neither hex nor a file", word=words[0])) from error
+            lines = lines_in(sys.stdin) if words == ["-"] else [" ".join(words)]
+            is_whole = _decode_text(lines, asked, args)
+    except (NotHex, UnicodeDecodeError) as error:
+        word = error.word if isinstance(error, NotHex) else words[0]
+        raise console.Refused(tr("{word}: neither hex nor a file", word=word)) from error
     except BrokenPipeError:
         raise
-    except OSError as error:
+    except (OSError, UserError) as error:
         raise console.Refused(tr("{file} cannot be read: {why}.", file=words[0], why=error_text(error))) from error
-    return console.PARTIAL if printer.has_rejected else console.SUCCESS
+    return console.SUCCESS if is_whole else console.PARTIAL
 
 
-class _Printer:
-    def __init__(self, *, is_json: bool) -> None:
-        self._is_json = is_json
-        self.has_rejected = False
-
-    def print(self, rows: Iterable[Explained], *, is_timed: bool) -> None:
-        texts = []
-        for row in rows:
-            self.has_rejected |= isinstance(row.piece, Noise)
-            json_row = as_json(row, is_timed=is_timed) if self._is_json else None
-            texts.append(_text_for_people(row, is_timed=is_timed) if json_row is None else console.as_json(json_row))
-        console.write_lines(texts)
-
-
-def _decode_session(path: Path, asked: Command | None, printer: _Printer) -> None:
+def _traffic_in(path: Path) -> Iterable[CaptureEntry]:
     from app.recordings.library import entry_of
     from app.recordings.recording import traffic_of
 
-    explainer = Explainer(asked)
-    try:
-        _print_rows(map(explainer.feed, traffic_of(entry_of(path))), explainer, printer, at_once=ROWS_AT_ONCE)
-    except UserError as error:
-        raise console.Refused(tr("{file} cannot be read: {why}.", file=path, why=error.sentence)) from error
+    return traffic_of(entry_of(path))
 
 
-def _decode_text(lines: Iterator[str], asked: Command | None, printer: _Printer, *, at_once: int = 1) -> None:
+def _decode_text(lines: Iterable[str], asked: Command | None, args: argparse.Namespace, *, at_once: int = 1) -> bool:
+    """Whether every byte is part of a frame, and every line could be read."""
     reader = TextReader(asked)
-    _print_rows(map(reader.feed, lines), reader, printer, at_once=at_once)
+    is_whole = _print_rows(map(reader.feed, lines), reader, args, at_once=at_once)
     for fault in reader.faults:
         console.notify(tr("Line {number} is left out: {why}.", number=fault.line, why=tr(fault.text)))
-    printer.has_rejected |= bool(reader.faults)
+    return is_whole and not reader.faults
 
 
 def _print_rows(
-    steps: Iterable[list[Explained]], explainer: Explainer | TextReader, printer: _Printer, *, at_once: int
-) -> None:
-    waiting: list[Explained] = []
+    steps: Iterable[list[Explained]], reader: Explainer | TextReader, args: argparse.Namespace, *, at_once: int
+) -> bool:
+    """Print the rows of all steps; whether every byte is part of a frame."""
+    waiting, is_whole = list[Explained](), True
+    shown = _line_of_json if args.json else _line_for_people
+
+    def write() -> None:
+        nonlocal is_whole
+        is_whole &= not any(isinstance(row.piece, Noise) for row in waiting)
+        console.write_lines([shown(row, is_timed=reader.is_timed) for row in waiting])
+        waiting.clear()
+
     try:
         for rows in steps:
             waiting += rows
             if len(waiting) >= at_once:
-                printer.print(waiting, is_timed=explainer.is_timed)
-                waiting = []
-        waiting += explainer.end()
-    except ValueError:  # what came before text that is neither is printed
-        printer.print(waiting, is_timed=explainer.is_timed)
-        raise
-    printer.print(waiting, is_timed=explainer.is_timed)
+                write()
+        waiting += reader.end()
+    finally:  # what came before text that is neither is printed
+        write()
+    return is_whole
+
+
+def _line_of_json(row: Explained, *, is_timed: bool) -> str:
+    return console.as_json(as_json(row, is_timed=is_timed))
 
 
 def as_json(row: Explained, *, is_timed: bool) -> dict[str, JsonValue]:
@@ -127,7 +118,7 @@ def as_json(row: Explained, *, is_timed: bool) -> dict[str, JsonValue]:
     return place | {"direction": piece.direction.value} | meaning(piece, row.asked)
 
 
-def _text_for_people(row: Explained, *, is_timed: bool) -> str:
+def _line_for_people(row: Explained, *, is_timed: bool) -> str:
     piece = row.piece
     direction = piece.direction if isinstance(piece, Frame) else _DIRECTIONS[row.way] if is_timed else None
     sender = "-" if direction is None else "host" if direction is Direction.HOST_TO_MODULE else "module"
