@@ -115,8 +115,7 @@ def _run(words: list[str]) -> int:
         return _open_window(args)
     if getattr(args, "json", False):
         _write_utf8()
-    if entry.name in _PRINTERS:
-        args.printer = _PRINTERS[entry.name]
+    args.printer = _print_pages
     with notify_left_active(ports, getattr(args, "module", None) or "", is_locking=entry.name == "lock") as args.run:
         module, _, name = args.function.rpartition(".")
         code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
@@ -179,20 +178,11 @@ def _open_window(args: argparse.Namespace) -> int:
     )
 
 
-def _print_report(body: str, attachment: bytes) -> bytes:
+def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None) -> bytes:
     """Passed to the command, which does not import Qt."""
-    from ui.files.report_printer import print_report
-
-    return print_report(body, attachment)
-
-
-def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None = None) -> bytes:
     from ui.files.report_printer import print_pages
 
     return print_pages(bodies, paper, attachment)
-
-
-_PRINTERS = {"preflight": _print_report, "provision": _print_pages}
 
 
 def _prepare_output() -> None:

@@ -2,19 +2,18 @@
 
 import html
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Final
 
 from app.fleet.batch import OPEN, READY, BatchRow, ModuleBatch
-from app.records.labels import A4, Label, Paper, label_body
-from app.records.report_files import carried_in_pdf, check_target
+from app.records.labels import A4, Label, Paper, Printer, write_labels
+from app.records.report_files import carries, check_target
 from app.system.files import write_whole
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.user_error import UserError
 from protocol.translatable import marked
 
 HEAD: Final = ("name", "result", "time_utc", "settings_code", "boot_count", "why")
@@ -23,8 +22,6 @@ TITLES: Final = (marked("Module"), marked("Result"), marked("Time (UTC)"), marke
 FORMAT: Final = "dps-s batch"
 """Marks the files of a batch, which a batch may replace."""
 _ROWS_ON_PAGE: Final = 40
-Printer = Callable[[Sequence[str], Paper, bytes], bytes]
-"""As `PrintPages`, with an attachment."""
 
 
 def cells(row: BatchRow) -> tuple[str, ...]:
@@ -48,19 +45,8 @@ def is_done(rows: Sequence[BatchRow]) -> bool:
 
 def check_batch_target(path: Path) -> None:
     """Raise `UserError` if the list or the labels cannot be written there."""
-    check_target(path, lambda _file: True)
-    for file in (path, path.with_suffix(".csv")):
-        if file.exists() and not _is_ours(file):
-            raise UserError(marked("{file} exists and is another kind of file: choose another name."), file=file)
-
-
-def _is_ours(path: Path) -> bool:
-    """Whether a batch may replace this file."""
-    try:
-        data = path.read_bytes()
-    except OSError:
-        return False
-    return any(carried_in_pdf(data, FORMAT)) or data.startswith(",".join(HEAD).encode())
+    head = ",".join(HEAD).encode()
+    check_target(path, lambda data: carries(FORMAT, data) or data.startswith(head), beside=".csv")
 
 
 def write_list(path: Path, batch: ModuleBatch, rows: Sequence[BatchRow], printer: Printer) -> None:
@@ -74,7 +60,7 @@ def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, print
     done = [row for row in rows if row.result == READY]
     labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
     if labels:
-        write_whole(path, printer(list(map(label_body, labels)), paper, _mark()))
+        write_labels(path, labels, paper, printer, carried=_mark())
 
 
 def _mark() -> bytes:

@@ -4,13 +4,15 @@ import html
 import json
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, local_now
-from app.records.report_files import Printer, carried_in_pdf, check_target, suggested_name, write_report
+from app.records.labels import A4, Printer
+from app.records.report_files import carries, check_target, suggested_name, write_report
 from app.records.report_html import VERDICT_STYLES
 from app.system.files import write_whole
 from app.text.i18n import tr
@@ -93,17 +95,10 @@ def first_page(members: Sequence[SetMember], reports: Sequence[str]) -> str:
 
 def check_set_target(path: Path) -> None:
     """Raise `UserError` if the reports cannot be written there."""
-    check_target(path, lambda target: target != path or _is_ours(target))
+    check_target(path, partial(carries, FIRST_PAGE), beside=".pdf")
 
 
-def _is_ours(path: Path) -> bool:
-    try:
-        return any(carried_in_pdf(path.read_bytes(), FIRST_PAGE))
-    except OSError:
-        return False
-
-
-def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer | None) -> tuple[Path, ...]:
+def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer) -> tuple[Path, ...]:
     """Write the report of each module, "FILE 01 M-07 … GO", and FILE.pdf, a first page that names them.
 
     Returns what was written. Raises `OSError` or `RuntimeError`; what was written before that stays.
@@ -113,11 +108,9 @@ def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer
     for report, member in zip(reports, members, strict=True):
         if member.filed is not None and report is not None:
             written += write_report(report, member.filed.record, printer)
-    if printer is not None:
-        names = ["" if report is None else report.name for report in reports]
-        write_whole(path, printer(first_page(members, names), json.dumps({"format": FIRST_PAGE}).encode()))
-        written.append(path)
-    return tuple(written)
+    names = ["" if report is None else report.name for report in reports]
+    write_whole(path, printer([first_page(members, names)], A4, json.dumps({"format": FIRST_PAGE}).encode()))
+    return (*written, path)
 
 
 def _report_path(path: Path, number: int, member: SetMember) -> Path | None:

@@ -36,8 +36,9 @@ PAPERS: Final = {
     "A4": Paper(210, 297, 5, 14, columns=3, rows=8),
 }
 """By the width of the tape in mm; A4 as sheets of 24 labels, 70 by 37 mm."""
-PrintPages = Callable[[Sequence[str], Paper], bytes]
-"""Prints HTML texts as a PDF. Passed in because Qt prints. May raise `OSError` or `RuntimeError`."""
+Printer = Callable[[Sequence[str], Paper, bytes | None], bytes]
+"""Prints HTML texts as a PDF that carries the JSON of the last argument. Passed in by the composition root because Qt
+prints. May raise `OSError` or `RuntimeError`."""
 _QR_MM: Final = 17
 _CSS_PX_PER_MM: Final = 96 / 25.4
 _QR_SCALE: Final = 20
@@ -69,6 +70,8 @@ def label_body(label: Label) -> str:
     )
 
 
-def write_labels(path: Path, labels: Sequence[Label], paper: Paper, print_pages: PrintPages) -> None:
+def write_labels(
+    path: Path, labels: Sequence[Label], paper: Paper, printer: Printer, *, carried: bytes | None = None
+) -> None:
     """Raises `UserError`, `OSError` or `RuntimeError`."""
-    write_whole(path, print_pages([label_body(label) for label in labels], paper))
+    write_whole(path, printer([label_body(label) for label in labels], paper, carried))

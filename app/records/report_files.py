@@ -8,9 +8,11 @@ import re
 import unicodedata
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 
+from app.records.labels import A4, Printer
 from app.records.record import FORMAT, Record, as_text, recorded_verdict
 from app.records.report_html import body
 from app.system.files import write_whole
@@ -65,6 +67,11 @@ def _only_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return fields
 
 
+def carries(kind: str, data: bytes) -> bool:
+    """Whether a PDF has a document of this format."""
+    return any(carried_in_pdf(data, kind))
+
+
 def carried_in_pdf(data: bytes, kind: str = FORMAT) -> Iterator[bytes]:
     """The JSON documents of this format that are attached to a PDF."""
     for stream in islice(_STREAM.finditer(data), _MAX_STREAMS):
@@ -80,46 +87,46 @@ def _inflated(data: bytes) -> bytes:
         return b""
 
 
-Printer = Callable[[str, bytes], bytes]
-"""Prints HTML (`report_html.body`) on A4, attaches the record and returns the PDF. Passed in by the
-composition root because Qt prints. May raise `OSError` or `RuntimeError`."""
-
 _NOT_IN_NAMES = re.compile(r"[^\w\-]+")
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
 MAX_NAME_LENGTH = 60
 
 
-def check_target(path: Path, is_ours: Callable[[Path], bool] | None = None) -> None:
-    """Raises `UserError` where the report cannot be written there. `is_ours`: whether a file may be replaced."""
-    may_replace = is_ours or _is_ours
-    if path.suffix.lower() != ".pdf":
-        raise UserError(marked("{file}: the name of the report must end in .pdf."), file=path.name)
-    if not path.parent.is_dir():
-        raise UserError(marked("There is no folder {folder}."), folder=path.parent)
-    for target in (path, path.with_suffix(".json")):
-        if target.exists() and not may_replace(target):
-            text = marked("{file} exists and is another kind of file: choose another name.")
-            raise UserError(text, file=target)
-
-
-def _is_ours(path: Path) -> bool:
+def is_record(data: bytes) -> bool:
     try:
-        record_in(path.read_bytes())
-    except (UserError, OSError):
+        record_in(data)
+    except UserError:
         return False
     return True
 
 
-def write_report(path: Path, record: Record, printer: Printer | None) -> tuple[Path, ...]:
+def check_target(path: Path, is_ours: Callable[[bytes], bool] = is_record, *, beside: str = ".json") -> None:
+    """Raises `UserError` where the PDF, and the file of this suffix beside it, cannot be written there. `is_ours`:
+    whether a file of this content may be replaced."""
+    if path.suffix.lower() != ".pdf":
+        raise UserError(marked("{file}: the name of the report must end in .pdf."), file=path.name)
+    if not path.parent.is_dir():
+        raise UserError(marked("There is no folder {folder}."), folder=path.parent)
+    for target in (path, path.with_suffix(beside)):
+        if target.exists() and not is_ours(_content(target)):
+            text = marked("{file} exists and is another kind of file: choose another name.")
+            raise UserError(text, file=target)
+
+
+def _content(path: Path) -> bytes:
+    with suppress(OSError):
+        return path.read_bytes()
+    return b""
+
+
+def write_report(path: Path, record: Record, printer: Printer) -> tuple[Path, ...]:
     """Writes the record before it prints, so that a failing printer loses nothing; returns the files written.
 
     Raises `OSError` or `RuntimeError`; files written before that remain.
     """
     json_path, plain = path.with_suffix(".json"), as_text(record).encode()
     write_whole(json_path, plain)
-    if printer is None:
-        return (json_path,)
-    write_whole(path, printer(body(record), plain))
+    write_whole(path, printer([body(record)], A4, plain))
     return json_path, path
 
 

@@ -19,7 +19,7 @@ from PySide6.QtGui import (
     QTextOption,
 )
 
-from app.records.labels import A4, Paper
+from app.records.labels import Paper
 
 SMALLEST_PT, STEP_PT = 4.0, 0.25
 RESOLUTION_DPI = 600
@@ -27,11 +27,6 @@ ATTACHED_AS = "record.json"
 _EXACT = QPageSize.SizeMatchPolicy.ExactMatch
 _LIGATURES = QFont.Tag("liga")
 _CHINESE = ("WenQuanYi Micro Hei", "Noto Sans CJK SC", "Microsoft YaHei", "PingFang SC", "SimSun")
-
-
-def print_report(body: str, attachment: bytes) -> bytes:
-    """The PDF of the HTML `body` on one page of A4, with `attachment`. Raises `RuntimeError`."""
-    return print_pages([body], A4, attachment)
 
 
 def print_pages(bodies: Sequence[str], paper: Paper, attachment: bytes | None = None) -> bytes:

@@ -1,5 +1,6 @@
 """What the board says about a module, who comes first, and checks and profiles for several modules."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -23,6 +24,7 @@ from app.procedures.read import read_everything
 from app.procedures.write import SetReply
 from app.procedures.write_all import WriteContext, write_all
 from app.records.filing import Filed, file_check
+from app.records.labels import Paper
 from app.records.report_files import record_in
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation, SeenActivation
@@ -190,8 +192,9 @@ def filed(**options: str) -> Filed:
     return file_check(evidence, NO_PROFILE, Person(), FrameLog(), store=None, program_version="1")
 
 
-def _printed(body: str, attached: bytes) -> bytes:
-    return b"%PDF- " + body.encode() + b"\nstream\n" + attached + b"\nendstream"
+def _printed(bodies: Sequence[str], _paper: Paper, attached: bytes | None) -> bytes:
+    assert attached is not None
+    return b"%PDF- " + "".join(bodies).encode() + b"\nstream\n" + attached + b"\nendstream"
 
 
 def test_a_report_of_each_module_and_a_first_page(tmp_path: Path) -> None:

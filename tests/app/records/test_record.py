@@ -6,7 +6,7 @@ import base64
 import json
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta, timezone
 from functools import cache
 from html import unescape
@@ -18,7 +18,7 @@ import pytest
 
 from app import version
 from app.records.check_store import measured_in
-from app.records.labels import MAX_NAME_LENGTH, Label, label_body
+from app.records.labels import MAX_NAME_LENGTH, Label, Paper, label_body
 from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, seal
 from app.records.report_files import check_target, suggested_name, write_report
 from app.records.report_html import body
@@ -116,11 +116,11 @@ def test_a_record_contains_everything_about_the_check() -> None:
 
 
 def test_intact_in_every_form(qapp: object, tmp_path: Path) -> None:
-    from ui.files.report_printer import print_report
+    from ui.files.report_printer import print_pages
 
     for kind in ("go", "worst", "silent"):
         record = _record(kind)
-        json_path, pdf_path = write_report(tmp_path / "r.pdf", record, print_report)
+        json_path, pdf_path = write_report(tmp_path / "r.pdf", record, print_pages)
         for path in (json_path, pdf_path):
             verification = verify_bytes(path.read_bytes())
             assert verification.state is RecordState.INTACT, path
@@ -184,7 +184,7 @@ def test_other_files_are_not_records(data: bytes) -> None:
 
 
 def test_whatever_is_damaged_in_a_report_its_record_is_intact_or_not_called_so(qapp: object) -> None:
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     record = _record("silent")
     pdf = print_report(body(record), as_text(record).encode())
@@ -221,7 +221,7 @@ def test_the_page_says_what_was_measured_why_it_matters_and_what_to_do(kind: str
 
 
 def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     sound = _Tags()
     sound.feed(body(_record()))
@@ -248,7 +248,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
 
 def test_a_hostile_record_prints_and_is_not_trusted(qapp: object) -> None:
     """Any value of any type in any place."""
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     for value in (None, 7, [], {}, [[1]], "<b>", {"text": "{a}", "values": {"a": {"text": "{a:9999999999}"}}}, [None]):
         record = dict.fromkeys(_record(), value) | {"format": "dps-s pre-flight record", "version": 1}
@@ -272,7 +272,7 @@ def test_ten_megabytes_are_verified_quickly() -> None:
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
 @pytest.mark.parametrize("kind", ["go", "worst", "silent"])
 def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str) -> None:
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     set_language(language)
     pdf = print_report(body(_record(kind)), b"{}")
@@ -282,7 +282,7 @@ def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str
 
 @pytest.mark.parametrize("text", ["检查伞绳" * 50, "word " * 40, "W" * 200])
 def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, text: str) -> None:
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     items = tuple(ManualLine(text) for _ in range(40))
     checked = check(Fault(frozenset(), {"mute": "yes"}, profile={"manual": items, "name": text}))
@@ -292,7 +292,7 @@ def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, te
 
 
 def test_a_report_that_does_not_fit_is_refused(qapp: object) -> None:
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     with pytest.raises(RuntimeError, match="one page"):
         print_report("<p>x</p>" * 5000, b"{}")
@@ -312,7 +312,7 @@ def test_the_target_is_checked_before_anything_is_sent(tmp_path: Path) -> None:
 
 
 def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
-    def broken(_body: str, _attached: bytes) -> bytes:
+    def broken(_bodies: Sequence[str], _paper: Paper, _attached: bytes | None) -> bytes:
         raise RuntimeError("no fonts")
 
     record = _record()

@@ -145,7 +145,7 @@ def test_a_second_record_with_the_same_number_is_found(tmp_path: Path) -> None:
 
 def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
     """Only the record is signed, so the answer is what the record says, and says so."""
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     record, go = _signed("worst"), _signed()
     found = verify_bytes(print_report(body(go), as_text(record).encode()), find_station=find_station)
@@ -160,7 +160,7 @@ def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
 
 def test_a_report_that_carries_two_records_is_none(qapp: object) -> None:
     """One could be shown to a person and the other to a program."""
-    from ui.files.report_printer import print_report
+    from tests.support.records.printing import print_report
 
     record, go = (as_text(one).encode() for one in (_signed("worst"), _signed()))
     pdf = print_report("<p>x</p>", record)

@@ -22,6 +22,7 @@ from pytestqt.qtbot import QtBot
 import app.__main__ as program
 from app.cli.commands import is_file_name
 from app.text.i18n import CHINESE, set_language
+from tests.support.records.printing import print_report
 from tests.support.window.capture_window import write_capture
 from tests.support.window.fakes_ui import window
 from tests.support.window.live_bench import Bench, live_bench
@@ -31,7 +32,6 @@ from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
-from ui.files.report_printer import print_report
 from ui.files.save_bar import SaveBar, footer_text
 from ui.main import WindowOptions
 from ui.pages.diagnosis.capture_files import SUFFIX

@@ -26,7 +26,7 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.files.report_printer import print_report
+from ui.files.report_printer import print_pages
 from ui.pages.fleet.add_port import AddPort
 from ui.pages.fleet.batch_panel import BatchPanel
 from ui.pages.fleet.batch_turns import BatchTurns
@@ -353,7 +353,7 @@ class FleetPage(Page):
             self.result.notify(Meaning.ATTENTION, partial(error_text, refusal))
             return
         self._report.run(
-            lambda _running: write_set_reports(path, members, print_report),
+            lambda _running: write_set_reports(path, members, print_pages),
             self._show_written,
             self._show_unwritten,
         )

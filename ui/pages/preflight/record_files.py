@@ -11,8 +11,9 @@ from PySide6.QtWidgets import QWidget
 
 from app.preflight.verdict import Verdict
 from app.records.check_store import CheckStore
+from app.records.labels import Printer
 from app.records.record import Record, recorded_verdict
-from app.records.report_files import Printer, check_target, suggested_name, write_report
+from app.records.report_files import check_target, suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import Stations
 from app.stations.station import fingerprint_of
@@ -22,7 +23,7 @@ from app.text.messages import clean
 from app.text.sentences import error_text, join_sentences, not_written
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, AskText, ThenPath, ask_open, ask_path, ask_text
-from ui.files.report_printer import print_report
+from ui.files.report_printer import print_pages
 from ui.services.job_notice import JobNotice
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
@@ -48,7 +49,7 @@ class RecordFiles(QObject):
         self.ask_path: AskPath = ask_path
         self.ask_record: AskRecord = ask_record
         self.ask_name: AskText = ask_text
-        self.printer: Printer = print_report
+        self.printer: Printer = print_pages
         self._storage, self._result, self._window = storage, result, parent
         self._folder = Path.home()
         self._verifying: BackgroundTask[Verification] = BackgroundTask("dps-s verify", self)

@@ -4,7 +4,6 @@ Leaving the page during a test (another page, a closed or minimised window, a pr
 the module if the test may have made it active.
 """
 
-import json
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -31,12 +30,13 @@ from app.guided.results import TITLES, GuidedKind, GuidedResult
 from app.procedures.lock import SENTENCES
 from app.records.labels import A4
 from app.records.record import Record, as_text
-from app.records.report_files import check_target
+from app.records.report_files import check_target, is_report
 from app.records.report_html import guided_body
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
+from app.store.facts import object_in
 from app.system.files import write_whole
 from app.text.i18n import tr
 from app.text.messages import clean
@@ -369,11 +369,6 @@ class TestsPage(Page):
         in_column(self._region, top, 1, of=self._doing, spacing=Space.M, margins=0)
 
 
-def _may_replace(path: Path) -> bool:
+def _may_replace(data: bytes) -> bool:
     """The dialog asked about the report; beside it only results of guided tests may be replaced."""
-    if path.suffix.lower() == ".pdf":
-        return True
-    try:
-        return set(json.loads(path.read_bytes())) == {"module", "tests"}
-    except (OSError, ValueError, TypeError):
-        return False
+    return is_report(data) or object_in(data).keys() == {"module", "tests"}

@@ -16,7 +16,7 @@ from app.preflight.run import run_preflight
 from app.preflight.verdict import assess
 from app.records.check_store import CheckStore
 from app.records.filing import Filed
-from app.records.report_files import Printer
+from app.records.labels import Printer
 from app.settings.profiles import Profile
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
