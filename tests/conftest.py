@@ -22,9 +22,7 @@ from pytestqt.qtbot import QtBot
 
 from app.simulator.setup import EmptySlots, Setup
 from app.text import i18n
-from tests.support import x_server
 from tests.support.patience import PATIENCE_S
-from tests.support.records import archive_server
 from tests.support.setup_files import SetupFiles, loaded_setup_files
 
 if TYPE_CHECKING:
@@ -166,13 +164,6 @@ def fresh_input(request: pytest.FixtureRequest) -> Iterator[None]:
 @pytest.fixture(scope="session")
 def qapp_args() -> list[str]:
     return [sys.argv[0]]
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Nothing is left out in silence."""
-    for said in (archive_server.what_was_not_run(), x_server.what_was_not_run()):
-        if said is not None:
-            terminalreporter.write_line(said, yellow=True, bold=True)
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,6 @@ import re
 import sys
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
-from typing import cast
 
 import pytest
 from PySide6.QtCore import Qt
@@ -15,10 +13,8 @@ from PySide6.QtGui import QCursor
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from tests import conftest, mutants
-from tests.support import x_server
+from tests import mutants
 from tests.support.processes import ran
-from tests.support.records import archive_server
 from tests.support.window.steps import is_input_down, release_input
 
 ROOT = Path(__file__).parent.parent
@@ -122,28 +118,20 @@ def test_files_of_the_user_are_out_of_reach(user_files: Path) -> None:
     assert not user_files.exists()
 
 
-def test_a_run_without_a_database_server_names_the_tests_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    written: list[str] = []
-    reporter = cast("pytest.TerminalReporter", SimpleNamespace(write_line=lambda text, **_: written.append(text)))
-    monkeypatch.setattr(x_server, "has_x_server", lambda: True)
-    monkeypatch.setattr(archive_server, "server_programs", lambda: Path("/usr/bin"))
-    conftest.pytest_terminal_summary(reporter)
-    assert (written, archive_server.left_out("tests/app/archive")) == ([], [])
-    monkeypatch.setattr(archive_server, "server_programs", lambda: None)
-    conftest.pytest_terminal_summary(reporter)
-    left_out = [name for folder in archive_server.NEED_A_SERVER for name in archive_server.left_out(folder)]
-    assert len(left_out) == 3
-    assert all(name in written[0] for name in left_out)
-    assert "apt-get install postgresql" in written[0]
-
-
-def test_a_run_without_an_x_server_names_the_tests_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(x_server, "has_x_server", lambda: True)
-    assert (x_server.what_was_not_run(), x_server.left_out("tests/ui/lock")) == (None, [])
-    monkeypatch.setattr(x_server, "has_x_server", lambda: False)
-    (name,) = x_server.left_out("tests/ui/lock")
-    assert (ROOT / "tests/ui/lock" / name).exists()
-    assert name in (x_server.what_was_not_run() or "")
+@pytest.mark.parametrize(
+    ("mark", "package"),
+    [("records.archive_server import needs_server", "postgresql"), ("x_server import needs_x_server", "xvfb xdotool")],
+)
+def test_a_run_without_a_server_says_what_was_not_run_and_what_to_type(mark: str, package: str, tmp_path: Path) -> None:
+    """Nothing is left out in silence."""
+    source = (
+        "from unittest.mock import patch\n"
+        "with patch('shutil.which', return_value=None), patch('pathlib.Path.glob', return_value=[]):\n"
+        f"    from tests.support.{mark} as needs\n\n"
+        "@needs\ndef test_left_out():\n    pass\n\ndef test_fails():\n    raise AssertionError\n"
+    )
+    said = run_pytest(source, tmp_path)
+    assert re.search(rf"SKIPPED \[1\] .* not installed: sudo apt-get install {package}", said), said
 
 
 def test_no_test_leaves_input_to_the_next(qtbot: QtBot) -> None:

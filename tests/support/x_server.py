@@ -5,26 +5,12 @@ import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-NEED_AN_X_SERVER = {"tests/ui/lock": ("test_lock_under_x.py",)}
-_PROGRAMS = ("Xvfb", "xdotool")
+import pytest
 
-
-def has_x_server() -> bool:
-    return all(map(shutil.which, _PROGRAMS))
-
-
-def what_was_not_run() -> str | None:
-    """Return the warning for the summary of a run, or None where the programs are installed."""
-    if has_x_server():
-        return None
-    names = ", ".join(name for names in NEED_AN_X_SERVER.values() for name in names)
-    missing = f"Xvfb or xdotool is not installed, so the tests with real keys WERE NOT RUN: {names}."
-    return f"{missing} Type: sudo apt-get install xvfb xdotool"
-
-
-def left_out(folder: str) -> list[str]:
-    """Return the files to ignore in a folder of tests without these programs."""
-    return [] if has_x_server() else list(NEED_AN_X_SERVER[folder])
+needs_x_server = pytest.mark.skipif(
+    not (shutil.which("Xvfb") and shutil.which("xdotool")),
+    reason="Xvfb or xdotool is not installed: sudo apt-get install xvfb xdotool",
+)
 
 
 @contextmanager

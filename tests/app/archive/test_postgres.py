@@ -24,9 +24,11 @@ from tests.support.records.archive_server import (
     WITHOUT_TLS,
     ArchiveServer,
     archive_server,
+    needs_server,
 )
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 
+pytestmark = needs_server
 PAGE = Path(__file__).parents[3] / "docs" / "archive.md"
 
 

@@ -10,10 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-NEED_A_SERVER = {
-    "tests/app/archive": ("test_postgres.py", "test_stations_stateful.py"),
-    "tests/ui/archive": ("test_archive_server.py",),
-}
+import pytest
+
 OWNER = "postgres"
 PASSWORD = "secret/of@the?test"
 ROOT_CERTIFICATE = "root.crt"
@@ -29,18 +27,9 @@ def server_programs() -> Path | None:
     return next((one for one in places if (one / "initdb").exists() and (one / "postgres").exists()), None)
 
 
-def what_was_not_run() -> str | None:
-    """Return the warning for the summary of a run, or None if a server is installed."""
-    if server_programs() is not None:
-        return None
-    names = ", ".join(name for names in NEED_A_SERVER.values() for name in names)
-    missing = f"PostgreSQL is not installed, so the tests of the archive server WERE NOT RUN: {names}."
-    return f"{missing} Type: sudo apt-get install postgresql"
-
-
-def left_out(folder: str) -> list[str]:
-    """Return the files to ignore in a folder of tests when no server is installed."""
-    return [] if server_programs() is not None else list(NEED_A_SERVER[folder])
+needs_server = pytest.mark.skipif(
+    server_programs() is None, reason="PostgreSQL is not installed: sudo apt-get install postgresql"
+)
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from pytestqt.qtbot import QtBot
 from app.archive.archive import Archive
 from app.archive.server_url import store_server
 from app.system.folders import data_folder
-from tests.support.records.archive_server import archive_server
+from tests.support.records.archive_server import archive_server, needs_server
 from tests.support.records.archive_stations import archive_station
 from tests.support.window.fakes_ui import window
 
 
+@needs_server
 def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, user_files: Path
 ) -> None:

@@ -3,10 +3,11 @@
 import sys
 
 from tests.support.processes import ran
-from tests.support.x_server import x_server
+from tests.support.x_server import needs_x_server, x_server
 from tests.ui.lock.test_lock_above import DIALOGS
 
 
+@needs_x_server
 def test_real_keys_and_clicks_lock_over_everything() -> None:
     with x_server() as display:
         command = sys.executable, "-m", "tests.ui.lock.under_x"

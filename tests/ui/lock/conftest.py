@@ -1,5 +1,0 @@
-"""What needs an X server is collected only where one is installed; the summary says where none is."""
-
-from tests.support.x_server import left_out
-
-collect_ignore = left_out("tests/ui/lock")
