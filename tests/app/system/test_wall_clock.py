@@ -72,7 +72,7 @@ def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QAppl
         assert len(bench.page.data.tilt) == 1
         clock.now_s, clock.wall_offset_s = 1000.02, clock.wall_offset_s + NIGHT_S
         bench.now_s = 1000.02
-        bench.worker.callback(
+        bench.ports.workers[0].callback(
             last_of(bench)._replace(at=1000.02, samples=(StatusSample(1000.02, 9, 1.0, False, False),))
         )
         qtbot.waitUntil(lambda: bench.page.data.tilt.exact_since_s == 1000.02)

@@ -12,18 +12,13 @@ from pytestqt.qtbot import QtBot
 
 from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
-from tests.support.window.fake_ports import FakeWorker
+from tests.support.window.fake_ports import fake_services, show_alone
 from tests.support.window.steps import Driver
-from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
-from ui.services.context import Services
-from ui.services.port import Ports
 from ui.services.storage import Storage
-from ui.style.appearance import Appearance
-from ui.style.theme import Choice
 
 SECONDS = 120
 
@@ -102,29 +97,19 @@ class Desk(Driver):
 @contextmanager
 def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds: type[QWidget]) -> Iterator[Desk]:
     """Show pages of these kinds beside each other, without a main window or a port."""
-    ports = PortWatcher(lambda _deadline_s: [])
-    make: Any = FakeWorker
-    texts, storage = Texts(), Storage(folder)
-    connector = Ports(ports, storage, make_worker=make)
-    appearance = Appearance(qapp, Choice.LIGHT)
-    services = Services(connector, texts, appearance)
-    storage.recordings.library.folder.mkdir(parents=True)
-    copyfile(template, storage.recordings.library.folder / template.name)
-    shown = QWidget()
-    row = QHBoxLayout(shown)
-    pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]
-    for page in pages.values():
-        row.addWidget(page)
-    qtbot.addWidget(shown)
-    appearance.apply_theme(shown)
-    connector.setParent(shown)  # else its connections would keep the pages alive
-    shown.resize(876 * len(kinds), 500)
-    shown.show()
-    desk = Desk(qtbot, storage, texts, pages.get(RecordingsPage), pages.get(LivePage))  # type: ignore[arg-type]
-    if RecordingsPage in pages:
-        desk.list_again(1)
-    yield desk
-    storage.close()
-    shown.hide()
-    connector.stop(1.0)
-    ports.stop(1.0)
+    storage = Storage(folder)
+    with fake_services(qapp, storage) as (_, services):
+        storage.recordings.library.folder.mkdir(parents=True)
+        copyfile(template, storage.recordings.library.folder / template.name)
+        shown = QWidget()
+        row = QHBoxLayout(shown)
+        pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]
+        for page in pages.values():
+            row.addWidget(page)
+        show_alone(qtbot, services, shown, 876 * len(kinds), 500)
+        texts, alone = services.texts, pages.get
+        desk = Desk(qtbot, storage, texts, alone(RecordingsPage), alone(LivePage))  # type: ignore[arg-type]
+        if RecordingsPage in pages:
+            desk.list_again(1)
+        yield desk
+        shown.hide()

@@ -1,9 +1,13 @@
 """Ports without threads: each records what it is asked, and publishes what the test says."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
+
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import NO_EXPECTATION, Identity
@@ -17,8 +21,12 @@ from protocol.events import Event
 from protocol.fields import Value
 from protocol.link_states import Presence
 from ui.core.port_watcher import PortWatcher
+from ui.core.texts import Texts
+from ui.services.context import Services
 from ui.services.port import Port, Ports
 from ui.services.storage import Storage
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
 
 VALUES: dict[str, Value] = {
     "tilt_deg": 7,
@@ -162,3 +170,21 @@ class FakePorts:
         self.connector.stop(1.0)
         self.watcher.stop(1.0)
         self.connector.deleteLater()  # its connections would keep it alive
+
+
+@contextmanager
+def fake_services(qapp: QApplication, storage: Storage | None = None) -> Iterator[tuple[FakePorts, Services]]:
+    """What a page without a main window is given."""
+    ports, appearance = FakePorts(storage), Appearance(qapp, Choice.LIGHT)
+    yield ports, Services(ports.connector, Texts(), appearance)
+    appearance.choose(Choice.LIGHT)
+    appearance.deleteLater()
+    ports.stop()
+    ports.connector.storage.close()
+
+
+def show_alone(qtbot: QtBot, services: Services, page: QWidget, width: int, height: int) -> None:
+    qtbot.addWidget(page)
+    services.appearance.apply_theme(page)
+    page.resize(width, height)
+    page.show()

@@ -1,10 +1,9 @@
 """A Live page that a test feeds batch by batch, on a fake clock."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
@@ -13,15 +12,11 @@ from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
 from protocol.fields import Value
 from protocol.link_states import Presence
-from tests.support.window.fake_ports import VALUES, FakeWorker, NoStorage
+from tests.support.window.fake_ports import VALUES, FakePorts, fake_services, show_alone
 from tests.support.window.steps import Driver
-from ui.core.port_watcher import PortWatcher
-from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.services.context import Services
 from ui.services.port import Ports
-from ui.style.appearance import Appearance
-from ui.style.theme import Choice
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 KNOWN: dict[str, Value] = VALUES | {
@@ -39,12 +34,21 @@ class Bench(Driver):
 
     qtbot: QtBot
     page: LivePage
-    connector: Ports
-    texts: Texts
-    appearance: Appearance
-    worker: FakeWorker
-    now_s: float = 1000.0
+    ports: FakePorts
+    services: Services
     stream_hz: float = 50.0
+
+    @property
+    def connector(self) -> Ports:
+        return self.ports.connector
+
+    @property
+    def now_s(self) -> float:
+        return self.ports.now_s
+
+    @now_s.setter
+    def now_s(self, now_s: float) -> None:
+        self.ports.now_s = now_s
 
     @property
     def root(self) -> QWidget:
@@ -72,7 +76,7 @@ class Bench(Driver):
         )
         state = known.get("triggered") is True, known.get("active") is True
         one = StatusSample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
-        self.worker.callback(Batch(self.now_s, OPEN, device, None, samples or (one,)))
+        self.ports.workers[0].callback(Batch(self.now_s, OPEN, device, None, samples or (one,)))
 
     def pass_time(self, seconds: float) -> None:
         self.now_s += seconds
@@ -83,28 +87,10 @@ class Bench(Driver):
 @contextmanager
 def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     """Show a Live page with a fake worker."""
-    workers: list[FakeWorker] = []
-
-    def make(callback: Callable[[Batch], None]) -> Any:
-        workers.append(FakeWorker(callback))
-        return workers[-1]
-
-    moment: list[Bench] = []
-    ports = PortWatcher(lambda _deadline_s: [])
-    connector = Ports(ports, NoStorage(), make_worker=make, clock=lambda: moment[0].now_s if moment else 1000.0)
-    texts, appearance = Texts(), Appearance(qapp, Choice.LIGHT)
-    page = LivePage(Services(connector, texts, appearance))
-    connector.setParent(page)  # else its connections would keep the page alive
-    connector.batch.connect(page.on_batch)
-    qtbot.addWidget(page)
-    bench = Bench(qtbot, page, connector, texts, appearance, workers[0])
-    moment.append(bench)
-    appearance.apply_theme(page)
-    page.resize(876, 500)
-    page.show()
-    yield bench
-    qtbot.waitUntil(lambda: not page.save.note.is_saving)
-    page.hide()
-    appearance.choose(Choice.LIGHT)
-    connector.stop(1.0)
-    ports.stop(1.0)
+    with fake_services(qapp) as (ports, services):
+        page = LivePage(services)
+        ports.connector.batch.connect(page.on_batch)
+        show_alone(qtbot, services, page, 876, 500)
+        yield Bench(qtbot, page, ports, services)
+        qtbot.waitUntil(lambda: not page.save.note.is_saving)
+        page.hide()

@@ -9,14 +9,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
-from tests.support.window.fake_ports import FakePorts, FakeWorker
-from ui.core.texts import Texts
+from tests.support.window.fake_ports import FakePorts, FakeWorker, fake_services, show_alone
 from ui.pages.fleet.page import FleetPage
 from ui.services.context import Services
 from ui.services.port import Port
 from ui.services.storage import Storage
-from ui.style.appearance import Appearance
-from ui.style.theme import Choice
 
 
 @dataclass
@@ -49,16 +46,8 @@ class Desk:
 
 @pytest.fixture
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    storage = Storage(tmp_path)
-    ports = FakePorts(storage)
-    appearance = Appearance(qapp, Choice.LIGHT)
-    services = Services(ports.connector, Texts(), appearance)
-    page = FleetPage(services)
-    qtbot.addWidget(page)
-    appearance.apply_theme(page)
-    page.resize(1000, 700)
-    page.show()
-    yield Desk(qtbot, ports, page, services)
-    page.hide()
-    ports.stop()
-    storage.close()
+    with fake_services(qapp, Storage(tmp_path)) as (ports, services):
+        page = FleetPage(services)
+        show_alone(qtbot, services, page, 1000, 700)
+        yield Desk(qtbot, ports, page, services)
+        page.hide()

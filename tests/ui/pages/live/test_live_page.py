@@ -175,7 +175,7 @@ def test_nothing_moves_when_values_change(live: Bench) -> None:
 def test_at_the_smallest_size_everything_is_in_sight(
     live: Bench, qapp: QApplication, tmp_path: Path, language: str
 ) -> None:
-    language_switch = LanguageSwitch(qapp, live.texts)
+    language_switch = LanguageSwitch(qapp, live.services.texts)
     language_switch.use(str(longer(tmp_path)) if language == "long" else language)
     try:
         live.say(charging=True)
@@ -206,7 +206,7 @@ def longer(folder: Path) -> Path:
 
 def test_the_language_changes_while_it_is_open(live: Bench, qapp: QApplication, tmp_path: Path) -> None:
     live.say()
-    language_switch = LanguageSwitch(qapp, live.texts)
+    language_switch = LanguageSwitch(qapp, live.services.texts)
     language_switch.use(str(longer(tmp_path)))
     try:
         assert live.page.panel.cell.accessibleName().startswith("Cell voltagexxxxx: 3.94")
@@ -218,7 +218,7 @@ def test_the_language_changes_while_it_is_open(live: Bench, qapp: QApplication, 
 
 def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
     live.say()
-    live.appearance.choose(Choice.DARK)
+    live.services.appearance.choose(Choice.DARK)
     QApplication.processEvents()
     picture = live.find(QWidget, "live_plots").grab().toImage()
     assert picture.pixelColor(100, 4).name().upper() == DARK.surface.upper()

@@ -21,14 +21,10 @@ from app.settings.form import FormRow, RowState
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
-from tests.support.window.fake_ports import FakePorts, FakeWorker
-from ui.core.texts import Texts
+from tests.support.window.fake_ports import FakePorts, FakeWorker, fake_services
 from ui.pages.settings import controller
 from ui.pages.settings.controller import SettingsController
-from ui.services.context import Services
 from ui.services.storage import Storage
-from ui.style.appearance import Appearance
-from ui.style.theme import Choice
 
 TILT, TIME, LIGHT = (BY_NAME[name] for name in ("attitude_threshold", "freefall_time", "light_threshold"))
 FOUND: dict[str, Value] = {TILT.key: 60, TIME.key: 1.6, LIGHT.key: 1.8}
@@ -87,21 +83,17 @@ class Desk:
 
 @pytest.fixture
 def desk(qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
-    storage, appearance = Storage(tmp_path), Appearance(qapp, Choice.LIGHT)
-    ports = FakePorts(storage)
-    made = Desk(ports, SettingsController(Services(ports.connector, Texts(), appearance)))
+    with fake_services(qapp, Storage(tmp_path)) as (ports, services):
+        made = Desk(ports, SettingsController(services))
 
-    def begin(_changes: Sequence[SettingChange], leave: WriteContext) -> Any:
-        made.leaves.append(leave)
-        return iter(())
+        def begin(_changes: Sequence[SettingChange], leave: WriteContext) -> Any:
+            made.leaves.append(leave)
+            return iter(())
 
-    monkeypatch.setattr(controller, "write_all", begin)
-    ports.plug_in("/dev/port0", **FOUND)
-    QApplication.processEvents()
-    yield made
-    appearance.deleteLater()
-    ports.stop()
-    storage.close()
+        monkeypatch.setattr(controller, "write_all", begin)
+        ports.plug_in("/dev/port0", **FOUND)
+        QApplication.processEvents()
+        yield made
 
 
 @pytest.mark.parametrize("error", [PortLost(), Cancelled()], ids=["lost", "cancelled"])
