@@ -46,7 +46,7 @@ def test_the_history_is_read(dps_s: WindowsProgram, module: RunningModule) -> No
     assert len(json.loads(done.stdout)["records"]) == 3
 
 
-def test_the_stream_is_shown_and_switched_off(dps_s: WindowsProgram, module: RunningModule) -> None:
+def test_the_stream_is_shown(dps_s: WindowsProgram, module: RunningModule) -> None:
     done = dps_s.run("monitor", "--port", PORT, "--seconds", "2", "--json")
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) > 10

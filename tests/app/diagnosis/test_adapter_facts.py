@@ -82,7 +82,7 @@ def test_the_group_of_a_device_file(tmp_path: Path) -> None:
             return
     access = access_to(device)
     assert access is not None
-    assert access.group
+    assert access.group == device.group()
     assert access_to(tmp_path / "missing") is None
 
 

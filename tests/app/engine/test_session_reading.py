@@ -9,8 +9,8 @@ from app.procedures.find import find_rate
 from app.procedures.handshake import Silence, handshake
 from app.procedures.history import read_history
 from app.procedures.read import READABLE, read_everything
+from app.simulator.memory import record_frame
 from protocol.catalogue import Hazard
-from protocol.messages import TriggerRecord
 from tests.support.line.sim_line import settled_rig
 
 
@@ -75,22 +75,25 @@ def test_reading_everything_holds_in_every_dialect(options: dict[str, object]) -
 
 
 def test_half_of_the_replies_lost_is_said_and_never_guessed() -> None:
+    holds = {
+        "boot_count": 9,
+        "cell_voltage_v": 3.8,
+        "charging": False,
+        "light_v": 0.3,
+        "light_threshold_v": 1.8,
+        "attitude_threshold_deg": 60,
+        "freefall_acceleration_g": 0.5,
+        "freefall_time_s": 1.6,
+    }
+    lost = 0
     for seed in range(20):
         rig = settled_rig(drop=0.5, seed=seed, cell=3.8, boots=9)
         everything = rig.run(read_everything())
-        for key, value in everything.values.items():
-            assert value == pytest.approx(
-                {
-                    "boot_count": 9,
-                    "cell_voltage_v": 3.8,
-                    "charging": False,
-                    "light_v": 0.3,
-                    "light_threshold_v": 1.8,
-                    "attitude_threshold_deg": 60,
-                    "freefall_acceleration_g": 0.5,
-                    "freefall_time_s": 1.6,
-                }[key]
-            )
+        said = {*everything.values, *everything.errors}
+        assert said >= holds.keys() or everything.is_silent
+        assert everything.values == pytest.approx({key: holds[key] for key in everything.values})
+        lost += len(everything.errors)
+    assert lost > 10
 
 
 def test_a_code_that_is_not_answered_is_one_error_among_values() -> None:
@@ -182,7 +185,7 @@ def test_records_lost_on_the_way_are_asked_for_again() -> None:
     for seed in range(10):
         rig = settled_rig(history=9, corrupt=0.004, records="spaced", seed=seed)
         history = rig.run(read_history())
-        assert all(isinstance(record, TriggerRecord) for record in history.records)
+        assert {record.raw for record in history.records} <= {*map(record_frame, rig.bench.module.memory.records)}
         complete += len(history.records) == 9
     assert complete >= 8
 

@@ -179,6 +179,7 @@ def test_the_port_is_not_set_to_the_rate_that_it_has_when_an_overtaken_procedure
 def test_a_lost_port_ends_every_procedure() -> None:
     rig = settled_rig()
     watched(rig)
+    rig.step_for(3)
     run = Run(find_rate())
     rig.session.run(run)
     rig.bench.unplug()
@@ -188,7 +189,9 @@ def test_a_lost_port_ends_every_procedure() -> None:
     rig.session.close(why=lost.value)
     assert run.error is lost.value
     assert rig.line.is_closed
-    assert all(known.is_stale for known in rig.session.device.view(0).values.values())
+    known = rig.session.device.view(0).values
+    assert "attitude_threshold_deg" in known
+    assert all(one.is_stale for one in known.values())
 
 
 def test_closing_without_a_reason_says_port_lost() -> None:

@@ -12,6 +12,7 @@ from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.simulator import bench
+from protocol.catalogue import STATUS
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import run_module
 from tests.support.terminals import STATUS_FRAME, Terminal
@@ -66,6 +67,8 @@ def test_a_socket_that_cannot_be_interrupted_is_none_the_worse() -> None:
     with run_module("--tcp", "127.0.0.1:0") as module:
         line = transport.open_line(module.port, 115200)
         line.interrupt()
+        line.write(STATUS.query().encode())
+        assert line.read(PATIENCE_S, 0.05).startswith(b"Au\x32")
         line.close()
 
 

@@ -117,12 +117,16 @@ def test_it_ends_within_its_limits_and_says_what_is_not_known() -> None:
     assert locked.sentence.endswith("not confirmed: treat the module as ACTIVE.")
 
 
-def test_a_module_that_refuses_is_told_until_the_end_and_said_to_be_active() -> None:
-    rig = settled_rig(active=True, refuses=True)
-    locked = pressed(rig)
-    assert (locked.outcome, locked.is_locked) == (Outcome.REFUSED if locked.is_acknowledged else Outcome.UNKNOWN,
-                                                  False if locked.is_acknowledged else None)  # fmt: skip
-    assert 20 < locked.sent <= MAX_LOCKS
+@pytest.mark.parametrize(
+    ("options", "outcome", "is_locked"),
+    [({"refuses": True}, Outcome.UNKNOWN, None), ({"locks": "no"}, Outcome.REFUSED, False)],
+)
+def test_a_module_that_stays_active_is_told_until_the_end(
+    options: dict[str, object], outcome: Outcome, is_locked: bool | None
+) -> None:
+    """Whether LOCK has not arrived yet, or was acknowledged and not obeyed."""
+    locked = pressed(settled_rig(active=True, **options))
+    assert (locked.outcome, locked.is_locked, locked.sent) == (outcome, is_locked, MAX_LOCKS)
 
 
 def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> None:

@@ -163,6 +163,7 @@ def test_every_picture_is_there_and_used() -> None:
 
 def test_pictures_are_small_and_can_be_shown(qapp: QApplication) -> None:
     files = [*(GUIDE / "images").glob("*.png"), *README_IMAGES.glob("*.png")]
+    assert {GUIDE, README_IMAGES.parent} <= {parent for file in files for parent in file.parents}
     for file in files:
         assert not QImage(str(file)).isNull(), file.name
         assert file.stat().st_size <= MAX_BYTES, file.name

@@ -32,7 +32,7 @@ from pytestqt.qtbot import QtBot
 from app.settings.setting_texts import advice_text, what_is
 from app.text.i18n import CHINESE
 from app.text.sentences import capitalised
-from protocol.catalogue import BY_NAME, SETTINGS
+from protocol.catalogue import BY_NAME, SETTINGS, Command
 from tests.support.window.fakes_ui import ListedPorts, page_entries, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
@@ -139,16 +139,13 @@ def test_a_clicked_control_is_explained_at_once(qtbot: QtBot, qapp: QApplication
 
 
 @pytest.mark.parametrize("command", SETTINGS, ids=lambda command: command.name)
-def test_a_setting_says_word_code_range_default_and_advice(command: object) -> None:
-    one = next(each for each in SETTINGS if each is command)
-    told = what_is(one)
-    assert one.vendor_term in told
-    assert f"{one.code:02X}" in told
-    assert one.explanation in told
-    if one.advice is not None:
-        assert one.advice.text in told
-    if one.default is not None:
-        assert "Default" in told
+def test_a_setting_says_word_code_default_and_advice(command: Command) -> None:
+    told = what_is(command)
+    assert command.vendor_term in told
+    assert f"{command.code:02X}" in told
+    assert command.explanation in told
+    assert command.advice is None or command.advice.text in told
+    assert ("Default" in told) is (command.default is not None)
 
 
 def test_range_and_step_are_those_of_the_byte() -> None:
