@@ -9,8 +9,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from app.cli.commands import THRESHOLDS
-from app.firing.judge import Firing, SensorSample, TriggerLimits
-from app.firing.what_if_texts import firing_text
+from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import FlightGroup
 from app.flight_analysis.judged_flight import JudgedFlight, LogFiring
 from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
@@ -185,8 +184,10 @@ def _verdict(judged: JudgedFlight, flight: FlightSummary, *, is_must: bool) -> s
     if not judged.firings:
         return tr("no")
     first = judged.firings[0]
-    why = firing_text(Firing(SensorSample(first.at_s, first.tilt_deg, first.acceleration_g), first.sources))
-    text = tr("at {time:.2f} s: {why}", time=first.at_s, why=why)
+    why = [tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg)] if Source.ATTITUDE in first.sources else []
+    if Source.FREEFALL in first.sources:
+        why.append(tr("free fall, {weight:.1f} g", weight=first.acceleration_g))
+    text = tr("at {time:.2f} s: {why}", time=first.at_s, why=" + ".join(why))
     fire = flight.first_fire(judged.limits)
     if not is_must or not math.isfinite(fire.delay_s):
         return text

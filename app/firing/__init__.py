@@ -1,1 +1,1 @@
-"""Would it have fired? Rules, analysis, near misses."""
+"""Would it have fired? The rules, for one sample after the other or for whole arrays."""

@@ -1,7 +1,7 @@
 """Decides whether the module would fire: attitude and free-fall trigger, as in the vendor's table.
 
-The simulated module, the what-if analysis and the analysis of flight logs use it. Whoever shows a verdict shows `RULES`
-(what the table says) and `ASSUMPTIONS` (where it is silent), too.
+The simulated module and the analysis of flight logs use it. Whoever shows a verdict shows `RULES` (what the table says)
+and `ASSUMPTIONS` (where it is silent), too.
 """
 
 from typing import NamedTuple
@@ -106,10 +106,3 @@ class Judge:
             self._falls_since_s = sample.at_s
         if sample.at_s - self._falls_since_s >= limits.freefall_time_s - ROUNDING_S:
             self._standing |= Source.FREEFALL
-
-
-class Firing(NamedTuple):
-    """A sample at which the module would have fired, and why."""
-
-    sample: SensorSample
-    sources: Source

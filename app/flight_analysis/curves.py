@@ -7,10 +7,9 @@ from typing import Final
 import numpy as np
 
 from app.firing.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
-from app.firing.what_if import Samples, firing_places, runs
+from app.firing.samples import Samples, firing_places, runs
 from app.flight_logs.flight_log import FlightLog, Floats
 from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view
-from app.samples.ring_buffers import Values
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 
@@ -70,7 +69,7 @@ def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
     return FiringCurves(attitude_s, *_freefall_curves(freefall_view(log, reading), log.resets_s))
 
 
-def _attitude_curve(time_s: Floats, tilt_deg: Floats | Values) -> Floats:
+def _attitude_curve(time_s: Floats, tilt_deg: Floats) -> Floats:
     curve = np.full(MAX_TILT_STEPS + 1, NEVER)
     if len(time_s):
         highest = np.maximum.accumulate(tilt_deg)

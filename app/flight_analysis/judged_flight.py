@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.firing.judge import TriggerLimits
-from app.firing.what_if import NearFall, judge_samples
+from app.firing.samples import judge_samples
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view, to_steps
 from protocol.catalogue import DEGREE, TENTH_G
@@ -31,27 +31,23 @@ class JudgedFlight(NamedTuple):
     reading: RuleReading
     firings: tuple[LogFiring, ...]
     """In order of time, the first 500 of each trigger."""
-    near_falls: tuple[NearFall, ...]
-    """Falls that were too short, the longest first."""
+    longest_miss_s: float
+    """Of the falls that were too short; 0 without any."""
 
 
 def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> JudgedFlight:
-    """Uses the judge of live sessions and of the simulated module.
+    """Uses the rules of the simulated module.
 
     Each trigger is judged on the rows in which its quantity is known.
     """
     only_tilt, only_fall = limits._replace(freefall_is_enabled=False), limits._replace(attitude_is_enabled=False)
-    tilt = judge_samples(attitude_view(log, reading), only_tilt, resets_s=log.resets_s, counts_locked=False)
-    fall = judge_samples(freefall_view(log, reading), only_fall, resets_s=log.resets_s, counts_locked=False)
+    tilt = judge_samples(attitude_view(log, reading), only_tilt, log.resets_s)
+    fall = judge_samples(freefall_view(log, reading), only_fall, log.resets_s)
     sources: dict[float, Source] = {}
-    for firing in (*tilt.firings, *fall.firings):
-        sources[firing.sample.at_s] = sources.get(firing.sample.at_s, Source(0)) | firing.sources
-    return JudgedFlight(
-        limits,
-        reading,
-        tuple(_firing(log, at_s, sources[at_s]) for at_s in sorted(sources)),
-        fall.near_falls,
-    )
+    for at_s, cause in (*tilt.firings, *fall.firings):
+        sources[at_s] = sources.get(at_s, Source(0)) | cause
+    firings = tuple(_firing(log, at_s, sources[at_s]) for at_s in sorted(sources))
+    return JudgedFlight(limits, reading, firings, fall.longest_miss_s)
 
 
 def _firing(log: FlightLog, at_s: float, sources: Source) -> LogFiring:

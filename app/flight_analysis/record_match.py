@@ -121,10 +121,9 @@ def _why_none(log: FlightLog, named: Source, judged: JudgedFlight) -> UserMessag
         tilts = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
         parts.append(message(marked("tilt at most {tilt:.0f}°"), tilt=max(tilts.tolist(), default=0.0)))
     if Source.FREEFALL in missing:
-        longest_s = max((fall.lasted_s for fall in judged.near_falls), default=0.0)
         parts.append(
             message(marked("longest free fall below {force:.1f} g: {seconds:.2f} s"),
-                    force=judged.limits.freefall_acceleration_g, seconds=longest_s)
+                    force=judged.limits.freefall_acceleration_g, seconds=judged.longest_miss_s)
         )  # fmt: skip
     if not parts:
         parts.append(message(marked("tilt and free fall never together")))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import MAX_GAP_S, ROUNDING_S
-from app.firing.what_if import Samples
+from app.firing.samples import Samples
 from app.flight_logs.flight_log import FlightLog, Floats
 from protocol.catalogue import DEGREE, TENTH_G
 from protocol.translatable import marked

@@ -322,10 +322,6 @@
         <translation>已预备：{what}。</translation>
     </message>
     <message>
-        <source>Also while locked</source>
-        <translation>锁定期间也判断</translation>
-    </message>
-    <message>
         <source>Altitude</source>
         <translation>高度</translation>
     </message>
@@ -406,10 +402,6 @@
         <translation>方向键移动，+ − 缩放，Shift 加方向键读数</translation>
     </message>
     <message>
-        <source>As on the module</source>
-        <translation>与模块相同</translation>
-    </message>
-    <message>
         <source>Ask the administrator for access to serial ports.</source>
         <translation>请管理员授予串口访问权限。</translation>
     </message>
@@ -448,10 +440,6 @@
     <message>
         <source>Attitude: fires at its threshold, rearms 10° below.</source>
         <translation>姿态触发：达到阈值即触发，低于阈值 10° 复位。</translation>
-    </message>
-    <message>
-        <source>Attitude: nearest {what} at {time}.</source>
-        <translation>姿态：最接近 {what}，{time}。</translation>
     </message>
     <message>
         <source>Automatic triggers</source>
@@ -512,10 +500,6 @@
     <message>
         <source>Boot count {before} → {after}.</source>
         <translation>开机次数 {before} → {after}。</translation>
-    </message>
-    <message>
-        <source>Both triggers are disabled.</source>
-        <translation>两种触发均已禁用。</translation>
     </message>
     <message>
         <source>Bytes</source>
@@ -1122,10 +1106,6 @@
         <translation>请输入作出认定的人员姓名。</translation>
     </message>
     <message>
-        <source>Enter the thresholds.</source>
-        <translation>请输入阈值。</translation>
-    </message>
-    <message>
         <source>Entry {entry} was added from outside.</source>
         <translation>第 {entry} 条由外部添加。</translation>
     </message>
@@ -1302,10 +1282,6 @@
         <translation>首次读取于 {time}</translation>
     </message>
     <message>
-        <source>First {count} only.</source>
-        <translation>仅列出前 {count} 条。</translation>
-    </message>
-    <message>
         <source>Fit vertically</source>
         <translation>纵向适应</translation>
     </message>
@@ -1354,14 +1330,6 @@
         <translation>失重触发：低于阈值的时间达到失重时间即触发。</translation>
     </message>
     <message>
-        <source>Free fall: nearest {what} at {time}.</source>
-        <translation>失重：最接近 {what}，{time}。</translation>
-    </message>
-    <message>
-        <source>Free fall: none; lowest {weight:.1f} g at {time}.</source>
-        <translation>失重：无；最低 {weight:.1f} g，{time}。</translation>
-    </message>
-    <message>
         <source>Free-fall acceleration threshold</source>
         <translation>失重加速度阈值</translation>
     </message>
@@ -1376,10 +1344,6 @@
     <message>
         <source>Free-fall trigger enabled</source>
         <translation>失重触发已启用</translation>
-    </message>
-    <message>
-        <source>From Settings</source>
-        <translation>取自参数设置</translation>
     </message>
     <message>
         <source>Full screen</source>
@@ -1610,10 +1574,6 @@
         <translation>复核已撤回。</translation>
     </message>
     <message>
-        <source>Judging…</source>
-        <translation>正在判断…</translation>
-    </message>
-    <message>
         <source>Keep away, LOCK again, restore the link; only then switch it off.</source>
         <translation>请远离模块，再次锁定并恢复通信，之后才可关机。</translation>
     </message>
@@ -1838,10 +1798,6 @@
         <translation>锁定、启用并重新检查</translation>
     </message>
     <message>
-        <source>Locked for {time}: judged as active.</source>
-        <translation>锁定 {time}：按激活判断。</translation>
-    </message>
-    <message>
         <source>Locking…</source>
         <translation>正在锁定…</translation>
     </message>
@@ -1924,10 +1880,6 @@
     <message>
         <source>Manufacturer</source>
         <translation>制造商</translation>
-    </message>
-    <message>
-        <source>Margins below 1°, 0.1 g or one report do not count.</source>
-        <translation>小于 1°、0.1 g 或一次上报间隔的余量视为零。</translation>
     </message>
     <message>
         <source>Mark</source>
@@ -2426,20 +2378,8 @@
         <translation>未找到。请将模块关机再开机，然后“查找波特率”。</translation>
     </message>
     <message>
-        <source>Not judged: before {time}.</source>
-        <translation>未判断：{time} 之前。</translation>
-    </message>
-    <message>
-        <source>Not judged: locked for {time}.</source>
-        <translation>未判断：锁定 {time}。</translation>
-    </message>
-    <message>
-        <source>Not judged: pauses, {time} in all, longest {longest} at {at}.</source>
-        <translation>未判断：中断共 {time}，最长 {longest}，{at}。</translation>
-    </message>
-    <message>
-        <source>Not judged: reports over 0.5 s apart.</source>
-        <translation>未判断：状态间隔超过 0.5 s。</translation>
+        <source>Not judged</source>
+        <translation>未判断</translation>
     </message>
     <message>
         <source>Not judged: {total:.1f} s on the ground.</source>
@@ -2528,10 +2468,6 @@
     <message>
         <source>Nothing logged for {seconds:.2f} s.</source>
         <translation>有 {seconds:.2f} s 未记录。</translation>
-    </message>
-    <message>
-        <source>Nothing to judge.</source>
-        <translation>没有可判断的数据。</translation>
     </message>
     <message>
         <source>Nothing to plug in</source>
@@ -4066,10 +4002,6 @@
         <translation>允差</translation>
     </message>
     <message>
-        <source>Too close to tell ({time} judged).</source>
-        <translation>过于接近，无法判断（已判断 {time}）。</translation>
-    </message>
-    <message>
         <source>Too fast. Hold it level.</source>
         <translation>太快。请水平握住。</translation>
     </message>
@@ -4132,10 +4064,6 @@
     <message>
         <source>Triggers after 0.2 s</source>
         <translation>持续 0.2 s 后触发</translation>
-    </message>
-    <message>
-        <source>Triggers and near misses</source>
-        <translation>触发及接近触发</translation>
     </message>
     <message>
         <source>Triggers at once</source>
@@ -4398,6 +4326,10 @@
         <translation>接有外接供电时为充电电压。</translation>
     </message>
     <message>
+        <source>With other thresholds, on Flight logs</source>
+        <translation>在飞行日志页面用其他阈值试算</translation>
+    </message>
+    <message>
         <source>Without a serial number its name identifies it</source>
         <translation>没有序列号，由名称识别</translation>
     </message>
@@ -4418,20 +4350,12 @@
         <translation>晃动</translation>
     </message>
     <message>
-        <source>Would have fired {count}×.</source>
-        <translation>会触发 {count} 次。</translation>
-    </message>
-    <message>
         <source>Would it have fired in these flight logs? Exit code 4: yes</source>
         <translation>在这些飞行日志中会触发吗？退出码 4：会</translation>
     </message>
     <message>
         <source>Would it have fired?</source>
         <translation>是否会触发？</translation>
-    </message>
-    <message>
-        <source>Would not have fired ({time} judged).</source>
-        <translation>不会触发（已判断 {time}）。</translation>
     </message>
     <message>
         <source>Write</source>
@@ -4662,10 +4586,6 @@
         <translation>等于伞仓打开时的读数</translation>
     </message>
     <message>
-        <source>assumed enabled</source>
-        <translation>假定启用</translation>
-    </message>
-    <message>
         <source>at rest it is 1 g</source>
         <translation>静止时为 1 g</translation>
     </message>
@@ -4886,10 +4806,6 @@
         <translation>不同</translation>
     </message>
     <message>
-        <source>disabled</source>
-        <translation>已禁用</translation>
-    </message>
-    <message>
         <source>do not fly</source>
         <translation>检查未通过</translation>
     </message>
@@ -4956,10 +4872,6 @@
     <message>
         <source>end after S seconds</source>
         <translation>S 秒后结束</translation>
-    </message>
-    <message>
-        <source>enter a value</source>
-        <translation>请输入</translation>
     </message>
     <message>
         <source>entries</source>
@@ -5238,10 +5150,6 @@
         <translation>可能已执行</translation>
     </message>
     <message>
-        <source>may have changed</source>
-        <translation>可能已改变</translation>
-    </message>
-    <message>
         <source>measuring… {done}</source>
         <translation>正在测量… {done}</translation>
     </message>
@@ -5472,10 +5380,6 @@
     <message>
         <source>not in the profile</source>
         <translation>配置文件中没有</translation>
-    </message>
-    <message>
-        <source>not judged</source>
-        <translation>未判断</translation>
     </message>
     <message>
         <source>not kept</source>
@@ -6534,18 +6438,6 @@
         <translation>晚到 {time}</translation>
     </message>
     <message>
-        <source>{time} near miss: {what}</source>
-        <translation>{time} 险些触发：{what}</translation>
-    </message>
-    <message>
-        <source>{time} too close to tell: {what}</source>
-        <translation>{time} 过于接近，无法判断：{what}</translation>
-    </message>
-    <message>
-        <source>{time} would fire: {why}</source>
-        <translation>{time} 会触发：{why}</translation>
-    </message>
-    <message>
         <source>{tip} ({key})</source>
         <translation>{tip}（{key}）</translation>
     </message>
@@ -6582,10 +6474,6 @@
         <translation>{value} V 伞仓打开</translation>
     </message>
     <message>
-        <source>{value} g draft</source>
-        <translation>{value} g 试算</translation>
-    </message>
-    <message>
         <source>{value} g free fall</source>
         <translation>{value} g 失重</translation>
     </message>
@@ -6614,20 +6502,12 @@
         <translation>{value}，{fault}</translation>
     </message>
     <message>
-        <source>{value}, {margin} below</source>
-        <translation>{value}，低 {margin}</translation>
-    </message>
-    <message>
         <source>{value}: the nearest steps are {low} and {high}</source>
         <translation>{value}：最近的步进值为 {low} 和 {high}</translation>
     </message>
     <message>
         <source>{value}: {why}</source>
         <translation>{value}：{why}</translation>
-    </message>
-    <message>
-        <source>{value}° draft</source>
-        <translation>{value}° 试算</translation>
     </message>
     <message>
         <source>{value}° fires</source>

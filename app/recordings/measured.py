@@ -29,6 +29,11 @@ class LimitSteps:
         held = (steps.between(time_s, time_s) for steps in self._steps)
         return ModuleLimits(*(changes[-1].value if changes else None for changes in held))
 
+    def last(self) -> ModuleLimits:
+        """What was last known of each."""
+        known = ([step.value for step in steps.between(-inf, inf) if step.value is not None] for steps in self._steps)
+        return ModuleLimits(*(values[-1] if values else None for values in known))
+
     def clear(self) -> None:
         for steps in self._steps:
             steps.clear()

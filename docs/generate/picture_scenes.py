@@ -29,7 +29,6 @@ from ui.main import WindowOptions, assemble, start
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
-from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.recordings.page import RecordingsPage
@@ -101,18 +100,6 @@ def name_it(studio: Studio) -> None:
     QTest.keyClicks(edit, MODULE)
     QTest.keyClick(edit, Qt.Key.Key_Return)
     studio.run(0.3)
-
-
-def fired(studio: Studio) -> None:
-    studio.press("live_would_fire")
-    panel = studio.find(WhatIfPanel)
-    panel.open_with({"attitude_threshold_deg": 45.0, "freefall_time_s": 0.5})
-    studio.until(lambda: panel.finding is not None and len(panel.finding.firings) > 1, "nothing fired")
-    studio.run(1.0)
-    studio.take("fired", studio.find(LivePage))
-    studio.press("fired_as_module")
-    studio.run(0.5)
-    studio.press("fired_close")
 
 
 def ages(studio: Studio) -> None:
@@ -274,7 +261,6 @@ SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
     connect,
     live,
     readme,
-    fired,
     ages,
     settings,
     triggers,

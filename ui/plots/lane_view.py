@@ -29,7 +29,6 @@ EDGE_PX: Final = 2
 """Of the view around the box, so that lines on its edge are whole."""
 _FURTHEST_PX: Final = 60
 """The label of a limit from its line."""
-_DRAFT_DASHES: Final = [9, 3, 2, 3]
 _STALE_DASHES: Final = [1, 4]
 """Distinguishable from the module's own limits without colour."""
 
@@ -109,8 +108,8 @@ class LimitLine(Curve):
 
     def apply_theme(self, ratio: float) -> None:
         line = pen(self.ink(), current().line_px * ratio, is_dashed=True)
-        if self.is_stale or self.limit.is_draft:
-            line.setDashPattern(_STALE_DASHES if self.is_stale else _DRAFT_DASHES)
+        if self.is_stale:
+            line.setDashPattern(_STALE_DASHES)
         line.setCosmetic(True)
         self.setPen(line)
 

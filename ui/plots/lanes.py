@@ -39,7 +39,6 @@ class Limit(NamedTuple):
     label: str
     meaning: Meaning
     decimals: int = 0
-    is_draft: bool = False
     stale: StepFunction | None = None
 
 

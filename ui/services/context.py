@@ -1,6 +1,6 @@
 """What the window knows of a page, and the services that a page is given."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Signal
 from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
-from protocol.fields import Value
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
 from ui.services.page import Page
@@ -20,12 +19,12 @@ from ui.style.icons import Icon
 
 
 class DraftExchange(QObject):
-    """Shared by the two pages; either may be missing."""
+    """Shared by the pages; any of them may be missing."""
 
     used = Signal(object)
     """Values by the setting's key, to become drafts in Settings, unsent."""
-    tried = Signal(object)
-    """Values by the setting's key, to be tried on what was measured."""
+    tried = Signal(object, object)
+    """Values by the setting's key, to be tried on flights and on the recording at this path, or None."""
     limits_used = Signal()
     """`LimitsInUse` are those of another profile."""
     measured = Signal()
@@ -33,8 +32,6 @@ class DraftExchange(QObject):
 
     def __init__(self) -> None:
         super().__init__()
-        self.find_drafts: Callable[[], Mapping[str, Value]] = dict
-        """What Settings wants now and has not sent."""
         self.can_use: Callable[[], bool] = bool
         """Whether Settings takes drafts: there is a module to write to."""
 

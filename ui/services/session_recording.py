@@ -48,6 +48,8 @@ class SessionRecording:
         self._is_in_doubt = False
         """It is in doubt which module answers."""
         self._module = ""
+        self.path: Path | None = None
+        """Of what was recorded last of this conversation; None before the first byte."""
 
     @cached_property
     def library(self) -> "RecordingLibrary":
@@ -96,6 +98,7 @@ class SessionRecording:
                 self._opening, self._is_in_doubt = None, False
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
+                self.path = self._recorder.path or self.path
                 if self._opening is None:
                     self._recorder.end()
             # A recording needs every report, whatever page is shown.
@@ -106,6 +109,7 @@ class SessionRecording:
 
         if self._recorder is None:
             self._recorder = Recorder(self.library)
+        self.path = None
         self._recorder.begin(connection.port, connection.baud_rate, module)
 
     def name_module(self, name: str) -> None:

@@ -1,17 +1,25 @@
 """The two triggers of the module, judged sample by sample; judging whole arrays comes to the same."""
 
 from itertools import accumulate
+from typing import NamedTuple
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from app.firing.judge import MAX_GAP_S, ROUNDING_S, Firing, Judge, SensorSample, TriggerLimits
-from app.firing.what_if import MAX_NEAR_MISSES, NearFall, NearTilt, WhatIfFinding, judge_excerpt
+from app.firing.judge import MAX_GAP_S, ROUNDING_S, Judge, SensorSample, TriggerLimits
+from app.firing.samples import MAX_FIRINGS, judge_samples
 from protocol.messages import Source
-from tests.support.records.excerpts import excerpt
+from tests.support.flights.samples_made import samples_of
 
 STEP_S = 0.01
+
+
+class Firing(NamedTuple):
+    """A sample at which it fires, and why."""
+
+    sample: SensorSample
+    sources: Source
 
 
 def firings(samples: list[SensorSample], limits: TriggerLimits, active: list[bool] | None = None) -> list[Firing]:
@@ -119,49 +127,25 @@ TIPPED_WHILE_FALLING: Rows = [
 """The short fall is over when the long one begins: it must not count as its beginning."""
 
 
-def samples_of(rows: Rows) -> list[SensorSample]:
+def drawn(rows: Rows) -> list[SensorSample]:
     times = accumulate((step for step, *_ in rows), initial=1e5)
     return [SensorSample(at, tilt, weight) for at, (_, tilt, weight, _) in zip(list(times)[1:], rows, strict=True)]
-
-
-def judged(samples: list[SensorSample], active: list[bool], limits: TriggerLimits) -> WhatIfFinding:
-    return judge_excerpt(excerpt(samples, active=active), limits, counts_locked=False)
 
 
 @given(rows_drawn, limits_drawn, st.booleans())
 @settings(max_examples=400)
 @example(TIPPED_WHILE_FALLING, TriggerLimits(), True)
 def test_the_same_firings_as_with_every_sample(rows: Rows, limits: TriggerLimits, locked: bool) -> None:
-    samples, active = samples_of(rows), [row[3] or locked for row in rows]
-    found = judged(samples, active, limits)
-    assert list(found.firings) == firings(samples, limits, active)
-    assert found.firing_count == len(found.firings)
+    samples, active = drawn(rows), [row[3] or locked for row in rows]
+    found = judge_samples(samples_of(samples, active), limits)
+    expected = [(one.sample.at_s, one.sources) for one in firings(samples, limits, active)]
+    assert list(found.firings) == expected[:MAX_FIRINGS]
 
 
-# Near misses, looked for in the plain way
-
-
-def plain_tilts(samples: list[SensorSample], limits: TriggerLimits) -> list[NearTilt]:
-    """The peak of each stay above the reset angle that stays below the threshold."""
-    stays: list[list[SensorSample]] = [[]]
-    for one in samples:
-        if one.tilt_deg > limits.reset_angle_deg:
-            stays[-1].append(one)
-        elif stays[-1]:
-            stays.append([])
-    peaks = [max(stay, key=lambda one: one.tilt_deg) for stay in stays if stay]
-    near = [
-        NearTilt(one.at_s, one.tilt_deg, limits.attitude_threshold_deg - one.tilt_deg)
-        for one in peaks if one.tilt_deg < limits.attitude_threshold_deg
-    ]  # fmt: skip
-    return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:MAX_NEAR_MISSES]
-
-
-def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[NearFall]:
-    """Falls between samples of weight, parted by pauses; none of them where one of them fires."""
-    found: list[NearFall] = []
+def plain_miss(samples: list[SensorSample], limits: TriggerLimits) -> float:
+    """The longest of the falls between samples of weight, parted by pauses; none of them where one of them fires."""
+    missed = [0.0]
     block: list[list[int]] = []
-    after_s = limits.freefall_time_s
     for place in range(len(samples) + 1):
         one = samples[place] if place < len(samples) else None
         if one is not None and one.acceleration_g < limits.freefall_acceleration_g:
@@ -169,30 +153,16 @@ def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[Near
             block.append([place]) if is_new else block[-1].append(place)
             continue
         lasted = [samples[run[-1]].at_s - samples[run[0]].at_s for run in block]
-        if not any(one_s >= after_s - ROUNDING_S for one_s in lasted):
-            for run, lasted_s in zip(block, lasted, strict=True):
-                before_s = samples[run[0] - 1].at_s if run[0] else float("-inf")
-                next_s = samples[run[-1] + 1].at_s if run[-1] + 1 < len(samples) else float("inf")
-                lowest_g = min(samples[n].acceleration_g for n in run)
-                since_s = samples[run[0]].at_s
-                found.append(NearFall(since_s, lasted_s, after_s - lasted_s, lowest_g, next_s - before_s))
+        if not any(one_s >= limits.freefall_time_s - ROUNDING_S for one_s in lasted):
+            missed += lasted
         block = []
-    return sorted(found, key=lambda one: (one.margin_s, one.since_s))[:MAX_NEAR_MISSES]
+    return max(missed)
 
 
 @given(rows_drawn, limits_drawn)
-def test_near_misses_are_those_that_the_plain_way_finds(rows: Rows, limits: TriggerLimits) -> None:
-    samples = samples_of(rows)
-    found = judged(samples, [True] * len(samples), limits)
-    assert list(found.near_tilts) == (plain_tilts(samples, limits) if limits.attitude_is_enabled else [])
-    assert list(found.near_falls) == (plain_falls(samples, limits) if limits.freefall_is_enabled else [])
-
-
-@given(rows_drawn, limits_drawn)
-def test_a_near_miss_did_not_fire(rows: Rows, limits: TriggerLimits) -> None:
-    samples = samples_of(rows)
-    found = judged(samples, [True] * len(samples), limits)
-    fired = {one.sample.at_s for one in found.firings if Source.FREEFALL in one.sources}
-    for fall in found.near_falls:
-        assert not any(fall.since_s <= at <= fall.since_s + fall.lasted_s for at in fired) or fall.lasted_s == 0
-    assert all(one.margin_deg > 0 for one in found.near_tilts)
+def test_the_longest_fall_that_was_too_short_is_the_one_that_the_plain_way_finds(
+    rows: Rows, limits: TriggerLimits
+) -> None:
+    samples = drawn(rows)
+    found = judge_samples(samples_of(samples), limits)
+    assert found.longest_miss_s == (plain_miss(samples, limits) if limits.freefall_is_enabled else 0.0)

@@ -120,20 +120,6 @@ class Walk(Rig):
 
     # The pages
 
-    def _on_live(self) -> Iterator[Stop]:
-        """Yield the what-if panel with a firing and a tried value."""
-        page = self.find(LivePage)
-        self.bench.set_tilt(70)
-        self.until(lambda: self._value("tilt_deg") == 70)
-        self.bench.set_tilt(0)
-        self.until(lambda: self._value("tilt_deg") == 0)
-        self.press("live_would_fire")
-        panel = page.fired
-        panel.drafts.choose("freefall_acceleration_g", 0.6)
-        panel.about.click()
-        yield self._stop("live, would it have fired")
-        self.press("live_would_fire")
-
     def _on_settings(self) -> Iterator[Stop]:
         page = self.find(SettingsPage)
         self.until(page.work.can_edit.__bool__)

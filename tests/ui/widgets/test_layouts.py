@@ -272,7 +272,6 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplicatio
     with walking(qtbot, qapp, tmp_path) as walk:
         walk.window.panel.hide()
         walk.connect()
-        walk.press("live_would_fire")
         walk.window.menus["simulator"].setChecked(True)
         walk.settle()
         walk.find(QWidget, "simulator_fold_line").click()  # type: ignore[attr-defined]

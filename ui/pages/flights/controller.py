@@ -182,6 +182,12 @@ class FlightsWork(QObject):
         if not self.task.is_running:
             self._begin()
 
+    def read_again(self, path: Path) -> None:
+        """A recording that may have grown; it stays in its list."""
+        known = self.flights.get(str(path), Flight(str(path)))
+        self.flights[known.name] = Flight(known.name, known.group)
+        self.open([path])
+
     @property
     def kept_lists(self) -> tuple[str, ...]:
         """For the next start: the list and the path of each flight."""

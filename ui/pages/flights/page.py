@@ -1,6 +1,6 @@
 """Flight logs page: which thresholds would have fired in which flights. It never sends anything to a module."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -12,14 +12,17 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QPushButton,
     QStackedWidget,
+    QWhatsThis,
     QWidget,
 )
 
+from app.firing.judge import ASSUMPTIONS, RULES
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.read_log import SUFFIXES
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences, labelled
+from protocol.fields import Value
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
 from ui.forms.table_kit import select_row
@@ -79,6 +82,8 @@ class FlightsPage(Page):
                          slot=self.choose_folder)  # fmt: skip
         self.empty.column.insertWidget(4, folder, 0, Qt.AlignmentFlag.AlignHCenter)
         self._are_kept_read = False
+        self._tried = ""
+        """The recording that thresholds are to be tried on, until it is read."""
         self._stack = named(QStackedWidget(), "flights_stack")
         self._overview = self._make_overview()
         for widget in (self.empty, self._overview, self.flight, self.form):
@@ -124,6 +129,21 @@ class FlightsPage(Page):
         self.result.dismiss()
         self.work.open(paths, columns)
         self.refresh()
+
+    def _try(self, values: Mapping[str, Value], path: Path | None) -> None:
+        """These thresholds, on the flights that are there and on what was recorded."""
+        self.work.choose(self.thresholds.nearest(values))
+        self._show_overview()
+        if path is not None:
+            self._tried = str(path)
+            self.result.dismiss()
+            self.work.read_again(path)
+        self.refresh()
+
+    def _explain(self) -> None:
+        rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
+        text = "".join(f"<p>{tr(rule)}</p>" for rule in rules)
+        QWhatsThis.showText(self.mapToGlobal(self.rect().center()), text, self)
 
     def open_flight(self, row: FlightRow) -> None:
         """Shows the plots of a flight, or the form for the columns of an unread CSV file."""
@@ -235,6 +255,9 @@ class FlightsPage(Page):
     def _end_loading(self, ended: LoadEnded) -> None:
         self.result.set_notice(partial(self._ended_notice, ended))
         self.refresh()
+        for part in self.lists.of.values() if self._tried else ():
+            part.table.choose(lambda row: row.name == self._tried)
+        self._tried = ""
 
     def _retranslate(self) -> None:
         self.flight.retranslate()
@@ -265,6 +288,7 @@ class FlightsPage(Page):
         self.form.closed.connect(self._show_overview)
         self.form.chosen.connect(self._read_with)
         self.result.changed.connect(self._refresh_notice)
+        self._services.exchange.tried.connect(self._try)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         Shortcut("flights_open_key", self, self.open_files, self.choose_files)
 
@@ -283,6 +307,7 @@ class FlightsPage(Page):
         folder.setShortcut("Ctrl+Shift+O")
         folder.setAutoRepeat(False)
         self.addAction(folder)
+        self.header.add_rare("flights_about", marked("How this is judged"), self._explain)
         self.header.add_rare("flights_profile_save", marked("Save as profile…"), self.proposal.save_profile)
         self.header.add_rare("flights_profile_put", marked("Add to a profile…"), self.proposal.add_to_profile)
         in_column(

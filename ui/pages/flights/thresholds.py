@@ -1,5 +1,6 @@
 """Sliders for the thresholds, and the reading of the vendor's rule."""
 
+from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
@@ -9,6 +10,7 @@ from app.firing.judge import TriggerLimits
 from app.flight_logs.module_view import RuleReading
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
+from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.flights.texts import READING_WORDS
@@ -17,9 +19,12 @@ from ui.widgets.controls import control
 from ui.widgets.sliders import Dial, WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_TILTS_DEG: Final = (30, 120)
-_ACCELERATIONS_G: Final = (0.1, 1.5)
-_TIMES_S: Final = (0.2, 2.55)
+_TILTS_DEG: Final = (0, 180)
+_ACCELERATIONS_G: Final = (0.0, 1.5)
+_TIMES_S: Final = (0.0, 2.55)
+"""What a module can have; above 1.5 g all would be a fall."""
+_KEYS: Final = TriggerLimits._fields[:3]
+"""Of the settings, in the order of the sliders."""
 
 
 class ThresholdPanel(QWidget):
@@ -75,6 +80,13 @@ class ThresholdPanel(QWidget):
         self.time.set_value(limits.freefall_time_s)
         with QSignalBlocker(self.reading):
             self.reading.setCurrentIndex(self.reading.findData(reading, Qt.ItemDataRole.UserRole))
+
+    def nearest(self, values: Mapping[str, Value]) -> TriggerLimits:
+        """The vendor's defaults replaced by these, by the setting's key, as the sliders can show them."""
+        dials = self.tilt, self.acceleration, self.time
+        for dial, key, usual in zip(dials, _KEYS, TriggerLimits(), strict=False):
+            dial.set_value(float(values.get(key, usual)))
+        return TriggerLimits(self.tilt.value, self.acceleration.value, self.time.value)
 
     def _choose(self, limits: TriggerLimits) -> None:
         self._limits = limits

@@ -5,15 +5,26 @@ the numbers some ten times a second and whenever the module's state changes. Bat
 or not. A recording is shown here too, with its plots above those of the module, which continue.
 """
 
+from pathlib import Path
 from typing import Final, cast
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QWindow
-from PySide6.QtWidgets import QBoxLayout, QFrame, QLabel, QPushButton, QStackedLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QFrame,
+    QLabel,
+    QPushButton,
+    QStackedLayout,
+    QStackedWidget,
+    QToolButton,
+    QWidget,
+)
 
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.target import Target
 from app.engine.worker import Batch
+from app.firing.judge import TriggerLimits
 from app.recordings.excerpt import Excerpt
 from app.recordings.recording import Recording
 from app.system.wall_clock import WallClock
@@ -26,7 +37,6 @@ from ui.files.save_bar import Origin, SaveBar, picture_with_footer
 from ui.pages.live.data import LiveData, lanes
 from ui.pages.live.panel import LivePanel
 from ui.pages.live.recorded_view import RecordedBanner, origin_of, recorded_plot, show_moment
-from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page, StreamPage
@@ -93,15 +103,9 @@ REFRESH_EVERY_S: Final = 0.06
 _MAX_WAITING: Final = 15
 """Batches, half a second: often enough while hidden."""
 
-_CLOSE_UP_S: Final = 60.0
-"""Maximum length of the time line to show one event."""
-
 
 class LivePage(StreamPage):
     """See the module docstring."""
-
-    source_changed = Signal()
-    """`recording` changed, or `data` was reset."""
 
     shows_link = True
 
@@ -114,8 +118,10 @@ class LivePage(StreamPage):
         self.wall = WallClock()
         self.data = LiveData()
         self.panel = LivePanel(texts)
-        self.fired = WhatIfPanel(services)
-        drawn = self.fired.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
+        self.try_out = control(QToolButton(), texts, "live_would_fire", "Would it have fired?", key="Ctrl+T",
+                               tip="With other thresholds, on Flight logs", picture=Icon.PARACHUTE,
+                               slot=self._try_out)  # fmt: skip
+        drawn = lanes(self.data, self._in_use, self.data.stale)
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self.plot = self._live_plot
@@ -141,7 +147,7 @@ class LivePage(StreamPage):
         self.saving = Shortcut("live_save_csv_key", self, self.save.csv)
         self.exporting = Shortcut("live_save_png_key", self, self.save.png)
         Shortcut("live_pause_key", self, self._live_plot.pause, self._toggle_pause, keys=("Ctrl+P",))
-        Shortcut("live_would_fire_key", self, self.fired.button)
+        Shortcut("live_would_fire_key", self, self.try_out)
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
         self._last: Batch | None = None
@@ -154,11 +160,6 @@ class LivePage(StreamPage):
         self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_deleted)
-        self.fired.instant_chosen.connect(self._show_instant)
-        self.fired.lines_changed.connect(self.draw)
-        self.fired.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
-        self.source_changed.connect(self._on_source_changed)
-        self._on_source_changed()
         self.refresh()
 
     @property
@@ -192,15 +193,12 @@ class LivePage(StreamPage):
         """Shows `recording` in place of the module, which stays connected."""
         self._close_recording()
         self.recording = recording
-        self.plot = recorded_plot(
-            recording, self.fired.lines.added_to(lanes(recording, self._in_use)), self._services.texts
-        )
+        self.plot = recorded_plot(recording, lanes(recording, self._in_use), self._services.texts)
         self._connect_menu(self.plot)
         self._plots.addWidget(self.plot)
         self._plots.setCurrentWidget(self.plot)
         self._show_source()
         self._stack.setCurrentWidget(self._content)
-        self.source_changed.emit()
         self.refresh()
         self.draw()
 
@@ -212,13 +210,10 @@ class LivePage(StreamPage):
         self._show_source()
         if not self.data.has_samples:
             self._stack.setCurrentWidget(self.empty)
-        self.source_changed.emit()
         self.refresh()
         self.draw()
 
     def _close_recording(self) -> None:
-        """After what reads from it."""
-        self.fired.release()
         plot, recording = self.plot, self.recording
         self.plot, self.recording, self._read_s = self._live_plot, None, None
         if recording is not None:
@@ -236,7 +231,7 @@ class LivePage(StreamPage):
         now_s, data = self._connector.clock(), self.data
         self._refreshed_at = now_s
         self.save.note.refresh()
-        self.fired.refresh()
+        self.try_out.setEnabled(self._measured_file is not None)
         if self.recording is not None:
             at_s = self.plot.time_range.cursor_s
             if at_s is None or at_s != self._read_s:
@@ -299,18 +294,18 @@ class LivePage(StreamPage):
         if self.recording is None:
             self._stack.setCurrentWidget(self.empty)
             self._refresh_empty()
-        self.source_changed.emit()
 
-    def _on_source_changed(self) -> None:
-        if self.recording is None:
-            self.fired.bind(self.data, wall_offset_s=self.wall.offset_s)
-        else:
-            self.fired.bind(self.recording, wall_offset_s=self.recording.wall_offset_s)
+    @property
+    def _measured_file(self) -> Path | None:
+        """Of what is shown: the recording, or that of the session."""
+        return self._connector.current.recording.path if self.recording is None else self.recording.entry.path
 
-    def _show_instant(self, at_s: float) -> None:
-        if self.plot.time_range.span.length_s > _CLOSE_UP_S:
-            self.plot.time_range.choose_length(_CLOSE_UP_S)
-        self.plot.time_range.show_instant(at_s)
+    def _try_out(self) -> None:
+        """The module's last thresholds are tried on what is shown, in the page where others can be, too."""
+        path, held = self._measured_file, (self.data if self.recording is None else self.recording).last()
+        known = zip(TriggerLimits._fields, (held.fires_deg, held.free_fall_g, held.free_fall_s), strict=False)
+        self.page_wanted.emit("flights")
+        self._services.exchange.tried.emit({key: value for key, value in known if value is not None}, path)
 
     def _leave_deleted(self, paths: object) -> None:
         if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:
@@ -341,12 +336,11 @@ class LivePage(StreamPage):
         self._plots.addWidget(self._live_plot)
         in_column((self._plots, 1), of=card, margins=Space.S)
         self._seen = named(QWidget(), "live_seen")
-        plots = in_row(self.fired, (card, 1), spacing=Space.S)
-        in_column(self.panel, (plots, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        in_column(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         head = self.make_header(self._services.texts, marked("Live"))
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.save, 1)  # shows where something was saved
-        head.add(self.fired.button)
+        head.add(self.try_out)
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         content = named(QWidget(), "live_content")
         in_column(

@@ -208,8 +208,11 @@ class SettingsPage(Page):
         self.show_form()
 
     def _try_out(self) -> None:
-        self._services.exchange.tried.emit(self.work.form.edited)
-        self.page_wanted.emit("live")
+        """The edits, and for the rest what the module has."""
+        rows = self.work.form.rows(self._connector.current.device, self._connector.clock())
+        known = {row.command.key: row.module_value.value for row in rows if row.module_value is not None}
+        self.page_wanted.emit("flights")
+        self._services.exchange.tried.emit({**known, **self.work.form.edited}, None)
 
     def _use_drafts(self, values: Mapping[str, Value]) -> None:
         """Takes the values tried on recorded data."""
@@ -270,7 +273,6 @@ class SettingsPage(Page):
         self.calibration.closed.connect(self.show_form)
         self.calibration.proposed.connect(self._use_threshold)
         exchange = self._services.exchange
-        exchange.find_drafts = lambda: form.edited
         exchange.can_use = lambda: work.can_edit
         exchange.used.connect(self._use_drafts)
         exchange.measured.connect(self._measure)

@@ -105,8 +105,6 @@ def test_changes_other_than_time_are_painted_at_once(watched: Watched) -> None:
     assert watched.tick() == 0
     bench.page.data.fires.put(bench.now_s, 75)
     assert watched.tick() == 1
-    bench.page.fired.lines.show(44, None)
-    assert watched.tick() == 1
     assert watched.tick() == 0
     plot.reset()
     QApplication.processEvents()

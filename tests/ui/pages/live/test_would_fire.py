@@ -1,0 +1,132 @@
+""" "Would it have fired?" on Live and "Try on recorded data" in Settings: the thresholds are tried on Flight logs."""
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine.device import StatusSample
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.fire_map import FlightGroup
+from app.settings.form import RowState
+from protocol.catalogue import Hazard
+from protocol.frame import decode_request
+from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in
+from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
+from tests.support.window.steps import find
+from ui.pages.flights.controller import FlightRow
+from ui.pages.flights.page import FlightsPage
+from ui.pages.live.page import LivePage
+from ui.pages.settings.page import SettingsPage
+
+
+def tried(qtbot: QtBot, flights: FlightsPage, path: Path) -> FlightRow:
+    """The row of this recording, once it is read."""
+    qtbot.waitUntil(flights.isVisible)
+    qtbot.waitUntil(lambda: not flights.work.task.is_running and not flights.work.flights[str(path)].is_waiting)
+    (row,) = (row for part in flights.work.rows().values() for row in part if row.name == str(path))
+    (chosen,) = (row for part in flights.lists.of.values() for row in part.table.chosen())
+    assert chosen.name == str(path)
+    return row
+
+
+def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with (
+        simulated("session", active=True) as bench,
+        window(qapp, tmp_path, entries=page_entries("live", "flights")) as assembly,
+    ):
+        with qtbot.waitSignal(assembly.window.pages_made):
+            pass
+        live, flights = find(assembly.window, LivePage), find(assembly.window, FlightsPage)
+        assert not live.try_out.isEnabled()
+        connect(qtbot, assembly, "sim://session")
+        port = assembly.connector.current
+        qtbot.waitUntil(lambda: port.device.fresh("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
+        bench.set_tilt(57)
+        qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 57, timeout=WAIT_MS)
+        qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
+        path = port.recording.path
+        assert path is not None
+        qtbot.keyClick(live, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
+        row = tried(qtbot, flights, path)
+        assert flights.work.limits == TriggerLimits(60, 0.5, 1.6)
+        assert row.outcome is not None
+        assert not row.outcome.direct.sources
+        flights.work.move([row.name], FlightGroup.MUST)
+        bench.set_tilt(80)
+        qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 80, timeout=WAIT_MS)
+        qtbot.wait(600)  # until it is written
+        assembly.window.go_to("live")
+        live.try_out.click()
+        again = tried(qtbot, flights, path)  # it has grown
+        assert again.outcome is not None
+        assert again.outcome.direct.sources
+        assert again.flight.group is FlightGroup.MUST
+        port.disconnect_port()
+
+
+def test_a_recording_is_tried_with_its_own_thresholds(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with recorder_in(tmp_path / "made") as bench:
+        bench.recorder.begin(*HEADING)
+        had = device(1000.0, attitude_threshold_deg=50, freefall_acceleration_g=0.4)
+        tilts = [0] * 50 + [55] * 10 + [0] * 50
+        samples = [StatusSample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
+        bench.feed(batch(samples[-1].at, *samples, view=had))
+        bench.finish()
+        path = bench.path
+    with window(qapp, tmp_path, entries=page_entries("live", "flights")) as assembly:
+        with qtbot.waitSignal(assembly.window.pages_made):
+            pass
+        live, flights = find(assembly.window, LivePage), find(assembly.window, FlightsPage)
+        live.show_recording(opened(path))
+        live.try_out.click()
+        row = tried(qtbot, flights, path)
+        assert flights.work.limits == TriggerLimits(50, 0.4, 1.6)  # the time is not in it: the vendor's default
+        assert row.outcome is not None
+        assert row.outcome.direct.sources
+        live.back_to_live()
+
+
+def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("fired") as bench, window(qapp, tmp_path, entries=page_entries("settings", "flights")) as assembly:
+        changes: list[bytes] = []
+        write = bench.wire.write
+
+        def watched(data: bytes, now_s: float) -> None:
+            frames = (data[at : at + 6] for at in range(0, len(data), 6))
+            changes.extend(one for one in frames if decode_request(one).hazard is not Hazard.NONE and one[2] != 0x13)
+            write(data, now_s)
+
+        bench.wire.write = watched  # type: ignore[method-assign]
+        with qtbot.waitSignal(assembly.window.pages_made):
+            pass
+        connect(qtbot, assembly, "sim://fired")
+        port = assembly.connector.current
+        qtbot.waitUntil(lambda: port.device.known("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
+        settings, flights = find(assembly.window, SettingsPage), find(assembly.window, FlightsPage)
+        settings.work.edit(lambda: settings.work.form.choose("attitude_threshold_deg", 70))
+        settings.try_out.trigger()
+        qtbot.waitUntil(flights.isVisible)
+        assert flights.work.limits == TriggerLimits(70, 0.5, 1.6)
+        flights.work.choose(flights.work.limits._replace(attitude_threshold_deg=71))
+        flights.proposal._use()
+        qtbot.waitUntil(settings.isVisible)
+        rows = {row.command.key: row for row in settings.work.form.rows(port.device, port.clock())}
+        row = rows["attitude_threshold_deg"]
+        assert (row.state, row.edited) == (RowState.EDITED, 71)
+        assert not changes
+        settings.work.discard()
+        port.disconnect_port()
+
+
+def test_how_it_is_judged_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=page_entries("flights")) as assembly:
+        with qtbot.waitSignal(assembly.window.pages_made):
+            pass
+        find(assembly.window, FlightsPage)._explain()
+        said = [part for part in qapp.topLevelWidgets() if part.isVisible() and part.inherits("QWhatsThat")]
+        assert len(said) == 1
+        said[0].close()
