@@ -138,26 +138,27 @@ class EvidenceCollector:
     """Collects evidence from every batch. Belongs to one thread; `begin` starts a connection."""
 
     def __init__(self) -> None:
-        self._seen = PortEvidence(platform=sys.platform)
-        self._mark = Counters()
-        """Totals when a module last answered or restarted; evidence counts from there."""
-        self._base = self._mark
-        """Those when the port was opened or its rate set; bytes at another rate are no evidence."""
-        self._noise = bytearray()
+        self.begin("")
 
     def begin(self, port: str) -> None:
-        """Discards all evidence: a new connection to `port`."""
+        """Discards all evidence: a new connection to `port`, or another module there."""
         self._seen = PortEvidence(port=port, platform=sys.platform)
+        self._count_from(Counters())
+
+    def _count_from(self, totals: Counters) -> None:
+        self._mark = totals
+        """Totals when a module last answered or restarted; evidence counts from there."""
+        self._base = totals
+        """Those when the port was opened or its rate set; bytes at another rate are no evidence."""
+        self._noise = bytearray()
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
         connection = batch.connection
         if connection.state is PortState.OPENING:
-            self._mark = self._base = Counters()
-            self._noise.clear()
+            self._count_from(Counters())
         elif connection.baud_rate != self._seen.baud_rate and batch.link is not None:
-            self._mark = self._base = batch.link.counters
-            self._noise.clear()
+            self._count_from(batch.link.counters)
         was_shut_down = self._seen.was_shut_down
         for event in batch.events:
             match event:

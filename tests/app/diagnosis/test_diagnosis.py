@@ -340,6 +340,22 @@ def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[
     assert watched.evidence_collector.evidence() == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
 
 
+def test_another_module_on_the_same_port_begins_without_the_evidence_of_the_first() -> None:
+    """It was counted from the first one's totals: it fell silent, and nothing was said of that."""
+    watched = greeted(20, garbage="0.3")
+    assert watched.evidence_collector.evidence().noise
+    watched.rig.bench.end_faults()
+    watched.rig.session.treat_as_new(is_named=False)
+    watched.evidence_collector.begin(PORT)
+    assert not watched.evidence_collector.evidence().noise
+    watched.run(handshake())
+    watched.rig.bench.change(mute=True)
+    watched.wait(20)
+    assert watched.cause() is Cause.FELL_SILENT
+    counters = watched.evidence_collector.evidence().counters
+    assert counters.sent >= counters.time_outs > 0
+
+
 def test_stored_noise_is_bounded() -> None:
     watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
     watched.wait(2)
