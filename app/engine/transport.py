@@ -98,43 +98,22 @@ class Line(Protocol):
 
 
 def holder_of(port: str, proc: Path = Path("/proc")) -> PortHolder | None:
-    """The other program that has this device open, if it is certain: the only one that this user can see, or the one
-    that has locked it. Linux only."""
+    """The other program that has this device open, if it is the only one that this user can see. Linux only."""
     if not sys.platform.startswith("linux"):
         return None
     try:
         device = Path(port).stat()
     except OSError:  # unplugged meanwhile
         return None
-    holders: dict[int, PortHolder] = {}
+    holders: set[PortHolder] = set()
     for link in proc.glob("[0-9]*/fd/*"):
         process = link.parents[1]
         with suppress(OSError, ValueError):  # it has ended meanwhile, or is another user's
             # In another namespace the name may be another device's.
-            if int(process.name) == os.getpid() or not os.path.samestat(link.stat(), device):
-                continue
-            started = _started(process)
-            name = (process / "comm").read_text(errors="replace", encoding="utf-8").strip()
-            # Otherwise the process ended meanwhile, and another one has its number.
-            if os.path.samestat(link.stat(), device) and _started(process) == started:
-                holders[int(process.name)] = PortHolder(name, int(process.name))
-    locking = _locking(device, proc) & holders.keys() if len(holders) > 1 else holders.keys()
-    return holders[next(iter(locking))] if len(locking) == 1 else None
-
-
-def _locking(device: os.stat_result, proc: Path) -> set[int]:
-    """The processes that have locked this file, from /proc/locks."""
-    try:
-        rows = [row.split() for row in (proc / "locks").read_text(encoding="utf-8").splitlines()]
-    except OSError:
-        return set()
-    name = f"{os.major(device.st_dev):02x}:{os.minor(device.st_dev):02x}:{device.st_ino}"
-    return {int(row[4]) for row in rows if len(row) > 5 and row[1] == "FLOCK" and row[5] == name and row[4].isdigit()}
-
-
-def _started(process: Path) -> str:
-    """Its start time, in clock ticks since boot."""
-    return (process / "stat").read_text(errors="replace", encoding="utf-8").rpartition(")")[2].split()[19]
+            if int(process.name) != os.getpid() and os.path.samestat(link.stat(), device):
+                name = (process / "comm").read_text(errors="replace", encoding="utf-8").strip()
+                holders.add(PortHolder(name, int(process.name)))
+    return holders.pop() if len(holders) == 1 else None
 
 
 def refuse_unsupported(port: str) -> None:

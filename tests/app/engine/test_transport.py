@@ -291,10 +291,6 @@ def test_a_read_of_nothing_is_no_lost_port(trouble: str, arriving: bytes, heard:
         assert line.read(0.05, 0.0) == heard
 
 
-STAT_FIELDS = " ".join(str(number) for number in range(3, 53))
-"""The fields of /proc/…/stat behind the name; the 22nd is the start time."""
-
-
 LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")
 
 
@@ -312,14 +308,7 @@ class Proc(NamedTuple):
     def runs(self, number: int, name: str, opened: Path | None = None) -> None:
         (self.folder / str(number) / "fd").mkdir(parents=True)
         (self.folder / str(number) / "comm").write_text(f"{name}\n", encoding="utf-8")
-        (self.folder / str(number) / "stat").write_text(f"{number} ({name} :) 7) {STAT_FIELDS}", encoding="utf-8")
         (self.folder / str(number) / "fd" / "3").symlink_to(opened or self.device)
-
-    def has_locked(self, number: str, kind: str = "FLOCK", of: Path | None = None) -> None:
-        file = (of or self.device).stat()
-        place = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
-        with (self.folder / "locks").open("a", encoding="utf-8") as locks:
-            locks.write(f"1: {kind}  ADVISORY  WRITE {number} {place} 0 EOF\n")
 
     def holder(self) -> PortHolder | None:
         return holder_of(str(self.device), self.folder)
@@ -342,40 +331,15 @@ def test_the_only_other_program_that_has_it_open_is_named(proc: Proc) -> None:
     assert proc.holder() is None
     proc.runs(42, "minicom")
     assert proc.holder() == PortHolder("minicom", 42)
-
-
-@LINUX_ONLY
-@pytest.mark.parametrize(
-    ("number", "kind", "name"),
-    [("43", "FLOCK", "screen"), ("43", "POSIX", None), ("77", "FLOCK", None), ("-1", "FLOCK", None)],
-)
-def test_of_several_the_one_that_locked_it_is_named(number: str, kind: str, name: str | None, proc: Proc) -> None:
-    proc.runs(42, "minicom")
     proc.runs(43, "screen")
-    assert proc.holder() is None
-    (proc.folder / "locks").write_text("1: FLOCK  ADVISORY  WRITE\n", encoding="utf-8")
-    proc.has_locked("42", of=proc.namesake)
-    proc.has_locked(number, kind)
-    assert proc.holder() == (PortHolder(name, 43) if name else None)
-    proc.has_locked("43")
-    proc.has_locked("42")
-    assert proc.holder() is None, "both say so"
+    assert proc.holder() is None, "it is not certain which one"
 
 
 @LINUX_ONLY
-def test_a_process_that_ended_meanwhile_holds_nothing(proc: Proc, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_ended_meanwhile_holds_nothing(proc: Proc) -> None:
     proc.runs(42, "minicom")
-    starts = iter(["100", "200"])
-    monkeypatch.setattr(transport, "_started", lambda _process: next(starts))
-    assert proc.holder() is None
-    monkeypatch.undo()
     (proc.folder / "42" / "comm").unlink()
     assert proc.holder() is None
-
-
-@LINUX_ONLY
-def test_a_process_is_known_by_its_start_time(proc: Proc) -> None:
-    assert transport._started(proc.folder / "77") == "22"
 
 
 @LINUX_ONLY
