@@ -1,5 +1,6 @@
 """Explains captured bytes: every frame and every run of invalid bytes."""
 
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 from app.captures.entries import CaptureEntry, Way
@@ -82,37 +83,33 @@ class HexExplainer:
         self._run: Noise | None = None
 
     def feed(self, data: bytes) -> list[Explained]:
-        return self._rows(self._parser.feed(data))
+        return list(self._rows(self._parser.feed(data)))
 
     def end(self) -> list[Explained]:
         """What is left at the end."""
         return [*self._rows(self._parser.flush()), *self._end_of_run()]
 
-    def _rows(self, pieces: list[Piece]) -> list[Explained]:
-        rows: list[Explained] = []
+    def _rows(self, pieces: list[Piece]) -> Iterator[Explained]:
         for piece in pieces:
             if isinstance(piece, Noise):
-                rows += self._longer_run(piece)
+                yield from self._longer_run(piece)
                 continue
+            yield from self._end_of_run()
             is_request = piece.direction is Direction.HOST_TO_MODULE
-            way = Way.OUT if is_request else Way.IN
-            rows += [*self._end_of_run(), _row(piece.offset * _BYTE_S, way, piece, self._asked)]
+            yield _row(piece.offset * _BYTE_S, Way.OUT if is_request else Way.IN, piece, self._asked)
             if is_request:
                 self._asked = decode_request(piece.raw)
-        return rows
 
-    def _longer_run(self, noise: Noise) -> list[Explained]:
-        rows: list[Explained] = []
-        if self._run is not None and self._run.fault is not noise.fault:
-            rows += self._end_of_run()
-        if self._run is not None:
-            noise = Noise(self._run.raw + noise.raw, noise.fault, self._run.offset)
-        while len(noise.raw) > MAX_RUN_LENGTH:
-            self._run = Noise(noise.raw[:MAX_RUN_LENGTH], noise.fault, noise.offset)
-            rows += self._end_of_run()
-            noise = Noise(noise.raw[MAX_RUN_LENGTH:], noise.fault, noise.offset + MAX_RUN_LENGTH)
-        self._run = noise
-        return rows
+    def _longer_run(self, noise: Noise) -> Iterator[Explained]:
+        run = self._run
+        if run is not None and run.fault is noise.fault:
+            noise = Noise(run.raw + noise.raw, noise.fault, run.offset)
+        else:
+            yield from self._end_of_run()
+        for begin in range(0, len(noise.raw), MAX_RUN_LENGTH):
+            if begin:
+                yield from self._end_of_run()
+            self._run = Noise(noise.raw[begin : begin + MAX_RUN_LENGTH], noise.fault, noise.offset + begin)
 
     def _end_of_run(self) -> list[Explained]:
         run, self._run = self._run, None

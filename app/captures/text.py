@@ -20,6 +20,9 @@ from protocol.catalogue import Command
 from protocol.translatable import marked
 
 MAX_LINE_LENGTH: Final = 64 * 1024
+"""Of a line with a time."""
+MAX_TEXT_LENGTH: Final = 1 << 24
+"""Of a line of hex."""
 MAX_FAULTS: Final = 100
 NOT_HEX: Final = marked("no pairs of hex digits")
 _ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
@@ -27,7 +30,6 @@ _PART = "# DPS-S capture"
 """Begins a capture of earlier versions; behind another one it is a part that follows."""
 _BYTES = re.compile(r"(?:[\s,\ufeff]|(?:0[xX])?[0-9a-fA-F]{2})*")
 _FILLING = re.compile(r"0[xX]|[\s,\ufeff]")
-_BEGUN_BYTE = re.compile(r"(?:0[xX])?[0-9a-fA-F]?")
 _WORD = re.compile(r"[^\s,]{1,24}")
 
 
@@ -39,34 +41,13 @@ class NotHex(ValueError):
         self.word = word
 
 
-class HexText:
-    """Incremental reader; keeps at most three characters between two calls."""
-
-    def __init__(self) -> None:
-        self._begun = ""
-
-    def feed(self, text: str) -> bytes:
-        """The bytes that `text` completes. Raises `NotHex`, after which the reader cannot be used."""
-        text = self._begun + text
-        match = _BYTES.match(text)
-        end = match.end() if match is not None else 0
-        if _BEGUN_BYTE.fullmatch(text, end) is None:
-            raise NotHex(_first_word(text[end:]))
-        self._begun = text[end:]
-        return bytes.fromhex(_FILLING.sub("", text[:end]))
-
-    def finish(self) -> None:
-        """Raises `NotHex` when the text ended within a byte."""
-        if self._begun:
-            raise NotHex(self._begun)
-
-
 def hex_bytes(text: str) -> bytes:
-    """The bytes of a whole text. Raises `NotHex`."""
-    reader = HexText()
-    raw = reader.feed(text)
-    reader.finish()
-    return raw
+    """The bytes of whole pairs of digits. Raises `NotHex`."""
+    match = _BYTES.match(text)
+    end = match.end() if match is not None else 0
+    if end < len(text):
+        raise NotHex(_first_word(text[end:]))
+    return bytes.fromhex(_FILLING.sub("", text))
 
 
 def _first_word(text: str) -> str:
@@ -125,7 +106,7 @@ class TextReader:
         self.is_timed = False
         self._has_begun = False
         self._lines, self._explainer = TimedLines(), Explainer(asked)
-        self._hex, self._hex_explainer = HexText(), HexExplainer(asked)
+        self._hex_explainer = HexExplainer(asked)
 
     @property
     def faults(self) -> list[LineFault]:
@@ -141,16 +122,13 @@ class TextReader:
         if self.is_timed or not self._has_begun:
             entry = self._lines.feed(line)
             return [] if entry is None else self._explainer.feed(entry)
-        return [] if is_remark else self._hex_explainer.feed(self._hex.feed(line))
+        return [] if is_remark else self._hex_explainer.feed(hex_bytes(line))
 
     def end(self) -> list[Explained]:
-        """What is left at the end. Raises `NotHex`."""
-        if self.is_timed:
-            return self._explainer.end()
-        self._hex.finish()
-        return self._hex_explainer.end()
+        """What is left at the end."""
+        return self._explainer.end() if self.is_timed else self._hex_explainer.end()
 
 
 def lines_in(file: TextIO) -> Iterator[str]:
     """Of a text; a line that is too long in pieces."""
-    return iter(partial(file.readline, MAX_LINE_LENGTH + 1), "")
+    return iter(partial(file.readline, MAX_TEXT_LENGTH), "")
