@@ -3,7 +3,6 @@
 import logging
 import re
 import tomllib
-import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -26,11 +25,12 @@ from app.settings.profiles import (
     ManualLine,
     Profile,
 )
-from app.settings.values import fitting, number_text, shortened
-from app.system.files import write_whole
+from app.settings.values import LARGEST_WHOLE, fitting, shortened
+from app.system.files import CANNOT_READ, CANNOT_WRITE, write_whole
 from app.text.messages import UserMessage, joined, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
+from app.text.visible_text import visible
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -41,8 +41,6 @@ MAX_DOTS = 200
 """Dots in a key: `tomllib` takes half a minute for a key of ten thousand parts."""
 _KEYS = frozenset(("format", "manual", *OWN_KEYS, *TABLES, *SETTINGS_BY_KEY))
 _SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
-_TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
-"""Characters that reverse the direction of the text after them, which could make a name mislead."""
 
 
 class ProfileFault(NamedTuple):
@@ -74,12 +72,10 @@ class ProfileRefused(UserError):
 def read_profile(path: Path) -> Profile:
     """Raises `ProfileRefused`, also where the file cannot be read. A profile without a name is named after the file."""
     try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST_BYTES + 1)
+        data = _content(path)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = message(error_text(error))
-        fault = ProfileFault(None, message(marked("{file} cannot be read: {why}."), file=path, why=why))
-        raise ProfileRefused((fault,)) from error
+        why = message(CANNOT_READ, file=path, why=error_text(error))
+        raise ProfileRefused((ProfileFault(None, why),)) from error
     profile = parse_profile(data)
     return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, MAX_NAME_LENGTH - 1))
 
@@ -105,7 +101,7 @@ def save_or_say_why_not(path: Path, profile: Profile, *, source: Path | None = N
         why = UserMessage(error_text(error))
     else:
         return None
-    return message(marked("{file} cannot be written: {why}."), file=path, why=why)
+    return message(CANNOT_WRITE, file=path, why=why)
 
 
 def profile_text(profile: Profile, source: str = "") -> str:
@@ -126,12 +122,16 @@ def profile_text(profile: Profile, source: str = "") -> str:
 def _text_of(path: Path) -> str:
     """Empty where it is no longer a valid profile."""
     try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST_BYTES + 1)
+        data = _content(path)
         parse_profile(data)
     except (OSError, ProfileRefused):
         return ""
     return data.decode("utf-8-sig")
+
+
+def _content(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(LARGEST_BYTES + 1)
 
 
 def parse_profile(data: bytes) -> Profile:
@@ -153,7 +153,7 @@ def parse_profile(data: bytes) -> Profile:
     newer = tables.get("format")
     if isinstance(newer, int) and not isinstance(newer, bool) and newer > FORMAT:
         why = marked("Format {format} needs a newer version of this program.")
-        raise ProfileRefused((ProfileFault(None, message(why, format=number_text(newer), known=FORMAT)),))
+        raise ProfileRefused((ProfileFault(None, message(why, format=min(newer, LARGEST_WHOLE), known=FORMAT)),))
     reader = _Reader(key_lines(text), faults)
     profile = reader.profile(tables)
     if faults:
@@ -313,7 +313,7 @@ class _Reader:
         if len(value) > longest:
             self._refuse(path, marked("{name}: at most {count} characters."), name=key, count=longest)
         allowed = "\n\t" if key == "notes" else ""
-        odd = next((character for character in value if character not in allowed and _is_odd(character)), None)
+        odd = next((character for character in value if visible(character, keep=allowed) != character), None)
         if odd is not None:
             code = f"U+{ord(odd):04X}"
             self._refuse(path, marked("{name}: {code} is not allowed."), name=key, code=code)
@@ -322,11 +322,6 @@ class _Reader:
     def _refuse(self, path: tuple[str, ...], text: str, **values: object) -> None:
         line = next((self._lines[path[:length]] for length in (3, 2, 1) if path[:length] in self._lines), None)
         self._faults.append(ProfileFault(line, message(text, **values)))
-
-
-def _is_odd(character: str) -> bool:
-    """Control characters, line and paragraph separators, unpaired surrogates, and direction marks."""
-    return unicodedata.category(character) in ("Cc", "Cs", "Zl", "Zp") or character in _TURNING
 
 
 _TABLE = re.compile(r"\[\[?([^\]]*)\]")
@@ -341,39 +336,24 @@ def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
     A key in a notation that is not supported here has only the line of its table, or none.
     """
     lines: dict[tuple[str, ...], int] = {}
-    table: tuple[str, ...] = ()
-    entry: tuple[str, ...] = ()
-    entries: Counter[str] = Counter()
-    open_quote: str | None = None
+    table, entry, open_quote = tuple[str, ...](), tuple[str, ...](), ""
+    entries: Counter[tuple[str, ...]] = Counter()
     for number, row in enumerate(text.split("\n"), start=1):
         line = row.strip()  # else the patterns are slow on a long line of spaces
-        if open_quote is not None:
-            if open_quote in line:
-                open_quote = None
-            continue
-        head = _TABLE.match(line)
-        if head is not None:
-            table = (head.group(1).strip("\"' \t"),)
+        if open_quote:
+            open_quote = "" if open_quote in line else open_quote
+        elif (head := _TABLE.match(line)) is not None:
+            table = entry = (head.group(1).strip("\"' \t"),)
             lines.setdefault(table, number)
-            entry = ()
-            if line.lstrip().startswith("[["):
-                entry = (*table, str(entries[table[0]]))
-                entries[table[0]] += 1
+            if line.startswith("[["):
+                entry = (*table, str(entries[table]))
+                entries[table] += 1
                 lines[entry] = number
-            continue
-        key = _KEY.match(line)
-        if key is not None:
-            name = next(part for part in key.groups()[:3] if part is not None)
-            inner = (key.group(4),) if key.group(4) else ()
-            lines.setdefault((*table, name, *inner), number)
-            if entry:
+        else:
+            if (key := _KEY.match(line)) is not None:
+                *names, inner = key.groups()
+                name = next(part for part in names if part is not None)
+                lines.setdefault((*table, name, *filter(None, (inner,))), number)
                 lines.setdefault((*entry, name), number)
-        open_quote = _quote_left_open(line)
+            open_quote = next((quote for quote in _LONG_QUOTES if line.count(quote) % 2), "")
     return lines
-
-
-def _quote_left_open(line: str) -> str | None:
-    for quote in _LONG_QUOTES:
-        if line.count(quote) % 2:
-            return quote
-    return None

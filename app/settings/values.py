@@ -1,6 +1,5 @@
 """Parses and formats values of settings, and explains why a value is invalid."""
 
-import math
 from decimal import Decimal, InvalidOperation
 
 from app.text.messages import UserMessage, message
@@ -12,7 +11,7 @@ from protocol.translatable import marked
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
 MAX_NUMBER_LENGTH = 32
 LARGEST_WHOLE = 10**15
-"""Larger integers are shown by their order of magnitude; Python refuses to format more than 4,300 digits."""
+"""Larger integers are not shown; Python refuses to format more than 4,300 digits."""
 
 
 def field_of(command: Command) -> Field:
@@ -28,7 +27,7 @@ def fitting(field: Field, value: object) -> Value:
         raise UserError(_kind_needed(field))
     if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
         outside = ValueRefused("outside", (255 if value > 0 else 0,))
-        raise UserError(_why_refused(field, number_text(value), outside))
+        raise UserError(_why_refused(field, "≥ 10^15" if value > 0 else "≤ -10^15", outside))
     try:
         return field.decode(field.encode(value))
     except ValueRefused as error:
@@ -74,13 +73,6 @@ def _why_refused(field: Field, value: object, error: ValueRefused | None) -> Use
         low, high = field.text(0), field.text(255)
         return message(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
     return _kind_needed(field)
-
-
-def number_text(value: float) -> str:
-    """`value`, or its order of magnitude where it is an integer with too many digits."""
-    if not isinstance(value, int) or abs(value) < LARGEST_WHOLE:
-        return str(value)
-    return f"{'-' if value < 0 else ''}10^{int((abs(value).bit_length() - 1) * math.log10(2))}"
 
 
 def shortened(text: str, longest: int = 40) -> str:

@@ -14,6 +14,7 @@ from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
 from app.settings.profile_toml import toml_of
 from app.settings.profiles import LIMITS, MAX_NAME_LENGTH, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
+from app.text.visible_text import visible
 from protocol.fields import Quantity
 
 WHOLE = """\
@@ -193,7 +194,7 @@ def test_saving_is_atomic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert [one.name for one in tmp_path.iterdir()] == ["p.toml"]
 
 
-TEXTS = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclude_characters=profile_file._TURNING))
+TEXTS = st.text(st.characters().filter(lambda character: visible(character) == character))
 SETTINGS = st.fixed_dictionaries(
     {},
     optional={
