@@ -58,13 +58,17 @@ def run(args: argparse.Namespace) -> int:
     store = open_store_or_notify(tr("Not kept."))
     with closing_store(store):
         checks = [_PortCheck(args, port, profile, store) for port in ports]
-        if not is_one:
-            return _check_several(args, checks)
-        (check,) = checks
-        check.gather()
-        filed = check.file()
-    code = _conclude(args, filed, check.trouble, args.report)
-    return console.ANSWER_NO if check.is_refused and code == console.SUCCESS else code
+        if is_one:
+            checks[0].gather()
+        else:
+            _gather_all(checks)
+        # All are filed before anything is printed, which fails where nobody reads.
+        for check in checks:
+            if check.error is None:
+                check.file()
+        members = [check.member() for check in checks]
+    code = _conclude_all(args, members)
+    return console.ANSWER_NO if checks[0].is_refused and code == console.SUCCESS else code
 
 
 class _PortCheck:
@@ -124,6 +128,14 @@ class _PortCheck:
             )  # fmt: skip
         return self._filed
 
+    def member(self) -> SetMember:
+        """Raises what is no lost link."""
+        trouble = self.trouble if self.error is None else link_trouble(self.error)
+        if self.error is not None and trouble is None:
+            raise self.error
+        filed = None if self.error is not None else self.file()
+        return SetMember(self.port, "", filed, UserMessage(trouble) if trouble else None)
+
     def _activate(self, conversation: Conversation) -> None:
         """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
         store = self._store
@@ -136,45 +148,6 @@ class _PortCheck:
         (console.note if performed.outcome is Outcome.CONFIRMED else console.notify)(performed.sentence)
         if evidence is not filed.assessment.case.evidence:
             self._evidence, self._filed, self._past = evidence, None, filed.assessment.case.past
-
-
-# Several modules
-
-
-def _check_several(args: argparse.Namespace, checks: Sequence[_PortCheck]) -> int:
-    """Check all ports at the same time; one that fails does not stop the others."""
-    _gather_all(checks)
-    # All are filed before anything is printed, which fails where nobody reads.
-    results = [None if check.error is not None else check.file() for check in checks]
-    members: list[SetMember] = []
-    for check, filed in zip(checks, results, strict=True):
-        trouble = check.trouble if check.error is None else link_trouble(check.error)
-        if check.error is not None and trouble is None:
-            raise check.error
-        members.append(SetMember(check.port, "", filed, UserMessage(trouble) if trouble else None))
-    codes: list[int] = []
-    try:
-        for member in members:
-            if not args.json:
-                console.write_lines([*([""] if codes else []), member.port])
-            trouble = None if member.trouble is None else member.trouble.translated()
-            if member.filed is None:
-                console.notify(trouble or "")
-                codes.append(console.NO_LINK)
-            else:
-                codes.append(_conclude(args, member.filed, trouble, None))
-        if not args.json:
-            rows = [(word_of(member.verdict), member.port, member.why) for member in members]
-            console.write_lines(["", summary(members), *console.columns(rows)])
-    finally:
-        if args.report is not None and not _written(
-            args.report, partial(write_set_reports, args.report, members, args.printer)
-        ):
-            codes.append(console.PARTIAL)
-    return next(
-        (code for code in (console.USAGE_ERROR, console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes),
-        console.SUCCESS,
-    )
 
 
 def _gather_all(checks: Sequence[_PortCheck]) -> None:
@@ -199,22 +172,45 @@ def _gather_all(checks: Sequence[_PortCheck]) -> None:
         interruption.check()
 
 
-def _conclude(args: argparse.Namespace, filed: Filed, trouble: str | None, report: Path | None) -> int:
-    """Print one check and write its report; returns the exit code."""
+def _conclude_all(args: argparse.Namespace, members: Sequence[SetMember]) -> int:
+    """Print the checks and write the reports; returns the exit code."""
+    codes: list[int] = []
+    has_titles = len(members) > 1 and not args.json
     try:
-        console.emit(args, filed, lambda filed: contract_of(filed.assessment), page_of)
+        for member in members:
+            if has_titles:
+                console.write_lines([*([""] if codes else []), member.port])
+            codes.append(_conclude(args, member))
+        if has_titles:
+            rows = [(word_of(member.verdict), member.port, member.why) for member in members]
+            console.write_lines(["", summary(members), *console.columns(rows)])
     finally:  # also where nobody reads
-        if filed.trouble is not None:
-            console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
-        if filed.station_trouble is not None:
-            console.notify(join_sentences((filed.station_trouble.sentence, tr("The record is not signed."))))
-        is_reported = report is None or _written(report, partial(write_report, report, filed.record, args.printer))
+        if args.report is not None and not _written(args.report, partial(_write_reports, args, members)):
+            codes.append(console.PARTIAL)
+    return next(filter(codes.__contains__, (console.ANSWER_NO, console.NO_LINK, console.PARTIAL)), console.SUCCESS)
+
+
+def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> Sequence[Path]:
+    if len(members) == 1 and members[0].filed is not None:
+        return write_report(args.report, members[0].filed.record, args.printer)
+    return write_set_reports(args.report, members, args.printer)
+
+
+def _conclude(args: argparse.Namespace, member: SetMember) -> int:
+    """Print one check; returns its exit code."""
+    filed, trouble = member.filed, member.trouble
+    if filed is not None:
+        try:
+            console.emit(args, filed, lambda filed: contract_of(filed.assessment), page_of)
+        finally:  # also where nobody reads
+            if filed.trouble is not None:
+                console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
+            if filed.station_trouble is not None:
+                console.notify(join_sentences((filed.station_trouble.sentence, tr("The record is not signed."))))
     if trouble is not None:
-        console.notify(trouble)
+        console.notify(trouble.translated())
         return console.NO_LINK
-    if filed.assessment.verdict is Verdict.NO_GO:
-        return console.ANSWER_NO
-    return console.SUCCESS if is_reported else console.PARTIAL
+    return console.ANSWER_NO if member.verdict is Verdict.NO_GO else console.SUCCESS
 
 
 def _profile(profile: Path | None, done: Sequence[int]) -> Profile:
