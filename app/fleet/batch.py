@@ -140,6 +140,8 @@ class Bench:
                                    adapter=adapter)  # fmt: skip
                 if filed.trouble is not None:
                     raise filed.trouble
+            if why is None:
+                store.store_evidence(name, IdentityEvidence(boot_count, settings))
             content = {"name": name, "why": None if why is None else why.to_json(),
                        "settings_code": fingerprint(settings).code, "boot_count": boot_count}  # fmt: skip
             store.facts.add(FactKind.PROVISIONED, content, module=person.module, link=self.batch.key)

@@ -150,7 +150,7 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str)
             name, slots, port=evidence.port, boot_count=now.boot_count, is_confirmed=history.is_confirmed
         )
         if name is not None:
-            if now.is_complete:
+            if assessment.case.person.is_same_module and now.is_complete:
                 store.store_evidence(name, now)
             _keep_word(checks, name, assessment.case)
     return record

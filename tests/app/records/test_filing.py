@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from app import version
+from app.engine.identity import IdentityEvidence
 from app.preflight.findings import CheckResult, Person
 from app.procedures.history import History
 from app.records.check_store import CheckStore, Visit
@@ -150,7 +151,7 @@ def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Pat
         return filed.assessment.result("boot_count")
 
     with closing(open_store(tmp_path)) as store:
-        file_one(store, "M-07")
+        store.store_evidence("M-07", IdentityEvidence(36, file_one(store, "M-07").assessment.case.evidence.values))
         changed = partial(file_one, store, "M-07", FAULTS["free-fall time"])
         assert boot_count(changed()) is CheckResult.FAIL, "other settings than last read"
         assert boot_count(changed()) is CheckResult.FAIL, "what may be another one is not what was last read"
