@@ -15,6 +15,7 @@ from typing import NamedTuple
 from app import version
 from app.engine.identity import IdentityEvidence, Trust, same_module
 from app.engine.procedure import Procedure
+from app.engine.setting_changes import BOOTS
 from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
 from app.preflight.findings import Case, Person
@@ -37,6 +38,8 @@ READY, SET_ASIDE, OPEN = marked("READY"), marked("SET ASIDE"), marked("open")
 PLUG_IN, UNPLUG = marked("PLUG IN: {module}"), marked("UNPLUG, NEXT")
 TAKEN = marked("{module} is the name of another module: left out.")
 _TRIGGERS = ("attitude_trigger", "freefall_trigger")
+REPLUGGED_STARTS = 3
+"""Of the module that was named last, where it is plugged in again: its contacts may bounce."""
 
 
 class ModuleBatch(NamedTuple):
@@ -107,12 +110,12 @@ class Bench:
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins."""
-        is_first = self._are_all_new and not self._last
-        last = self._last or self._named_last()
-        names = [last] if self._are_all_new else [module.name for module in self._store.modules()]
+        names, most_starts = [module.name for module in self._store.modules()], BOOTS
+        if self._are_all_new:
+            names, most_starts = [self._last or self._named_last()], REPLUGGED_STARTS if self._last else 0
         known = [(name, self._store.evidence(name)) for name in names if name]
         context = replace(context, accepted_risks=self._accepted)
-        find_known = partial(_resembling, known, is_still_on=is_first)
+        find_known = partial(_resembling, known, most_starts=most_starts)
         return provision(evidence, self.batch.changes, context, find_known, is_enabling=self._is_enabling)
 
     def keep(
@@ -180,12 +183,12 @@ class Bench:
 
 
 def _resembling(
-    known: Sequence[tuple[str, IdentityEvidence]], now: IdentityEvidence, *, is_still_on: bool
+    known: Sequence[tuple[str, IdentityEvidence]], now: IdentityEvidence, *, most_starts: int
 ) -> str | None:
-    """The first module that nothing refutes; what is known too little of refutes itself. `is_still_on`: nor has it
-    started since."""
+    """The first module that nothing refutes, and that started as often since at most; what is known too little of
+    refutes itself."""
     fits = (name for name, before in known if before.is_complete and same_module(before, now) is not Trust.REFUTED
-            and (not is_still_on or before.boot_count == now.boot_count))  # fmt: skip
+            and ((now.boot_count or 0) - (before.boot_count or 0)) % BOOTS <= most_starts)  # fmt: skip
     return next(fits, None)
 
 

@@ -121,10 +121,11 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
         assert store.evidence("M-002").is_complete
 
 
-def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, port: str) -> None:
+@pytest.mark.parametrize("boots", [5, 20])
+def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, port: str, boots: int) -> None:
     def used(bench: SimulatedBench) -> None:
-        """Its settings are those of the batch, and its boot count may be that of M-001."""
-        bench.module.memory.boot_count = 5
+        """Its settings are those of the batch, and its boot count may be that of M-001, or beyond that of M-002."""
+        bench.module.memory.boot_count = boots
         bench.restart()
 
     bench_of(port).module.memory.boot_count = 4
