@@ -50,7 +50,7 @@ NOT_JUDGED: Final[dict[str, str]] = {
         "needs a pseudo-terminal"
     ),
     "tests/app/diagnosis/test_adapter_facts.py::test_the_latency_timer_and_the_rule_are_found": "a file of Linux'",
-    "tests/app/cli/test_cli_shapes.py::test_csv_file_is_replaced_as_a_whole": _LINKS,
+    "tests/app/cli/test_goldens.py::test_csv_file_is_replaced_as_a_whole": _LINKS,
     "tests/app/settings/test_profile_file.py::test_a_profile_named_after_its_file_can_be_saved_again": (
         "its path is longer than the 260 characters of Windows"
     ),

@@ -17,9 +17,8 @@ from app.flight_logs.module_view import RuleReading
 from app.simulator.memory import Memory, record_frame
 from app.trigger_records.history import record_of
 from protocol.messages import Source, TriggerRecord
-from tests.app.flight_analysis.test_simulated_module import module_fires, random_flight
-from tests.support.flights.made_flights import made_flight
-from tests.support.flights.made_flights import random_flight as random_log
+from tests.app.flight_analysis.test_fire_map import module_fires, sensed_flight
+from tests.support.flights.made_flights import made_flight, random_flight
 
 SETS, FLIGHTS_A_SET = 40, 5
 CALM_S, IMPACT_S = 1.5, 0.1
@@ -273,7 +272,7 @@ def test_every_trigger_of_the_simulated_module_is_among_the_proposals_for_its_re
             freefall_acceleration=int(random.integers(1, 10)),
             freefall_time=int(random.integers(20, 120)),
         )
-        fired, log = module_fires(memory, *random_flight(random))
+        fired, log = module_fires(memory, *sensed_flight(random))
         for (at_s, sources), data in zip(fired[-9:], list(memory.records)[-9:], strict=True):
             match = match_record(record_of(record_frame(data)), log)
             assert match.has_more or at_s in [
@@ -288,7 +287,7 @@ def test_a_proposal_holds_in_any_flight() -> None:
     random = np.random.default_rng(32)
     count = 0
     for _ in range(FLIGHTS):
-        log = random_log(random)
+        log = random_flight(random)
         made = record(Source(int(random.choice([2, 8, 10]))), tilt=int(random.integers(20, 120)),
                       force=int(random.integers(1, 8)), fall=int(random.integers(0, 100)))  # fmt: skip
         match = match_record(made, log)

@@ -20,7 +20,7 @@ from app.settings.profile_file import parse_profile
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import FILE_NAME, StoreFault, trouble_of
 from app.system.folders import data_folder
-from tests.app.preflight.test_preflight_slept import NIGHT_S, NightRig
+from tests.app.preflight.test_preflight_run import NIGHT_S, NightRig
 from tests.support.check_pace import hurry_check
 from tests.support.cli_line import Printed, bench_of
 from tests.support.records.kept_facts import tamper

@@ -1,15 +1,26 @@
-"""How long procedures wait for answers that do not come, and how often they ask; the clock is the simulator's."""
+"""How long procedures wait for answers, and how often they ask, on the simulator's clock; reports around an act."""
 
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Future
+from typing import Any
 
 import pytest
 
+from app.engine.device import StatusSample
 from app.engine.procedure import Cancelled, Procedure
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
-from app.procedures.act import perform
+from app.procedures.act import (
+    READINGS,
+    REPORTS_EVERY_S,
+    WATCH_S,
+    ZEROED_WITHIN_DEG,
+    Performed,
+    _Observed,
+    _outcome,
+    perform,
+)
 from app.procedures.ask_status import ask_status
 from app.procedures.find import find_rate, look_for
 from app.procedures.handshake import handshake
@@ -27,7 +38,7 @@ from app.safety.journal import Entry, Outcome, durable
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from tests.support.journals import FakeJournal
-from tests.support.line.sim_line import end_watch, engine_view, settled_rig, watched
+from tests.support.line.sim_line import Rig, end_watch, engine_view, settled_rig, watched
 
 SILENT: dict[str, object] = {"mute": True}
 NO_PROOF: dict[str, object] = {"mute-codes": "23,33,30,31"}
@@ -182,3 +193,126 @@ def test_a_module_that_answers_is_asked_once() -> None:
     rig = settled_rig()
     assert rig.run(ask_status())
     assert rig.line.requests.count(STATUS.query()) == 1
+
+
+# Reports before and after an act
+
+
+def do(rig: Rig, act: Act) -> None:
+    rig.run(perform(act, FakeJournal(), permit=Permit(act, Origin.CONFIRMATION, rig.clock())))
+
+
+def test_a_module_counts_as_on_after_two_answers_half_a_second_apart() -> None:
+    """A doubled reply to an earlier heartbeat answers once."""
+    rig = Rig({"shuts_down": False})
+    sent: list[tuple[float, bytes]] = []
+    line_write = rig.line.write
+
+    def noted(data: bytes) -> None:
+        sent.append((rig.clock(), data))
+        line_write(data)
+
+    rig.line.write = noted  # type: ignore[method-assign]
+    do(rig, Act.SHUTDOWN)
+    frames = [data for _, data in sent]
+    beats_s = [
+        at for at, data in sent[frames.index(REQUESTS[Act.SHUTDOWN].encode()) :] if data == HEARTBEAT.query().encode()
+    ]
+    assert beats_s[1] - beats_s[0] > 0.5
+
+
+@pytest.mark.parametrize(("options", "fences"), [({}, 0), ({"mute_codes": frozenset((0x10,))}, 1)])
+def test_only_the_first_report_after_an_unanswered_act_waits_behind_another_question(
+    options: dict[str, Any], fences: int
+) -> None:
+    rig = Rig(options)
+    do(rig, Act.ACTIVATE)
+    sent = rig.line.requests
+    afterwards = sent[sent.index(REQUESTS[Act.ACTIVATE]) + 1 :]
+    assert len([request for request in afterwards if request != STATUS.query()]) == fences
+    assert afterwards[fences:] == [STATUS.query()] * READINGS
+
+
+def test_before_zeroing_reports_are_asked_for_at_a_steady_pace() -> None:
+    rig = Rig({"tilt": 4})
+    do(rig, Act.ZERO)
+    reports = rig.line.requests.count(STATUS.query())
+    assert 0.9 < reports / (WATCH_S / REPORTS_EVERY_S) < 1.2, reports
+
+
+LOCKED = StatusSample(0.0, 0, 1.0, triggered=False, active=False)
+ACTIVE, FIRED = LOCKED._replace(active=True), LOCKED._replace(triggered=True, active=True)
+CONFIRMED, REFUSED, UNKNOWN = Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("raw", "reports", "outcome"),
+    [
+        (1, (ACTIVE, ACTIVE), CONFIRMED),
+        (None, (ACTIVE, ACTIVE), CONFIRMED),
+        (1, (ACTIVE,), UNKNOWN),
+        (1, (LOCKED, ACTIVE), UNKNOWN),
+        (1, (LOCKED, LOCKED), REFUSED),
+        (0, (LOCKED, LOCKED), REFUSED),
+        (None, (LOCKED, LOCKED), UNKNOWN),
+        (1, (), UNKNOWN),
+    ],
+)
+def test_an_activation_is_what_two_reports_say(
+    raw: int | None, reports: tuple[StatusSample, ...], outcome: Outcome
+) -> None:
+    assert _outcome(Act.ACTIVATE, _Observed(raw == 1, raw, reports)) is outcome
+
+
+@pytest.mark.parametrize(
+    ("raw", "has_fired", "reports", "outcome"),
+    [
+        (1, False, (LOCKED, LOCKED), CONFIRMED),
+        (0, True, (LOCKED, LOCKED), CONFIRMED),
+        (0, False, (LOCKED, FIRED), CONFIRMED),
+        (0, False, (LOCKED, LOCKED), REFUSED),
+        (0, None, (LOCKED, LOCKED), UNKNOWN),
+        (0, False, (LOCKED,), UNKNOWN),
+        (None, False, (LOCKED, LOCKED), UNKNOWN),
+        (2, False, (LOCKED, LOCKED), UNKNOWN),
+    ],
+)
+def test_not_fired_is_said_only_where_everything_says_so(
+    raw: int | None, has_fired: bool | None, reports: tuple[StatusSample, ...], outcome: Outcome
+) -> None:
+    assert _outcome(Act.DEPLOY, _Observed(raw == 1, raw, reports, has_fired=has_fired)) is outcome
+
+
+@pytest.mark.parametrize(
+    ("act", "raw", "is_alive", "outcome"),
+    [
+        (Act.SHUTDOWN, 1, True, REFUSED),
+        (Act.SHUTDOWN, 1, False, CONFIRMED),
+        (Act.SHUTDOWN, None, False, UNKNOWN),
+        (Act.ZERO, 1, None, CONFIRMED),
+        (Act.ZERO, 0, None, REFUSED),
+        (Act.FORBID_DEPLOY, None, None, UNKNOWN),
+    ],
+)
+def test_what_follows_from_an_acknowledgement(
+    act: Act, raw: int | None, is_alive: bool | None, outcome: Outcome
+) -> None:
+    assert _outcome(act, _Observed(raw == 1, raw, is_alive=is_alive)) is outcome
+    assert _outcome(act, _Observed(raw == 1, raw, is_alive=is_alive, is_sent=False)) is Outcome.NOT_SENT
+
+
+@pytest.mark.parametrize(
+    ("tilt_deg", "sentence"),
+    [
+        (0, "Acknowledged. Tilt now 0°."),
+        (1, "Acknowledged. Tilt now 1°."),
+        (2, "Acknowledged. Tilt now 2°, not 0°: check the mounting."),
+        (None, "Acknowledged. Could not read the tilt: check it."),
+    ],
+)
+def test_after_zeroing_the_tilt_is_said(tilt_deg: int | None, sentence: str) -> None:
+    assert ZEROED_WITHIN_DEG == 1
+    status = None if tilt_deg is None else StatusSample(0.0, tilt_deg, 1.0, False, False)
+    done = Performed(act=Act.ZERO, outcome=CONFIRMED, status=status)
+    assert done.sentence == sentence
+    assert done.is_level is (tilt_deg in (0, 1))

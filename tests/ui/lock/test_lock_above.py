@@ -1,6 +1,7 @@
 """LOCK above everything: by its button and its keys, over every dialog, menu, list and question of the program."""
 
 import ast
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,8 +26,10 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
+from tests.support.processes import ran
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out
+from tests.support.x_server import needs_x_server, x_server
 from ui.archive.service_form import ServiceForm
 from ui.core.texts import Texts
 from ui.files import file_dialogs
@@ -366,3 +369,16 @@ def test_a_profile_is_not_opened_for_another_module(qtbot: QtBot, qapp: QApplica
             answers.pop()(tmp_path / "none.toml")
             assert bool(opened) is not is_another
             opened.clear()
+
+
+# With the keys and clicks of an X server
+
+
+@needs_x_server
+def test_real_keys_and_clicks_lock_over_everything() -> None:
+    with x_server() as display:
+        command = sys.executable, "-m", "tests.ui.lock.under_x"
+        run = ran(*command, DISPLAY=display, QT_QPA_PLATFORM="xcb")
+    assert run.returncode == 0, run.stderr[-2000:]
+    over = [f"{name} locked locked" for name in DIALOGS]
+    assert run.stdout.splitlines() == [*over, "menu ctrl+l locked", "menu click locked", "ctrl+q held open"]

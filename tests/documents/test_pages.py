@@ -1,0 +1,199 @@
+"""Links lead to targets, pages in two languages have one structure, and docs/protocol.md is current and complete."""
+
+import re
+import sys
+import tomllib
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Final
+from urllib.parse import unquote
+
+import pytest
+
+from app.guided.results import GuidedKind
+from app.limits.limits import SETTING_BOUNDS
+from app.settings.profile_file import parse_profile
+from app.settings.profiles import LIMITS, NO_PROFILE, SETTINGS_BY_KEY
+from protocol.catalogue import COMMANDS
+from protocol.frame import Frame
+from protocol.stream import StreamParser
+from tests.support.line.vectors import VECTORS
+
+ROOT: Final = Path(__file__).parents[2]
+PAGES: Final = tuple(
+    sorted(page for folder in (ROOT, ROOT / "docs", ROOT / "ui" / "help" / "guide") for page in folder.glob("*.md"))
+)
+_LINK = re.compile(r"\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)")
+_CODE = re.compile(r"```.*?```|`[^`\n]*`", re.DOTALL)
+_HEADING = re.compile(r"^#+ +(.+?) *$", re.MULTILINE)
+_NAMED_FILE = re.compile(r"`((?:\.ci|app|docs|packaging|protocol|tests|ui)/[\w./-]*\w)`")
+"""A path of this tree such as `app/engine/transport.py`, without placeholders."""
+
+
+def named(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+def links(text: str) -> list[str]:
+    """The local targets, in order."""
+    return [link for link in _LINK.findall(_CODE.sub("", text)) if "://" not in link and not link.startswith("mailto:")]
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchor of a heading, as on GitHub and GitLab."""
+    headings = _HEADING.findall(_CODE.sub(lambda code: code[0] if "\n" not in code[0] else "", page.read_text("utf-8")))
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_there_are_pages() -> None:
+    assert {"README.md", "CHANGELOG.md", "docs/protocol.md"} <= {named(page) for page in PAGES}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=named)
+def test_every_link_has_a_target(page: Path) -> None:
+    for link in links(page.read_text("utf-8")):
+        path, _, anchor = unquote(link).partition("#")
+        target = page.parent / path if path else page
+        assert target.exists(), link
+        assert target.resolve().is_relative_to(ROOT), f"{link} leads out of the repository"
+        if anchor:
+            assert anchor in anchors(target), link
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.name != "CHANGELOG.md"], ids=named)
+def test_files_that_are_named_exist(page: Path) -> None:
+    """Change logs name old files; every other page has to name existing ones."""
+    for name in _NAMED_FILE.findall(page.read_text("utf-8")):
+        assert (ROOT / name).exists(), name
+
+
+def test_every_page_of_the_documents_is_reached_from_the_first_one() -> None:
+    reached, waiting = set[Path](), [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop().resolve()
+        if page.suffix == ".md" and page.is_file() and page not in reached:
+            reached.add(page)
+            waiting += [page.parent / unquote(link).partition("#")[0] for link in links(page.read_text("utf-8"))]
+    assert [named(page) for page in PAGES if page.resolve() not in reached] == []
+
+
+# Pages in two languages
+
+
+TRANSLATED: Final = tuple(sorted((*ROOT.glob("*.zh_CN.md"), *(ROOT / "docs").glob("*.zh_CN.md"))))
+BOTH: Final = pytest.mark.parametrize("page", ["profile.md", "profile.zh_CN.md"])
+
+
+def form(text: str) -> list[str]:
+    """The start of each line that is not running text, and the text in backticks."""
+    prose = re.sub(r"```.*?```", "```", text, flags=re.DOTALL)
+    return re.findall(r"^ *(#+|!\[|\d+\.|\||-|```)", prose, flags=re.MULTILINE)
+
+
+def code(text: str) -> list[str]:
+    """Commands in code blocks, without their comments, which are in the language of the page."""
+    blocks = re.findall(r"```\n(.*?)```", text, flags=re.DOTALL)
+    return [re.sub(r"\s+# .*", "", line) for block in blocks for line in block.splitlines()]
+
+
+def pictures(text: str) -> list[str]:
+    return [name.replace("zh_CN", "en") for name in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text)]
+
+
+@pytest.mark.parametrize("page", TRANSLATED, ids=lambda page: page.name)
+def test_a_page_has_the_same_form_in_both_languages(page: Path) -> None:
+    chinese = page.read_text("utf-8")
+    english = page.with_name(page.name.replace(".zh_CN", "")).read_text("utf-8")
+    assert form(chinese) == form(english)
+    assert code(chinese) == code(english)
+    assert pictures(chinese) == pictures(english)
+    assert f"]({page.name})" in english, "the English page leads to the Chinese one"
+
+
+@BOTH
+def test_the_profile_page_has_a_profile_that_is_accepted(page: str) -> None:
+    (example,) = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / page).read_text("utf-8"), flags=re.DOTALL)
+    assert parse_profile(example.encode()).settings == tomllib.loads(example)["settings"]
+
+
+@BOTH
+def test_the_profile_page_names_every_key_with_its_bounds(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text("utf-8")
+    for key in (*SETTINGS_BY_KEY, *(kind.value for kind in GuidedKind)):
+        assert f"`{key}`" in text, key
+    to = " 到 " if "zh_CN" in page else " to "
+    for key, bound in LIMITS.items():
+        row = f"| `{key}` | {NO_PROFILE.limit(key):g} | {bound.low:g}{to}{bound.high:g} |"
+        assert row in text
+    for key, allowed in SETTING_BOUNDS.items():
+        row = next(line for line in text.splitlines() if line.startswith(f"| `{key}`"))
+        assert row.endswith(f" {allowed.low:g}{to}{allowed.high:g} |")
+
+
+# The protocol page
+
+
+FRAME = re.compile(r"`((?:41 75|42 61)(?: [0-9A-F]{2})+)`")
+
+
+@pytest.fixture(scope="module")
+def protocol_page() -> ModuleType:
+    """Loads the tool from its file, because docs/ is not a package."""
+    spec = spec_from_file_location("dps_s_protocol_page", ROOT / "docs" / "generate" / "protocol_page.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", [*sys.path])
+        spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
+
+
+def test_the_page_is_current(protocol_page: ModuleType) -> None:
+    assert protocol_page.main(["--check"]) == 0, "run python docs/generate/protocol_page.py"
+
+
+def test_a_page_that_is_out_of_date_is_noticed_and_written_again(
+    protocol_page: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stale = tmp_path / "docs" / "protocol.md"
+    monkeypatch.setattr(protocol_page, "PAGE", stale)
+    assert protocol_page.main(["--check"]) == 1
+    assert not stale.exists()
+    assert protocol_page.main([]) == 0
+    assert protocol_page.main(["--check"]) == 0
+    stale.write_text(stale.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert protocol_page.main(["--check"]) == 1
+    assert "out of date" in capsys.readouterr().err
+
+
+def test_every_command_and_every_contradiction_is_on_the_page(text: str) -> None:
+    for command in COMMANDS:
+        assert f"| {command.code:02X} | `{command.name}` | {command.vendor_term} |" in text
+    assert re.findall(r"^\| (E\d+) \|", text, re.MULTILINE) == [f"E{number}" for number in range(1, 16)]
+
+
+def test_every_contradiction_has_a_test_named_after_it() -> None:
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
+    assert [number for number in range(1, 16) if f"def test_e{number:02}_" not in sources] == []
+
+
+def test_every_frame_on_the_page_is_one(text: str) -> None:
+    printed = {bytes.fromhex(found) for found in FRAME.findall(text)}
+    assert len(printed) > 40
+    misprint = bytes.fromhex("41 75 20 01 3C 50")
+    for raw in printed - {misprint}:
+        parser = StreamParser()
+        (piece,) = parser.feed(raw) + parser.flush()
+        assert isinstance(piece, Frame), piece
+
+
+def test_every_frame_of_the_table_is_on_the_page_or_differs_in_its_value(text: str) -> None:
+    printed = {bytes.fromhex(found)[:3] for found in FRAME.findall(text)}
+    assert {vector.raw[:3] for vector in VECTORS} <= printed
