@@ -4,7 +4,8 @@ A row holds the newest sample up to its time. A pause in the samples has no rows
 scale, stuck, or in disagreement with another one is not believed.
 """
 
-from typing import Final, NamedTuple
+from collections.abc import Iterable
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -252,18 +253,16 @@ def _note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) 
         problems.append(message(marked("Not judged: {total:.1f} s on the ground."), total=left_out_s))
 
 
-class Reports(NamedTuple):
-    """Status reports in order, and times of restarts, in seconds of one clock."""
-
-    time_s: Floats
-    tilt_deg: Floats
-    acceleration_g: Floats
-    resets_s: tuple[float, ...] = ()
-
-
-def flight_of_reports(name: str, reports: Reports, problems: list[UserMessage]) -> FlightLog:
-    """Makes each report a row. Raises `UserError` where there is none."""
-    time_s, tilt_deg, acceleration_g, resets_s = reports
+def flight_of_reports(
+    name: str,
+    time_s: Floats,
+    tilt_deg: Floats,
+    acceleration_g: Floats,
+    problems: list[UserMessage],
+    resets_s: Iterable[float] = (),
+) -> FlightLog:
+    """Makes each status report a row. `resets_s`: times of restarts by the same clock. Raises `UserError` where there
+    is none."""
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
     newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s
     is_good &= time_s >= newest

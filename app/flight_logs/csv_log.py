@@ -10,7 +10,7 @@ from typing import Final, TextIO
 
 import numpy as np
 
-from app.flight_logs.assembly import Reports, assembled, flight_of_reports
+from app.flight_logs.assembly import assembled, flight_of_reports
 from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole, recognised
 from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, Progress, unreadable
 from app.flight_logs.raw_log import (
@@ -59,7 +59,7 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
     if columns is None and head[1:] == HEAD.split(",")[1:]:  # the first one had another name before
         is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
-        return flight_of_reports(raw.name, Reports(time_s[is_report], tilt_deg, acceleration_g), [])
+        return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [])
     if chosen.attitude:
         raw.tilts_deg.append(_known(time_s, _tilt(values, chosen.attitude)))
     if chosen.force:

@@ -7,7 +7,7 @@ Read without pymavlink, which is larger than the rest of the program: see docs/f
 from array import array
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -23,25 +23,19 @@ _FORMAT_BYTES: Final = 89
 _HEAD_BYTES: Final = 3
 
 
-class _Type(NamedTuple):
-    kind: str
-    scale: float = 1.0
-
-
-_TYPES: Final[Mapping[str, _Type]] = {
-    "a": _Type("S64"), "b": _Type("<i1"), "B": _Type("<u1"), "h": _Type("<i2"), "H": _Type("<u2"), "i": _Type("<i4"),
-    "I": _Type("<u4"), "f": _Type("<f4"), "d": _Type("<f8"), "n": _Type("S4"), "N": _Type("S16"), "Z": _Type("S64"),
-    "c": _Type("<i2", 0.01), "C": _Type("<u2", 0.01), "e": _Type("<i4", 0.01), "E": _Type("<u4", 0.01),
-    "L": _Type("<i4", 1e-7), "M": _Type("<u1"), "q": _Type("<i8"), "Q": _Type("<u8"), "g": _Type("<f2"),
+_TYPES: Final[Mapping[str, tuple[str, float]]] = {
+    "a": ("S64", 1), "b": ("<i1", 1), "B": ("<u1", 1), "h": ("<i2", 1), "H": ("<u2", 1), "i": ("<i4", 1),
+    "I": ("<u4", 1), "f": ("<f4", 1), "d": ("<f8", 1), "n": ("S4", 1), "N": ("S16", 1), "Z": ("S64", 1),
+    "c": ("<i2", 0.01), "C": ("<u2", 0.01), "e": ("<i4", 0.01), "E": ("<u4", 0.01),
+    "L": ("<i4", 1e-7), "M": ("<u1", 1), "q": ("<i8", 1), "Q": ("<u8", 1), "g": ("<f2", 1),
 }  # fmt: skip
 
 
 class DataflashFile:
-    """`tables` has the tables of `wanted`, by name. Raises `UserError`."""
+    """`tables` has those of `TABLES` in the file, by name. Raises `UserError`."""
 
-    def __init__(self, data: bytes, names: frozenset[str]) -> None:
+    def __init__(self, data: bytes) -> None:
         self._data = data
-        self._names = names
         self.tables: dict[str, RecordTable] = {}
         self.skipped_bytes = 0
         """Bytes that are not records: damage."""
@@ -86,9 +80,9 @@ class DataflashFile:
             field_type = _TYPES.get(letter)
             if field_type is None:
                 return
-            fields[label.strip()] = RecordField(offset, field_type.kind, field_type.scale)
-            offset += np.dtype(field_type.kind).itemsize
-        if offset > length or name not in self._names or name in self.tables:
+            fields[label.strip()] = RecordField(offset, *field_type)
+            offset += np.dtype(field_type[0]).itemsize
+        if offset > length or name not in TABLES or name in self.tables:
             return
         table = RecordTable(name, self._data, fields)
         self.tables[name] = table
@@ -106,7 +100,7 @@ _MAX_SENSORS: Final = 6
 
 def read_dataflash(path: Path) -> RawLog:
     """Raises `UserError`, OSError."""
-    file = DataflashFile(read_bytes(path), TABLES)
+    file = DataflashFile(read_bytes(path))
     raw = RawLog(name=str(path))
     for name in ("ATT", "AHR2"):
         table = file.tables.get(name)

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from app.flight_logs.assembly import Reports, assembled, flight_of_reports
+from app.flight_logs.assembly import assembled, flight_of_reports
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Progress, unreadable
 from app.text.messages import message
@@ -80,19 +80,16 @@ def _read_session(path: Path) -> FlightLog:
     try:
         with open_recording(entry) as recording:
             excerpt = recording.excerpt(recording.start_s, recording.end_s)
-            reports = Reports(
-                np.array(excerpt.tilt.time_s, np.float64),
-                np.array(excerpt.tilt.value, np.float64),
-                np.array(excerpt.acceleration.value, np.float64),
-                tuple(marker.time_s for marker in excerpt.markers if marker.kind in STATE_LOST),
-            )
+            columns = (*excerpt.tilt, excerpt.acceleration.value)
+            time_s, tilt_deg, acceleration_g = (np.array(column, np.float64) for column in columns)
+            resets_s = [marker.time_s for marker in excerpt.markers if marker.kind in STATE_LOST]
             problems = [] if recording.damage is None else [recording.damage]
     except UserError as error:
         cause = error.__cause__
         raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
     if entry.was_cut_off:
         problems.append(message(marked("cut off")))
-    return flight_of_reports(str(path), reports, problems)
+    return flight_of_reports(str(path), time_s, tilt_deg, acceleration_g, problems, resets_s)
 
 
 def format_of(path: Path) -> LogFormat | None:

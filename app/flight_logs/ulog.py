@@ -61,13 +61,12 @@ class _Layout(NamedTuple):
 
 
 class UlogFile:
-    """`topics` has the topics of `wanted` in the file. Raises `UserError`."""
+    """`topics` has the topics of `TOPICS` in the file. Raises `UserError`."""
 
-    def __init__(self, data: bytes, names: frozenset[str]) -> None:
+    def __init__(self, data: bytes) -> None:
         if len(data) < _HEADER_BYTES:
             raise unreadable(marked("unknown kind of file"))
         self._data = data
-        self._names = names
         self._formats: dict[str, str] = {}
         self._subscribed: dict[int, UlogTopic] = {}
         self._layouts: dict[str, _Layout | None] = {}
@@ -136,7 +135,7 @@ class UlogFile:
 
     def _subscribe(self, instance: int, number: int, name: str) -> None:
         self._subscribed.pop(number, None)
-        if name not in self._names or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
+        if name not in TOPICS or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
             return
         topic = UlogTopic(name, self._data, layout.fields, instance=instance, size=layout.size,
                           least_size=layout.least_size)  # fmt: skip
@@ -192,7 +191,7 @@ _MAX_SENSORS: Final = 6
 
 def read_ulog(path: Path) -> RawLog:
     """Raises `UserError`, OSError."""
-    file = UlogFile(read_bytes(path), TOPICS)
+    file = UlogFile(read_bytes(path))
     raw = RawLog(name=str(path))
     for topic in sorted(file.topics, key=lambda topic: topic.instance):
         if topic.has("timestamp"):

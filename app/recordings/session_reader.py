@@ -4,7 +4,7 @@ import mmap
 import struct
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -14,7 +14,8 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Metadata
+from mcap.reader import SeekingReader
+from mcap.records import Chunk, Metadata
 from mcap.writer import MCAP0_MAGIC as MCAP_MAGIC
 
 from app.recordings.session_format import (
@@ -39,16 +40,13 @@ BLOCK_BYTES: Final = 1 << 24
 MAX_REPORTS_A_BYTE: Final = 1000
 """More are not believed: equal reports are packed to a hundredth."""
 _HEAD: Final = struct.Struct("<BQ")
-_CHUNK_HEAD: Final = struct.Struct("<QQQII")
 _MESSAGE: Final = struct.Struct("<BQHIQQ")
 """Head and fields of a message record, up to its data."""
-_SIZE: Final = struct.Struct("<Q")
-_FOOTER: Final = struct.Struct("<QQI")
-_PLACE: Final = struct.Struct("<QQ")
 _ZSTD: Final = b"\x04\x00\x00\x00zstd"
-_ZSTD_AT: Final = _HEAD.size + _CHUNK_HEAD.size - 4
+_ZSTD_AT: Final = _HEAD.size + 28
 """Where the name of the compression stands in a chunk: by it the next chunk is found."""
 _MAX_HEADING: Final = 1 << 16
+_NO_RECORD: Final = (McapError, ValueError, OverflowError, struct.error)
 _SECTION: Final = frozenset(range(Opcode.HEADER, Opcode.DATA_END + 1))
 
 
@@ -145,28 +143,23 @@ class _Walk:
 
     def _unpacked(self, begin: int, end: int) -> bytes | None:
         """The records of a chunk; None where it is damaged."""
-        body = begin + _CHUNK_HEAD.size
-        if end > self._size or end < body + len(_ZSTD) - 4:
+        if end > self._size:
             return None
-        _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(self._data, begin)
-        name = self._data[body : body + min(name_length, 8)]
-        body += name_length + _SIZE.size
-        if size > MAX_CHUNK_BYTES or body > end or self._unpacked_bytes + size > MAX_UNPACKED_BYTES:
-            return None
-        if _SIZE.unpack_from(self._data, body - _SIZE.size) != (end - body,):
-            return None
-        self._unpacked_bytes += size
-        packed = self._data[body:end]
-        if name == b"zstd":
-            try:
-                if zstandard.frame_content_size(packed) != size:
+        try:
+            stream = ReadDataStream(BytesIO(self._data[begin:end]))
+            chunk = Chunk.read(stream)
+            packed, size = chunk.data, chunk.uncompressed_size
+            total = self._unpacked_bytes + size
+            if stream.count != end - begin or size > MAX_CHUNK_BYTES or total > MAX_UNPACKED_BYTES:
+                return None
+            self._unpacked_bytes = total
+            if chunk.compression:
+                if chunk.compression != "zstd" or zstandard.frame_content_size(packed) != size:
                     return None
                 packed = self._zstd.decompress(packed)
-            except zstandard.ZstdError:
-                return None
-        elif name:
+        except (*_NO_RECORD, zstandard.ZstdError):
             return None
-        return packed if len(packed) == size and zlib.crc32(packed) == crc else None
+        return packed if len(packed) == size and zlib.crc32(packed) == chunk.uncompressed_crc else None
 
     # The whole file
 
@@ -240,12 +233,11 @@ class _Walk:
         return messages
 
     def _read_metadata(self, begin: int, end: int) -> None:
-        if end - begin > _MAX_HEADING:
-            return
-        try:
-            record = Metadata.read(ReadDataStream(BytesIO(self._data[begin:end])))
-        except (McapError, ValueError, struct.error):
-            return
+        if end - begin <= _MAX_HEADING:
+            with suppress(*_NO_RECORD):
+                self._on_metadata(Metadata.read(ReadDataStream(BytesIO(self._data[begin:end]))))
+
+    def _on_metadata(self, record: Metadata) -> None:
         if record.name == OLD_EXPORT:
             raise UserError(marked("exported by an earlier version; “dps-s recordings convert FILE” converts it"))
         if record.name == FORMAT:
@@ -268,8 +260,8 @@ class _Walk:
 
     def heading(self) -> SessionFile:
         """Of a file that was closed by its index, else passing over the chunks and unpacking only the last one."""
-        for place in self._indexed():
-            self._read_metadata(*place)
+        for record in self._indexed():
+            self._on_metadata(record)
         if self._file is not None and self._file.is_ended:
             return self._file
         last: tuple[int, int] | None = None
@@ -288,16 +280,9 @@ class _Walk:
                 self._note_progress(file)
         return file
 
-    def _indexed(self) -> Iterator[tuple[int, int]]:
-        """Begin and end of the metadata records by the summary at the end of the file; none without one."""
-        footer = self._size - len(MCAP_MAGIC) - _FOOTER.size - _HEAD.size
-        if footer < 0 or self._data[footer] != Opcode.FOOTER or self._data[-len(MCAP_MAGIC) :] != MCAP_MAGIC:
-            return
-        place, _, _ = _FOOTER.unpack_from(self._data, footer + _HEAD.size)
-        while 0 < place < footer:
-            kind, length = _HEAD.unpack_from(self._data, place)
-            if kind == Opcode.METADATA_INDEX:
-                begin, size = _PLACE.unpack_from(self._data, place + _HEAD.size)
-                if begin + size < place and self._data[begin] == Opcode.METADATA:
-                    yield begin + _HEAD.size, begin + size
-            place += _HEAD.size + length
+    def _indexed(self) -> list[Metadata]:
+        """The metadata records by the summary at the end of the file; none without one."""
+        reader = SeekingReader(self._data, record_size_limit=_MAX_HEADING)  # type: ignore[arg-type]
+        with suppress(*_NO_RECORD, StopIteration):
+            return list(reader.iter_metadata()) if reader.get_summary() is not None else []
+        return []

@@ -9,7 +9,7 @@ import pytest
 
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.judged_flight import judge_flight
-from app.flight_logs.assembly import Reports, ascending, assembled, flight_of_reports
+from app.flight_logs.assembly import ascending, assembled, flight_of_reports
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
@@ -217,7 +217,7 @@ def test_no_sample_holds_over_a_pause() -> None:
 
 def test_a_pause_of_a_recording_is_said() -> None:
     times = np.array([0.0, 0.5, 5.5, 6.0])
-    log = flight_of_reports("session", Reports(times, np.zeros(4), np.ones(4), ()), [])
+    log = flight_of_reports("session", times, np.zeros(4), np.ones(4), [])
     assert problems(log) == ["Pauses: 1, 5.0 s in all, at most 5.0 s."]
 
 
@@ -263,8 +263,8 @@ def test_values_that_are_not_numbers_are_left_out() -> None:
     assert problems(log) == ["Invalid samples left out: 5."]
     assert np.isfinite(log.tilt_deg).sum() == len(log.time_s)
     assert first_fires(log) == []
-    reports = Reports(np.array([1.0, np.nan, 1.4, 1.2, 1e300, 1.8]), np.zeros(6), np.array([1, 1, 1, 1, 1, np.nan]))
-    log = flight_of_reports("session", reports, [])
+    times, weights = np.array([1.0, np.nan, 1.4, 1.2, 1e300, 1.8]), np.array([1, 1, 1, 1, 1, np.nan])
+    log = flight_of_reports("session", times, np.zeros(6), weights, [])
     assert (problems(log), log.time_s.tolist()) == (["Invalid samples left out: 4."], pytest.approx([0.0, 0.4]))
 
 
