@@ -1434,10 +1434,6 @@
         <translation>忽略的命令</translation>
     </message>
     <message>
-        <source>Implausible</source>
-        <translation>不可信</translation>
-    </message>
-    <message>
         <source>Import…</source>
         <translation>导入…</translation>
     </message>
@@ -2540,10 +2536,6 @@
     <message>
         <source>Only an echo on {port}.</source>
         <translation>{port} 上只有回显。</translation>
-    </message>
-    <message>
-        <source>Only fired</source>
-        <translation>仅触发</translation>
     </message>
     <message>
         <source>Only if the rule is read so: {reading}.</source>

@@ -133,7 +133,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
 
 
 class RowsFilter(QSortFilterProxyModel, Generic[Row]):
-    """Shows the rows that are wanted and contain all searched words, sorted by a column."""
+    """Shows the rows that contain all searched words, sorted by a column."""
 
     def __init__(
         self, model: RowsModel[Row], parent: QObject | None = None, *, searches_sentence: bool = False
@@ -141,20 +141,16 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
         super().__init__(parent)
         self._model, self._searches_sentence = model, searches_sentence
         self._words: tuple[str, ...] = ()
-        self._is_wanted: Callable[[Row], bool] = lambda _row: True
         self.setSortRole(SORT_ROLE)
         self.setSourceModel(model)
 
-    def use(self, text: str, is_wanted: Callable[[Row], bool] | None = None) -> None:
+    def use(self, text: str) -> None:
         self.beginFilterChange()
         self._words = tuple(text.casefold().split())
-        self._is_wanted = is_wanted or self._is_wanted
         self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
 
     def filterAcceptsRow(self, source_row: int, _source_parent: Index) -> bool:
         row = self._model.rows[source_row]
-        if not self._is_wanted(row):
-            return False
         if not self._words:
             return True
         texts = [column.text(row) for column in self._model.columns]

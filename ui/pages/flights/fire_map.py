@@ -97,9 +97,6 @@ class FireMapView(StaticPlot):
 
     chosen = Signal(float, float)
     """Attitude threshold in degrees, free-fall time in seconds."""
-    opened = Signal()
-    """Double click or Enter: show the flights of this cell."""
-
     usual: ClassVar = QSize(320, 280)
     least: ClassVar = QSize(240, 200)
 
@@ -238,10 +235,6 @@ class FireMapView(StaticPlot):
         if event.buttons() & Qt.MouseButton.LeftButton:
             self.chosen.emit(*self.thresholds_at(event.position()))
 
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.MouseButton.LeftButton:
-            self.opened.emit()
-
     def keyPressEvent(self, event: QKeyEvent) -> None:
         steps = {
             Qt.Key.Key_Up: (1, 0), Qt.Key.Key_Down: (-1, 0), Qt.Key.Key_Right: (0, 1), Qt.Key.Key_Left: (0, -1),
@@ -250,7 +243,5 @@ class FireMapView(StaticPlot):
         if steps is not None:
             tilt = self._limits.attitude_threshold_deg + steps[0]
             self.chosen.emit(*self._bounded(tilt, self._limits.freefall_time_s + steps[1] * _TIME_STEP_S))
-        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.opened.emit()
         else:
             super().keyPressEvent(event)

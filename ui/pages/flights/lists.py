@@ -20,7 +20,6 @@ from ui.pages.flights.controller import GROUPS, FlightRow
 from ui.pages.flights.texts import (
     MOVE_WORD,
     OTHER_LIST,
-    Verdict,
     appearance_of,
     list_caption,
     list_detail,
@@ -173,11 +172,6 @@ class FlightList(QWidget):
         bad = Icon.PARACHUTE if self.group is FlightGroup.MUST_NOT else Icon.CROSS
         self.picture.show_icon(good if meaning is None else bad, meaning)
         self._refresh_actions()
-
-    def show_only_fired(self, *, is_wanted: bool) -> None:
-        """Hides flights that do not fire with the chosen thresholds."""
-        hidden = (Verdict.HOLDS, Verdict.UNREAD)
-        self.table.filter.use("", lambda row: not is_wanted or verdict_of(row.outcome) not in hidden)
 
     def move_chosen(self) -> None:
         names = self._names()

@@ -9,7 +9,6 @@ from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
-    QCheckBox,
     QPushButton,
     QStackedWidget,
     QWhatsThis,
@@ -25,7 +24,6 @@ from app.text.sentences import join_sentences, labelled
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
-from ui.forms.table_kit import select_row
 from ui.pages.flights.column_form import ColumnForm
 from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded
 from ui.pages.flights.fire_map import FireMapView
@@ -66,7 +64,6 @@ class FlightsPage(Page):
         self._folder = Path.home()
         self.result = JobNotice(self, is_of_module=False)
         texts = services.texts
-        self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only fired")
         self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
                                   picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
         self.thresholds = ThresholdPanel(texts)
@@ -165,14 +162,6 @@ class FlightsPage(Page):
         self._show_overview()
         self.open_paths([Path(log.name) for log in unread if log.head == heads.get(name)], columns)
 
-    def _show_fired(self) -> None:
-        """Shows the flights that fire with the chosen thresholds."""
-        self.fired_only.setChecked(True)
-        first = next((part for part in self.lists.of.values() if part.table.filter.rowCount()), None)
-        if first is not None:
-            first.table.setFocus()
-            select_row(first.table, 0)
-
     # Showing
 
     def refresh(self) -> None:
@@ -189,8 +178,6 @@ class FlightsPage(Page):
         self.lists.show_rows(work.rows())
         counts = tuple(part.caption.text() for part in self.lists.of.values())
         self.map.show_limits(work.limits, labelled(limits_text(work.limits), " · ".join(counts)))  # fmt: skip
-        if self.fired_only.isChecked():
-            self._filter(is_wanted=True)
         self.thresholds.show_limits(work.limits, work.reading)
         self.proposal.refresh()
 
@@ -238,14 +225,10 @@ class FlightsPage(Page):
         """Hides the page's header for the flight and the form, which have their own."""
         self._stack.setCurrentWidget(widget)
         self.header.setVisible(widget in (self.empty, self._overview))
-        for part in (self.thresholds.reading, self.fired_only, self.header.more):
+        for part in (self.thresholds.reading, self.header.more):
             part.setVisible(widget is self._overview)
         self.proposal.show_proposal(is_wanted=widget is self._overview)
         self._refresh_notice()
-
-    def _filter(self, *, is_wanted: bool) -> None:
-        for part in self.lists.of.values():
-            part.show_only_fired(is_wanted=is_wanted)
 
     def _tick(self) -> None:
         self.work.poll()
@@ -278,8 +261,6 @@ class FlightsPage(Page):
         self.map.chosen.connect(
             lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
         )
-        self.map.opened.connect(self._show_fired)
-        self.fired_only.toggled.connect(lambda is_on: self._filter(is_wanted=is_on))
         for part in self.lists.of.values():
             part.opened.connect(self.open_flight)
             part.move_wanted.connect(work.move)
@@ -301,7 +282,7 @@ class FlightsPage(Page):
 
     def _lay_out(self) -> None:
         self.header = self.make_header(
-            self._services.texts, marked("Flight logs"), self.thresholds.reading, self.fired_only, self.open_files
+            self._services.texts, marked("Flight logs"), self.thresholds.reading, self.open_files
         )
         folder = self.header.add_rare("flights_open_folder", marked("Open folder…"), self.choose_folder)
         folder.setShortcut("Ctrl+Shift+O")
@@ -318,7 +299,7 @@ class FlightsPage(Page):
     # Qt
 
     def on_escape(self) -> bool:
-        """Leaves a flight or the form, cancels reading, closes a message or resets the filter."""
+        """Leaves a flight or the form, cancels reading or closes a message."""
         if self._stack.currentWidget() is self.flight:
             self.flight.close_flight()
         elif self._stack.currentWidget() is self.form:
@@ -327,8 +308,6 @@ class FlightsPage(Page):
             self.work.cancel()
         elif self.result.result_notice() is not None:
             self.result.dismiss()
-        elif self.fired_only.isChecked():
-            self.fired_only.setChecked(False)
         else:
             return False
         return True

@@ -6,8 +6,7 @@ and the module's state then replace what belongs to the present.
 
 from typing import Final
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QWidget
 
 from app.engine.device import DeviceView, Known
@@ -19,8 +18,7 @@ from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.plots.gauge import TiltGauge
-from ui.style.painted_widget import Freshness, pen
-from ui.style.theme import Meaning, Size, Space, current
+from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.readout import Readout, StateChip, age_of
@@ -32,8 +30,6 @@ _TALL_FROM_PX: Final = 600
 """Height of the page from which the gauge is larger."""
 _GAUGES_PX: Final = (76, 112)
 _MAX_APART_PX: Final = 56
-_BAR_PX: Final = 64
-_BAR_HEIGHT_PX: Final = 10
 _CELL: Final = marked("Cell voltage")
 _CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
@@ -47,49 +43,6 @@ _STREAMED: Final = marked("streamed")
 _NO_STREAM: Final = marked("no stream")
 
 
-class LightReadout(Readout):
-    """A readout with a bar beside its note, whose middle is the threshold."""
-
-    def __init__(self) -> None:
-        super().__init__("", unit="V", template="0.0")
-        self._light_v: float | None = None
-        self._threshold_v: float | None = None
-        self._is_limit_stale = False
-
-    def show_bar(self, light_v: float | None, threshold_v: float | None, *, is_limit_stale: bool) -> None:
-        """Sets the bar; None: not known. Without a threshold there is no bar."""
-        shown = light_v, threshold_v, is_limit_stale
-        if shown != (self._light_v, self._threshold_v, self._is_limit_stale):
-            self._light_v, self._threshold_v, self._is_limit_stale = shown
-            self.update()
-
-    def sizeHint(self) -> QSize:
-        hint = super().sizeHint()
-        return QSize(max(hint.width(), round(self._note_px()) + Space.S + _BAR_PX), hint.height())
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        super().paintEvent(event)
-        if not self._threshold_v or self._light_v is None:
-            return
-        theme = current()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        is_dim = self._is_limit_stale or self.freshness is Freshness.STALE
-        bar = QRectF(0, 0, _BAR_PX, _BAR_HEIGHT_PX)
-        bar.moveCenter(QPointF(self._note_px() + Space.S + _BAR_PX / 2, self._note_room().center().y()))
-        painter.setPen(pen(theme.muted if is_dim else theme.border, theme.border_px))
-        painter.setBrush(QColor(theme.sunken))
-        painter.drawRoundedRect(bar, 3, 3)
-        part = min(1.0, self._light_v / (2 * self._threshold_v))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.muted) if is_dim else theme.ink(self.meaning))
-        painter.drawRoundedRect(QRectF(bar.left(), bar.top(), bar.width() * part, bar.height()), 3, 3)
-        painter.setPen(pen(theme.muted if is_dim else theme.attention.ink, 1 + theme.line_px))
-        middle = bar.center().x()
-        painter.drawLine(QPointF(middle, bar.top() - 4), QPointF(middle, bar.bottom() + 4))
-        painter.end()
-
-
 class LivePanel(QFrame):
     """The row of values."""
 
@@ -99,7 +52,7 @@ class LivePanel(QFrame):
         self.gauge = named(TiltGauge(), "live_gauge")
         self.tilt = named(Readout("", unit="°", template="00"), "live_tilt")
         self.acceleration = named(Readout("", unit="g", template="0.0"), "live_acceleration")
-        self.light = named(LightReadout(), "live_light")
+        self.light = named(Readout("", unit="V", template="0.0"), "live_light")
         self.cell = named(Readout("", unit="V", template="0.00"), "live_cell")
         self.stream = named(Readout("", unit="/s", template="0"), "live_stream")
         self.boot_count = named(Readout(""), "live_boot_count")
@@ -173,7 +126,8 @@ class LivePanel(QFrame):
         _show(self.acceleration, acceleration, now_s, 1, *falling)
         light, cell = (value_outside(key, device, now_s, in_use) for key in ("light_v", "cell_voltage_v"))
         known_light = device.known("light_v", now_s)
-        self._show_light_limit(None if known_light is None else float(known_light.value), limits, stale)
+        threshold_v = stale.light_v if limits.light_v is None else limits.light_v
+        self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
         _show(self.light, known_light, now_s, 1, *_bay_note(light, limits.light_v))
         charging = device.known("charging", now_s)
         self._name_cell(_CHARGER if charging is not None and charging.value is True else _CELL)
@@ -185,12 +139,6 @@ class LivePanel(QFrame):
         _show(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, meaning, note)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
         self._show_stream(device, now_s, reports_per_s, tilt)
-
-    def _show_light_limit(self, light_v: float | None, limits: ModuleLimits, stale: ModuleLimits) -> None:
-        """Shows the threshold beside the number and in the bar."""
-        threshold_v = stale.light_v if limits.light_v is None else limits.light_v
-        self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
-        self.light.show_bar(light_v, threshold_v, is_limit_stale=limits.light_v is None)
 
     def _show_tilt_limit(self, limits: ModuleLimits, stale: ModuleLimits) -> None:
         """Shows the threshold beside the number and in the gauge."""

@@ -1,10 +1,8 @@
-"""Details of the selected recording: outline, facts and buttons."""
+"""Details of the selected recording: facts and buttons."""
 
 from collections.abc import Sequence
-from typing import ClassVar, Final
+from typing import Final
 
-from PySide6.QtCore import QRectF, QSize
-from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
 
 from app.recordings.entry_texts import entry_text, remarks, size_text, when_text
@@ -15,17 +13,13 @@ from app.text.sentences import join_names
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.rows_table import FactRows
-from ui.pages.recordings.outlines import Outline, Outlines, draw_outline
 from ui.style.icons import Icon
-from ui.style.painted_widget import PaintedWidget
-from ui.style.theme import Space, current
+from ui.style.theme import Space
 from ui.widgets.controls import control, named, rename
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 
 WIDTH_PX: Final = 328
-_LOWEST_PX: Final = 24
-_HIGHEST_PX: Final = 160
 _FACTS: Final = {
     "when": marked("Time"),
     "port": marked("Port"),
@@ -33,34 +27,6 @@ _FACTS: Final = {
     "samples": marked("Samples"),
     "size": marked("Size"),
 }
-
-
-class OutlinePicture(PaintedWidget):
-    """The tilt of one recording over its duration; it takes what the facts leave."""
-
-    usual: ClassVar = QSize(200, 0)
-    least: ClassVar = QSize(120, 0)
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setObjectName("recordings_outline")
-        self._outline: Outline = ()
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMaximumHeight(_HIGHEST_PX)
-        self.use_card_background()
-
-    def show_outline(self, outline: Outline) -> None:
-        self._outline = outline
-        highest = f" ≤ {round(max(high for _, high in outline))}°" if outline else ""
-        self.announce(f"{tr('Tilt')}{highest}")
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = self.begin_paint()
-        if self.height() < _LOWEST_PX:
-            painter.end()
-            return
-        draw_outline(painter, QRectF(self.rect()).adjusted(1, 6, -1, -2), self._outline, current())
-        painter.end()
 
 
 class RecordingsButtons(QWidget):
@@ -95,12 +61,10 @@ class RecordingsButtons(QWidget):
 
 
 class RecordingsDetail(QFrame):
-    def __init__(self, texts: Texts, outlines: Outlines) -> None:
+    def __init__(self, texts: Texts) -> None:
         super().__init__()
         named(self, "recordings_detail", "card")
-        self._outlines = outlines
         self.buttons = RecordingsButtons(texts)
-        self.picture = OutlinePicture()
         self.title = named(ElidedLabel(), "recordings_detail_title", "strong")
         single_lines = {key: named(ElidedLabel(), f"recordings_{key}") for key in _FACTS}
         self._fact_rows = FactRows(texts, "recordings", _FACTS, single_lines)
@@ -108,7 +72,7 @@ class RecordingsDetail(QFrame):
         self.facts = self._fact_rows.values
         self.remarks = text_label("recordings_remarks", is_selectable=True)
         content = named(QWidget(), "recordings_facts")
-        in_column(self._fact_rows, self.remarks, (self.picture, 1), 0, of=content, spacing=Space.XS, margins=0)
+        in_column(self._fact_rows, self.remarks, 1, of=content, spacing=Space.XS, margins=0)
         scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
         # The buttons stay where they are when a notice below makes the page shorter.
         in_column(self.title, self.buttons, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)
@@ -117,7 +81,6 @@ class RecordingsDetail(QFrame):
         """Shows one recording, or how many are selected and their sums."""
         self.buttons.show_chosen(chosen, is_idle=is_idle)
         entry = chosen[0] if len(chosen) == 1 else None
-        self.picture.show_outline(() if entry is None else self._outlines.of(entry))
         readable = [entry for entry in chosen if entry.trouble is None]
         shown: dict[str, str] = {}
         if chosen:
@@ -133,7 +96,6 @@ class RecordingsDetail(QFrame):
         self.title.setText(_title(chosen))
         self.remarks.setText("" if entry is None else remarks(entry) if entry.trouble is None else entry_text(entry))
         self.remarks.setVisible(bool(self.remarks.text()))
-        self.picture.setVisible(entry is not None and entry.trouble is None)
         self._fact_rows.show_facts(shown)
 
 

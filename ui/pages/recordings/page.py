@@ -94,7 +94,7 @@ class RecordingsPage(Page):
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         services.texts.bind(self.search.setPlaceholderText, "Search")
-        self.detail = RecordingsDetail(services.texts, self.outlines)
+        self.detail = RecordingsDetail(services.texts)
         self.buttons = self.detail.buttons
         words = marked("No recordings yet"), marked("Every session is recorded automatically.")
         self.empty = EmptyState("recordings_empty", Icon.RECORDINGS, services.texts, *words)
@@ -141,10 +141,6 @@ class RecordingsPage(Page):
 
     def _refresh_buttons(self) -> None:
         self.detail.show_chosen(self.table.chosen(), is_idle=not self.work.is_running)
-
-    def _refresh_outlines(self) -> None:
-        self._refresh_buttons()
-        self.outlines.read(self.work.entries)
 
     def _bounds_text(self) -> str:
         library = self.work.library
@@ -228,7 +224,7 @@ class RecordingsPage(Page):
     # Making
 
     def _wire(self) -> None:
-        self.outlines.changed.connect(self._refresh_outlines)
+        self.outlines.changed.connect(lambda: self.outlines.read(self.work.entries))
         self.work.opened.connect(self._go_to_live)
         self.buttons.open.clicked.connect(self._open_chosen)
         self.buttons.csv.clicked.connect(partial(self._export, ExportKind.CSV))

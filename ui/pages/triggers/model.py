@@ -1,7 +1,7 @@
-"""Model of the Triggers page: columns, filters, copied text, and what the page says of the list."""
+"""Model of the Triggers page: columns, copied text, and what the page says of the list."""
 
 from collections.abc import Iterable
-from enum import Enum, IntEnum
+from enum import IntEnum
 from typing import Final
 
 from PySide6.QtGui import QIcon
@@ -28,16 +28,6 @@ class Column(IntEnum):
     LIGHT = 5
     CELL = 6
     JUDGED = 7
-
-
-class Show(Enum):
-    """Filter of the list; the value is English, marked."""
-
-    ALL = marked("All")
-    ON_MODULE = marked("On the module")
-    NEW = marked("new")
-    IMPLAUSIBLE = marked("Implausible")
-    UNJUDGED = marked("not reviewed")
 
 
 def record_text(row: TriggerRow) -> str:
@@ -130,20 +120,6 @@ COLUMNS: Final = (
         marked("Reviewed"), _judged, widest=lambda: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len)
     ),
 )
-
-
-def is_chosen(show: Show, row: TriggerRow) -> bool:
-    match show:
-        case Show.ALL:
-            return True
-        case Show.ON_MODULE:
-            return row.is_on_module
-        case Show.NEW:
-            return row.is_new
-        case Show.IMPLAUSIBLE:
-            return bool(row.record.implausible)
-        case Show.UNJUDGED:
-            return row.seen.judgement is None
 
 
 def as_text(rows: Iterable[TriggerRow]) -> str:

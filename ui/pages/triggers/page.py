@@ -1,6 +1,6 @@
 """Triggers page: all trigger records of a module, newest first, with the details and the review of the selected ones.
 
-    head     search, filter, Read
+    head     search, Read
     list     `RowsTable`, or why it is empty; beside it `TriggersDetail`
     foot     copy, export
 or one record beside a flight log, in `RecordBesideLog`.
@@ -15,7 +15,6 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
-    QComboBox,
     QLabel,
     QLineEdit,
     QPushButton,
@@ -26,7 +25,7 @@ from PySide6.QtWidgets import (
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_sentences
+from app.text.sentences import join_sentences
 from app.trigger_records.history import Judgement
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_flight_log, ask_path
@@ -38,13 +37,11 @@ from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
 from ui.pages.triggers.model import (
     COLUMNS,
     Column,
-    Show,
     as_text,
     count_text,
     csv_name,
     empty_text,
     empty_title,
-    is_chosen,
     news_text,
     record_text,
 )
@@ -84,13 +81,10 @@ class TriggersPage(Page):
         self.detail = TriggersDetail(services.texts)
         self.beside = RecordBesideLog(services.texts)
         self.strip = named(NoticeBar(services.texts), "triggers_notice")
-        guard = WheelGuard(self)
-        self.module = ModuleField("triggers_module", services.connector, services.texts, guard)
+        self.module = ModuleField("triggers_module", services.connector, services.texts, WheelGuard(self))
         self.module.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.news = named(ElidedLabel(), "triggers_news", "small")
-        self.show_box = control(QComboBox(), services.texts, "triggers_show", says="Filter", tip="Filter")
-        self._make_show(guard)
         self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search", key="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
@@ -122,7 +116,7 @@ class TriggersPage(Page):
         known_by = self._connector.current.module.known_by if has_rows else ""
         self.news.setText(" · ".join(filter(None, (news_text(work), known_by))))
         self.read.setEnabled(work.can_read)
-        for widget in (self.copy, self.save_page, self.save_archive, self.show_box, self.search):
+        for widget in (self.copy, self.save_page, self.save_archive, self.search):
             widget.setEnabled(has_rows)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_detail()
@@ -205,23 +199,11 @@ class TriggersPage(Page):
             self._folder = path.parent
 
     def _use_filter(self) -> None:
-        self.table.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
+        self.table.filter.use(self.search.text())
         self._show_list()
         self._show_detail()
 
     # Making
-
-    def _name_entry(self, number: int, text: str) -> None:
-        self.show_box.setItemText(number, capitalised(text))
-
-    def _make_show(self, guard: WheelGuard) -> None:
-        box = self.show_box
-        for number, show in enumerate(Show):
-            box.addItem("", show)
-            self._services.texts.bind(partial(self._name_entry, number), show.value)
-        box.setMinimumContentsLength(10)
-        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        guard.guard(box)
 
     def _make_buttons(self) -> None:
         texts = self._services.texts
@@ -236,7 +218,6 @@ class TriggersPage(Page):
         texts.bind(self.search.setPlaceholderText, "Search")
 
     def _wire(self) -> None:
-        self.show_box.currentIndexChanged.connect(self._use_filter)
         self.search.textChanged.connect(self._use_filter)
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self.work.judge)
@@ -251,7 +232,7 @@ class TriggersPage(Page):
 
     def _lay_out(self) -> None:
         texts = self._services.texts
-        head = self.make_header(texts, marked("Triggers"), self.search, self.show_box, self.read)
+        head = self.make_header(texts, marked("Triggers"), self.search, self.read)
         foot = FlowRow()
         foot.add_right(self.copy, self.save_page, self.save_archive)
         says = in_row(self.count, (self.news, 1), self.module, spacing=Space.M)

@@ -195,17 +195,13 @@ def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
     assert page.map.mapTo(page, page.map.rect().bottomLeft()).y() < page.proposal.mapTo(page, QPoint()).y()  # in sight
     assert "1 of 2" in page.map.accessibleName()
     assert "45°" in page.map.accessibleName()
-    page.fired_only.setChecked(True)
-    assert desk.shown(MUST_NOT) == ["turn"]
+    assert desk.shown(MUST_NOT) == ["turn", "calm"]  # what is not as expected comes first
     page.thresholds.tilt.slider.setValue(60)
-    assert desk.shown(MUST_NOT) == []
     assert page.map.numbers.toPlainText().startswith("60° · ")
     assert [line.value() for line in page.map.cross[2:]] == [60, page.work.limits.freefall_time_s]
     rows = page.map.image.image[:, -1]  # lowest tilt first: 50° fires up to a threshold of 50°, not above it
     assert (rows[0] == rows[len(rows) // 5]).all()
     assert (rows[0] != rows[len(rows) // 2]).any()
-    page.on_escape()
-    assert len(desk.shown(MUST_NOT)) == 2
 
 
 def test_a_place_is_dotted_where_the_readings_differ_in_either_group() -> None:
@@ -232,9 +228,6 @@ def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
     desk.qtbot.mouseClick(page.map, Qt.MouseButton.LeftButton, pos=QPoint(-500, 5000))
     page.map.chosen.emit(*page.map.thresholds_at(QPointF(-500, 5000)))
     assert (page.work.limits.attitude_threshold_deg, page.work.limits.freefall_time_s) == (30, 0.2)
-    desk.qtbot.keyClick(page.map, Qt.Key.Key_Return)
-    assert page.fired_only.isChecked()
-    assert desk.shown(MUST_NOT) == ["turn"]
 
 
 def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
