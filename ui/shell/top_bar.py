@@ -2,8 +2,8 @@
 
 from functools import partial
 
-from PySide6.QtCore import QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
@@ -15,10 +15,10 @@ from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, Command
 from ui.core.texts import Texts
 from ui.services.port import LockControl, Ports
-from ui.style.icons import Icon, battery, draw, icon, set_icon_size
-from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.style.icons import Icon, battery, icon, set_icon_size
+from ui.style.theme import Meaning, Space, font, scaled
 from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control, named, set_role
-from ui.widgets.labels import ElidedLabel
+from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -60,25 +60,32 @@ class PortButton(QPushButton):
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
-        self.title = ""
-        self._words: LinkText | None = None
-        self._phase = Phase.CLOSED
+        self._shown: object = None
+        self._whole_title = ""
         control(self, texts, "port_button", tip="Choose a port", key="Ctrl+K", role="quiet")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
-
-    @property
-    def word(self) -> str:
-        return "" if self._words is None else self._words.word
+        self._sign = IconLabel("port_sign", 20, keeps_place=True)
+        self.title, self.word = named(ElidedLabel(), "port_title", "strong"), named(ElidedLabel(), "port_state")
+        arrow = IconLabel("port_arrow", 12, keeps_place=True)
+        arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
+        lines = in_column(1, self.title, self.word, 1, spacing=0, margins=0)
+        self._row = in_row(self._sign, (lines, 1), arrow, of=self, spacing=Space.S, margins=(Space.S, 0))
 
     def show_link(self, title: str, phase: Phase, words: LinkText) -> None:
-        if (title, phase, words) == (self.title, self._phase, self._words):
+        if (title, phase, words) == self._shown:
             return
-        self.title, self._phase, self._words = title, phase, words
+        self._shown = title, phase, words
+        picture, meaning = _PHASES[phase]
+        self._sign.show_icon(picture, meaning)
+        self._whole_title = title
+        self._fit()
+        self.word.setText(words.word)
+        self.word.setVisible(words.word != title)
+        set_role(self.word, "attention" if meaning is Meaning.ATTENTION else "small")
         # Without the duration, which would be announced every second.
         word = tr("Offline") if phase is Phase.OFFLINE else words.word
         self.setAccessibleName(tr("Port {port}: {state}", port=title, state=word))
         self.setAccessibleDescription(f"{words.what} {words.next_step}".strip())
-        self.update()
 
     def sizeHint(self) -> QSize:
         return QSize(scaled(280), scaled(BAR_PX) - 2 * _AROUND_PX)
@@ -86,60 +93,16 @@ class PortButton(QPushButton):
     def minimumSizeHint(self) -> QSize:
         return QSize(scaled(100), scaled(BAR_PX) - 2 * _AROUND_PX)
 
-    def paintEvent(self, event: QPaintEvent) -> None:
-        super().paintEvent(event)  # frame, hover and focus; the button has no text
-        theme = current()
-        painter = QPainter(self)
-        square = scaled(20)
-        left, right = Space.S, self.width() - Space.S
-        picture, meaning = _PHASES[self._phase]
-        ink = theme.ink(meaning)
-        icon_rect = QRect(left, (self.height() - square) // 2, square, square)
-        draw(painter, picture, icon_rect, ink)
-        text_left = left + square + Space.S
-        room, title_size, has_arrow = self._title_fit(text_left, right)
-        if has_arrow:
-            chevron = QRect(right - 12, (self.height() - 12) // 2, 12, 12)
-            draw(painter, Icon.CHEVRON_DOWN, chevron, QColor(theme.muted))
-        half = self.height() // 2
-        is_fine = self._phase is Phase.ONLINE
-        lines = [
-            (self.title, title_size, True, QColor(theme.text), 1, half - 1, Qt.AlignmentFlag.AlignBottom),
-            (self._fitting_word(room), Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, half - 1,
-             Qt.AlignmentFlag.AlignTop),
-        ]  # fmt: skip
-        if self.title == self.word:
-            lines = [
-                (self.title, title_size, True, QColor(theme.text), 0, self.height(), Qt.AlignmentFlag.AlignVCenter)
-            ]
-        for text, size, is_bold, colour, top, high, vertical in lines:
-            line_font = font(size, is_bold=is_bold)
-            painter.setFont(line_font)
-            painter.setPen(colour)
-            fitting = _fitting(text, QFontMetrics(line_font), room)
-            painter.drawText(text_left, top, room, high, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
-        painter.end()
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
 
-    def _fitting_word(self, room: int) -> str:
-        """The state, without the duration where that has no room."""
-        is_long = self._phase is Phase.OFFLINE and QFontMetrics(font(Size.SMALL)).horizontalAdvance(self.word) > room
-        return tr("Offline") if is_long else self.word
-
-    def _title_fit(self, left: int, right: int) -> tuple[int, Size, bool]:
-        """The room of the texts, the size of the title, and whether the arrow is shown: on a narrow window the title
-        is smaller, at last without the arrow."""
-        beside, whole = right - 12 - Space.S - left, right + Space.XS - left
-        for room, size in ((beside, Size.BODY), (beside, Size.SMALL)):
-            if not _fitting(self.title, QFontMetrics(font(size, is_bold=True)), room).endswith("…"):
-                return room, size, True
-        return whole, Size.SMALL, False
-
-
-def _fitting(text: str, metrics: QFontMetrics, room_px: int) -> str:
-    """The text, a shorter one without the baud rate, or, as the last resort, elided."""
-    port = tr("Simulator") if text == tr("Simulated module") else text.partition(" · ")[0]
-    fits = (candidate for candidate in (text, port) if metrics.horizontalAdvance(candidate) <= room_px)
-    return next(fits, metrics.elidedText(port, Qt.TextElideMode.ElideRight, room_px))
+    def _fit(self) -> None:
+        """The title, or a shorter one without the baud rate where it has no room."""
+        whole, room = self._whole_title, self.width() - self._row.minimumSize().width()
+        short = tr("Simulator") if whole == tr("Simulated module") else whole.partition(" · ")[0]
+        has_room = QFontMetrics(font(is_bold=True)).horizontalAdvance(whole) <= room
+        self.title.setText(whole if has_room else short)
 
 
 class TopBar(QFrame):

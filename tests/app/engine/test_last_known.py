@@ -162,7 +162,7 @@ def test_shut_down_by_its_button_it_is_told_calmly(qtbot: QtBot, qapp: QApplicat
         one.until(lambda: notice.notice is not None)
         assert notice.notice is not None
         assert notice.notice.meaning is Meaning.INFORMATION
-        assert one.assembly.window.top_bar.port.word.startswith("Switched off at ")
+        assert one.assembly.window.top_bar.port.word.text().startswith("Switched off at ")
         one.bench.press_switch()
         one.until(lambda: one.assembly.connector.current.state.phase is Phase.ONLINE, 15_000)
 

@@ -132,7 +132,7 @@ def test_a_click_connects_to_the_simulated_module(qtbot: QtBot, qapp: QApplicati
         qtbot.mouseClick(panel.connect_button, Qt.MouseButton.LeftButton)
         wait_online(qtbot, assembly)
         qtbot.waitUntil(panel.isHidden)
-        assert assembly.window.top_bar.port.title == "Simulated module"
+        assert assembly.window.top_bar.port.accessibleName() == "Port Simulated module: Connected"
 
 
 def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

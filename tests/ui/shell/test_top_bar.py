@@ -58,11 +58,11 @@ def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: 
     with simulated("named"), window(qapp, tmp_path) as assembly:
         top = TopBar(assembly.connector, Texts(), LimitsInUse())
         qtbot.addWidget(top)
-        assert (top.port.title, top.name.text()) == ("Not connected", "")
+        assert (top.port.title.text(), top.name.text()) == ("Not connected", "")
         connect(qtbot, assembly, "sim://named")
         assembly.connector.current.module.choose("M-07")
         top.refresh()
-        assert (top.port.title, top.name.text()) == ("Simulated module", "M-07")
+        assert (top.port.title.text(), top.name.text()) == ("Simulated module", "M-07")
         assembly.connector.current.module.choose("")
         top.refresh()
         assert top.name.text() == ""

@@ -38,7 +38,7 @@ def test_without_a_port_everything_is_unknown_and_says_so(qtbot: QtBot, qapp: QA
         top = assembly.window.top_bar
         assert (top.activation.word, top.activation.meaning) == ("unknown", Meaning.UNKNOWN)
         assert (top.trigger.word, top.cell.word) == ("unknown", "unknown")
-        assert top.port.word == "Not connected"
+        assert top.port.word.text() == "Not connected"
         assert not top.lock.isEnabled()
         qtbot.waitUntil(assembly.window.panel.isVisible)  # the ports are at hand
 
@@ -48,7 +48,7 @@ def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         top = assembly.window.top_bar
         connect(qtbot, assembly, "sim://state")
         qtbot.waitUntil(lambda: top.activation.word == "LOCKED")
-        assert (top.port.word, top.trigger.word) == ("Connected", "NOT TRIGGERED")
+        assert (top.port.word.text(), top.trigger.word) == ("Connected", "NOT TRIGGERED")
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
         bench.module.activate(is_active=True)
         qtbot.waitUntil(lambda: top.activation.word == "ACTIVE")
@@ -206,7 +206,7 @@ def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: 
         one.bench.module.start_stream(one.clock())
         one.until(lambda: connector.current.state.phase is Phase.LATE)
         one.until(lambda: "late" in main.status_bar.age.text())
-        one.until(lambda: "late" in main.top_bar.port.word)
+        one.until(lambda: "late" in main.top_bar.port.word.text())
         assert connector.current.device.fresh("active", one.clock()) is None
         one.bench.change(lag_ms=0.0)
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
