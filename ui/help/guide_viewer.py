@@ -1,5 +1,6 @@
 """Shows the user guide `ui/help/guide/<language>.md`, which is installed with the program."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
@@ -47,8 +48,7 @@ class GuideViewer(DocumentWindow):
             return
         self._shown = page
         self.show_markdown(page.read_text(encoding="utf-8"), QUrl.fromLocalFile(f"{self._folder.as_posix()}/"))
-        self._fit_pictures()
-        self._colour_drawings()
+        self._show_pictures()
         self.text.moveCursor(QTextCursor.MoveOperation.Start)
 
     def _restyle(self) -> None:
@@ -71,25 +71,23 @@ class GuideViewer(DocumentWindow):
         """Scrolls to the chapter with this title in the English guide, else to the start."""
         page = self._folder / f"{ENGLISH}.md"
         titles = [line[3:].strip() for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("## ")]
-        if english not in titles:
+        chapters = [block for block in self._headings() if block.blockFormat().headingLevel() == _CHAPTER_LEVEL]
+        if english in titles:  # chapters have the same order in all languages
+            self._show_block(chapters[titles.index(english)])
+        else:
             self.text.moveCursor(QTextCursor.MoveOperation.Start)
-            return
-        number, block = titles.index(english), self.text.document().begin()
-        while block.isValid():  # chapters have the same order in all languages
-            if block.blockFormat().headingLevel() == _CHAPTER_LEVEL:
-                if number == 0:
-                    self._show_block(block)
-                    return
-                number -= 1
-            block = block.next()
 
     def _go_to_heading(self, fragment: str) -> None:
         """Finds the heading by its anchor, since headings have none in Qt's Markdown."""
+        found = (block for block in self._headings() if anchor_of(block.text()) == fragment.lower())
+        if (block := next(found, None)) is not None:
+            self._show_block(block)
+
+    def _headings(self) -> Iterator[QTextBlock]:
         block = self.text.document().begin()
         while block.isValid():
-            if block.blockFormat().headingLevel() and anchor_of(block.text()) == fragment.lower():
-                self._show_block(block)
-                return
+            if block.blockFormat().headingLevel():
+                yield block
             block = block.next()
 
     def _show_block(self, block: QTextBlock) -> None:
@@ -101,16 +99,18 @@ class GuideViewer(DocumentWindow):
         top = layout.blockBoundingRect(block).top()
         self.text.verticalScrollBar().setValue(round(top))
 
-    def _fit_pictures(self) -> None:
-        """Scales screenshots down to the width of the text."""
-        document, widest_px = self.text.document(), self._room_px()
-        for picture in sorted(self._folder.glob("images/*.png")):
-            image = QImage(str(picture))
-            if image.width() > widest_px:
-                image = image.scaledToWidth(
-                    round(widest_px * self.devicePixelRatioF()), Qt.TransformationMode.SmoothTransformation
-                )
-                image.setDevicePixelRatio(self.devicePixelRatioF())
+    def _show_pictures(self) -> None:
+        """Scales screenshots down to the width of the text, and recolours the drawings for the theme."""
+        document, theme, ratio = self.text.document(), current(), self.devicePixelRatioF()
+        for picture in sorted((self._folder / "images").glob("*")):
+            if picture.suffix == ".svg":
+                svg = picture.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
+                image, room_px = QImage.fromData(svg.encode()), self._room_px(_INDENT_PX)
+            else:
+                image, room_px = QImage(str(picture)), self._room_px()
+            if image.width() > room_px:
+                image = image.scaledToWidth(round(room_px * ratio), Qt.TransformationMode.SmoothTransformation)
+                image.setDevicePixelRatio(ratio)
             url = document.baseUrl().resolved(QUrl(f"images/{picture.name}"))
             document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
         document.markContentsDirty(0, document.characterCount())
@@ -119,18 +119,6 @@ class GuideViewer(DocumentWindow):
         """The width of the widest picture that needs no scrolling sideways."""
         beside_px = self.text.verticalScrollBar().sizeHint().width() + 2 * round(self.text.document().documentMargin())
         return min(_WIDEST_PX, self.text.width() - beside_px - indent_px - Space.XL) if self.isVisible() else _WIDEST_PX
-
-    def _colour_drawings(self) -> None:
-        """Recolours the drawings for the theme."""
-        document, theme = self.text.document(), current()
-        for drawing in sorted(self._folder.glob("images/*.svg")):
-            svg = drawing.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
-            url = document.baseUrl().resolved(QUrl(f"images/{drawing.name}"))
-            image = QImage.fromData(svg.encode())
-            width_px = min(image.width(), self._room_px(_INDENT_PX))
-            image = image.scaledToWidth(width_px, Qt.TransformationMode.SmoothTransformation)
-            document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
-        document.markContentsDirty(0, document.characterCount())
 
     def sizeHint(self) -> QSize:
         return QSize(_WIDEST_PX + scaled(96), 560)

@@ -137,7 +137,7 @@ class HelpActions(QObject):
         from ui.help.small_windows import ShortcutsView
 
         if self._keys is None:
-            self._keys = ShortcutsView(self._window, self._services.texts, self._entries)
+            self._keys = ShortcutsView(self._window, self._services.texts)
         self._keys.bring_up()
 
     def show_about(self) -> None:

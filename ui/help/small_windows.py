@@ -2,8 +2,10 @@
 
 import platform
 from collections.abc import Iterator
-from importlib.metadata import PackageMetadata, PackageNotFoundError, metadata
-from typing import Final, NamedTuple
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
+from typing import Final
 
 from PySide6.QtCore import QObject, QSize, Qt
 from PySide6.QtGui import QAction, QKeySequence
@@ -13,14 +15,12 @@ from app import version
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.services.context import PageEntry
 from ui.services.page import Page
 from ui.style.icons import app_icon
 from ui.widgets.controls import Shortcut, name_of
 from ui.widgets.document_window import DocumentWindow
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_NATIVE: Final = QKeySequence.SequenceFormat.NativeText
 _ALWAYS: Final = (
     ("Esc", marked("Close or cancel; never sends anything")),
     ("Tab", marked("Next control")),
@@ -28,24 +28,15 @@ _ALWAYS: Final = (
 )
 
 
-class Key(NamedTuple):
-    """A shortcut in the language in use. `page` is the key of its page, "" for one that works everywhere."""
-
-    page: str
-    keys: str
-    does: str
-
-
-def keys_of(window: QMainWindow) -> tuple[Key, ...]:
-    """All actions with a shortcut, those that work everywhere first."""
-    keys = [key for action in window.findChildren(QAction) if (key := _key_of(action)) is not None]
-    return tuple(dict.fromkeys(sorted(keys, key=lambda key: key.page)))
+def keys_of(window: QMainWindow) -> list[tuple[str, str, str]]:
+    """Where each shortcut works (a page, or ""), the shortcut, and what it does, in the language in use."""
+    actions = [action for action in window.findChildren(QAction) if any(map(QKeySequence.toString, action.shortcuts()))]
+    keys = {(_page_of(action), _keys_text(action), _words(action)): None for action in actions if _words(action)}
+    return sorted([*keys, *(("", key, tr(does)) for key, does in _ALWAYS)], key=lambda key: key[0])
 
 
-def _key_of(action: QAction) -> Key | None:
-    keys = ", ".join(shortcut.toString(_NATIVE) for shortcut in action.shortcuts() if not shortcut.isEmpty())
-    does = _words(action)
-    return Key(_page_of(action), keys, does) if keys and does else None
+def _keys_text(action: QAction) -> str:
+    return ", ".join(key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts())
 
 
 def _words(action: QAction) -> str:
@@ -56,45 +47,37 @@ def _words(action: QAction) -> str:
 
 
 def _page_of(action: QAction) -> str:
+    """The title of the page that it is of; "" for one that works everywhere."""
     around: QObject | None = action.parent()
     while around is not None and not isinstance(around, Page):
         around = around.parent()
-    return "" if around is None else around.key
+    return "" if around is None else around.accessibleName()
 
 
 class ShortcutsView(DocumentWindow):
-    """One table for the window, then one for each page."""
+    """One table, first what works everywhere."""
 
-    def __init__(self, window: QMainWindow, texts: Texts, entries: tuple[PageEntry, ...]) -> None:
+    def __init__(self, window: QMainWindow, texts: Texts) -> None:
         super().__init__("keys_view", marked("Keyboard shortcuts"), texts, window)
-        self._window, self._entries = window, entries
+        self._window = window
         VisibilityTimer(self, self.refresh)
 
     def refresh(self) -> None:
-        self.show_markdown("\n".join(self._lines()))
-
-    def _lines(self) -> Iterator[str]:
-        shortcuts = keys_of(self._window)
-        always = [Key("", keys, tr(does)) for keys, does in _ALWAYS]
-        yield from _table(tr("Everywhere"), [key for key in shortcuts if not key.page] + always)
-        for entry in self._entries:
-            of_page = [key for key in shortcuts if key.page == entry.key]
-            if of_page:
-                yield from _table(tr(entry.title), of_page)
+        rows = [(place or tr("Everywhere"), f"**{keys}**", does) for place, keys, does in keys_of(self._window)]
+        cells = [(tr("Pages"), tr("Key"), tr("Action")), ("---",) * 3, *rows]
+        self.show_markdown("\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in cells))
 
 
-def _table(title: str, keys: list[Key]) -> Iterator[str]:
-    yield f"## {title}\n"
-    yield f"| {tr('Key')} | {tr('Action')} |"
-    yield "| --- | --- |"
-    for key in keys:
-        yield f"| **{key.keys}** | {key.does.replace('|', '/')} |"
-    yield ""
-
-
-_PARTS: Final = ("PySide6-Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "platformdirs", "mcap")
-
-_CLASSIFIER: Final = "License :: "
+_PARTS: Final = {
+    "PySide6-Essentials": "LGPL-3.0-only",
+    "shiboken6": "LGPL-3.0-only",
+    "numpy": "BSD-3-Clause",
+    "pyqtgraph": "MIT",
+    "pyserial": "BSD-3-Clause",
+    "platformdirs": "MIT",
+    "mcap": "MIT",
+}
+"""Each with its licence."""
 
 
 def show_about(window: QWidget) -> QMessageBox:
@@ -112,23 +95,7 @@ def show_about(window: QWidget) -> QMessageBox:
 
 
 def _made_with() -> Iterator[str]:
-    """Name, version and licence of each component, from its metadata."""
     yield f"Python {platform.python_version()} (PSF-2.0)"
-    for name in _PARTS:
-        try:
-            data = metadata(name)
-        except PackageNotFoundError:  # left out of some bundles
-            continue
-        licence = _licence(data)
-        yield f"{data['Name']} {data['Version']}" + (f" ({licence})" if licence else "")
-
-
-def _licence(data: PackageMetadata) -> str:
-    """From the current field, the older one, or the classifiers; "" where there is none."""
-    fields = data.json
-    written = str(fields.get("license_expression") or fields.get("license") or "").strip()
-    if written:
-        return written.splitlines()[0]
-    classifiers = fields.get("classifier") or ()
-    named = [classifier.rpartition(" :: ")[2] for classifier in classifiers if classifier.startswith(_CLASSIFIER)]
-    return named[0].removesuffix(" License") if named else ""
+    for name, licence in _PARTS.items():
+        with suppress(PackageNotFoundError):  # some bundles leave the metadata out
+            yield f"{name} {version_of(name)} ({licence})"

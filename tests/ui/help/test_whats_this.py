@@ -187,8 +187,8 @@ def test_help_windows_are_modeless(qtbot: QtBot, qapp: QApplication, tmp_path: P
         QWhatsThis.leaveWhatsThisMode()
         # The overview names every key of the window
         listed = keys_of(main)
-        assert all(one.does for one in listed)
-        named = {key for one in listed for key in one.keys.split(", ")}
+        assert all(does for _, _, does in listed)
+        named = {key for _, keys, _ in listed for key in keys.split(", ")}
         native = [
             (action.objectName(), key.toString(key.SequenceFormat.NativeText))
             for action in main.findChildren(QAction)
