@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from PySide6.QtCore import QPoint, Qt, Signal
-from PySide6.QtGui import QGuiApplication, QKeySequence, QResizeEvent
-from PySide6.QtWidgets import QMenu, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtGui import QGuiApplication, QKeySequence
+from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -139,12 +139,9 @@ class PlotHeader(QWidget):
     def __init__(self, texts: Texts, time_range: TimeRange) -> None:
         super().__init__()
         self.setObjectName("time-plot-header")
-        # The text of the state never makes the page wider.
-        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._time_range, self._texts = time_range, texts
-        self._shown: object = None
         self._offers_pause: bool | None = None
-        self.chip = named(StateChip(tr("Plots")), "time-plot-state")
+        self.chip = named(StateChip(tr("Plots"), is_measured=True), "time-plot-state")
         texts.bind(self.chip.set_caption, "Plots")
         self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day", picture=Icon.CLOCK,
                              role="segment", is_checkable=True)  # fmt: skip
@@ -178,30 +175,10 @@ class PlotHeader(QWidget):
                         key="Space", picture=Icon.PAUSE)  # fmt: skip
             else:
                 control(self.pause, self._texts, "time-plot-pause", "Live", key="End", picture=Icon.TO_LIVE)
-        if time_range.is_recorded:
-            self._show_state(tr("recorded"), tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
-            return
         self.chip.setVisible(not time_range.is_live)  # the title of the page says it
-        if time_range.is_live:
-            self._show_state(tr("live"), tr("live"), Icon.LIVE, None)
-        else:
-            behind = tr("paused, {time} behind", time=duration(max(0.0, time_range.now_s - time_range.span.end_s)))
-            self._show_state(behind, tr("paused"), Icon.PAUSE, Meaning.ATTENTION)
-
-    def _show_state(self, whole: str, short: str, picture: Icon, meaning: Meaning | None) -> None:
-        """Shows the whole text if the row has room for it, else the short one, else only the icon."""
-        if (whole, self.width()) == self._shown:
-            return
-        self._shown = whole, self.width()
-        self.chip.show_state(whole, picture, meaning)
-        spoken = self.chip.accessibleName()
-        for word in (short, ""):
-            if not self.isVisible() or self.row.sizeHint().width() <= self.width():
-                break
-            self.chip.show_state(word, picture, meaning)
-        self.chip.announce(spoken, name=f"{tr('Plots')}: {short}")  # without the delay, which changes all the time
-        self.chip.setToolTip(spoken)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._shown = None  # the text may fit now, or no longer
+        if time_range.is_recorded:
+            self.chip.show_state(tr("recorded"), Icon.HISTORY, Meaning.INFORMATION)
+        elif not time_range.is_live:
+            behind_s = max(0.0, time_range.now_s - time_range.span.end_s)
+            text = tr("paused, {time} behind", time=duration(behind_s))
+            self.chip.show_state(text, Icon.PAUSE, Meaning.ATTENTION)

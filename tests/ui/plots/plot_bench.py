@@ -94,7 +94,7 @@ class Bench:
     @property
     def state(self) -> str:
         chip = find(self.plot, StateChip, "time-plot-state")
-        return chip.word
+        return "live" if chip.isHidden() else chip.word
 
     @property
     def written(self) -> list[Shown]:
