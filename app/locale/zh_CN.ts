@@ -1778,6 +1778,10 @@
         <translation>列出串口</translation>
     </message>
     <message>
+        <source>Live</source>
+        <translation>实时</translation>
+    </message>
+    <message>
         <source>Load defaults</source>
         <translation>载入默认值</translation>
     </message>
@@ -5094,10 +5098,6 @@
         <translation>列出可信站点</translation>
     </message>
     <message>
-        <source>live</source>
-        <translation>实时</translation>
-    </message>
-    <message>
         <source>locked</source>
         <translation>已锁定</translation>
     </message>
@@ -5524,10 +5524,6 @@
     <message>
         <source>passed</source>
         <translation>通过</translation>
-    </message>
-    <message>
-        <source>paused</source>
-        <translation>已暂停</translation>
     </message>
     <message>
         <source>paused, {time} behind</source>
