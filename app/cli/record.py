@@ -115,6 +115,7 @@ class RecordedSession:
         if self._is_of_another(batch.device) and self._recorder.is_recording:
             console.notify(tr("Another module answers."))
             self._has_ended = self._span.is_over = self._table is not None
+            self._recorder.settle(SETTLE_LIMIT_S)  # else its file may not be there yet
             self._note_path()
             if self._has_ended:
                 self._recorder.end()

@@ -15,7 +15,7 @@ from pathlib import Path
 from app.engine.ports import PortInfo
 
 ROOT = Path("/")
-PORT_GRABBERS = ("brltty", "ModemManager")
+PORT_GRABBERS = ("ModemManager", "brltty")
 RULE_NAME = "60-dps-s.rules"
 RULE_FOLDERS = ("etc/udev/rules.d", "usr/lib/udev/rules.d", "lib/udev/rules.d", "run/udev/rules.d")
 _RULE_SOURCE = Path(__file__).parents[2] / "packaging" / "linux" / RULE_NAME
@@ -57,7 +57,7 @@ def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
         return AdapterFacts()
     latency = _latency_file(port, root)
     return AdapterFacts(
-        grabbers=running(PORT_GRABBERS, root=root),
+        grabbers=running(PORT_GRABBERS, root),
         has_rule=any((root / folder / RULE_NAME).exists() for folder in RULE_FOLDERS),
         rule_source=str(_RULE_SOURCE) if _RULE_SOURCE.exists() else "",
         access=access_to(root / port.lstrip("/")),
@@ -66,15 +66,14 @@ def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
     )
 
 
-def running(names: Iterable[str], *, root: Path = ROOT) -> tuple[str, ...]:
-    """Those of these programs that are running."""
-    full_names = {name[:15]: name for name in names}  # the kernel cuts names to 15 bytes
+def running(names: Iterable[str], root: Path) -> tuple[str, ...]:
+    """Those of these programs that are running; names of up to 15 bytes, to which the kernel cuts them."""
     present = set()
     with suppress(OSError):
         for comm in (root / "proc").glob("[0-9]*/comm"):
             with suppress(OSError):  # the process has ended
                 present.add(comm.read_text(errors="replace", encoding="utf-8").strip())
-    return tuple(sorted(full_names[name] for name in present & full_names.keys()))
+    return tuple(name for name in names if name in present)
 
 
 def access_to(device: Path) -> Access | None:

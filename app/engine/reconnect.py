@@ -18,9 +18,9 @@ the connection changed meanwhile, and opens the address that `poll` returns, or 
 """
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from enum import Enum
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from app.engine.identity import UNKNOWN, Expected, Identity
 from app.engine.ports import PortInfo
@@ -109,16 +109,6 @@ class PortStage(Enum):
     """Lost; opened again when the same adapter returns."""
 
 
-FOLLOWS: Final[Mapping[PortStage, tuple[PortStage, PortStage]]] = {
-    PortStage.IDLE: (PortStage.UNKNOWN, PortStage.IDLE),
-    PortStage.UNKNOWN: (PortStage.UNKNOWN, PortStage.IDLE),
-    PortStage.KNOWN: (PortStage.KNOWN, PortStage.IDLE),
-    PortStage.MISTAKEN: (PortStage.MISTAKEN, PortStage.LOST),
-    PortStage.LOST: (PortStage.UNKNOWN, PortStage.LOST),
-}
-"""What follows when the port is open (a URL is `KNOWN` at once), and when it is closed without one of `LOSSES`."""
-
-
 class Reconnection:
     """See the module's docstring. One object for the program's lifetime, used by one thread."""
 
@@ -198,11 +188,14 @@ class Reconnection:
             return
         if connection.state is PortState.OPEN:
             self._node = None if self.address.is_url else self._node_of(self.address.device)
-            self._enter(PortStage.KNOWN if self.address.is_url else FOLLOWS[self._stage][0])
+            if self.address.is_url:
+                self._enter(PortStage.KNOWN)
+            elif self._stage in (PortStage.IDLE, PortStage.LOST):
+                self._enter(PortStage.UNKNOWN)
         elif connection.state is PortState.CLOSED:
             if connection.trouble is not None:
                 self._note(connection.trouble.trouble, now)
-            self._enter(FOLLOWS[self._stage][1])
+            self._enter(PortStage.LOST if self.is_waiting else PortStage.IDLE)
 
     def is_due(self, now: float) -> bool:
         """Whether to list the ports now and pass them to `poll`."""

@@ -168,7 +168,8 @@ class SerialLine:
         return int(self._serial.baudrate)
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
-        """Return the bytes that arrive within `longest_s`, b"" if none do.
+        """Return the bytes that arrive within `longest_s`, b"" if none do. A socket, and any port on Windows, is
+        waited for as long as `READ_SLICE_S` only.
 
         `gather_s` is how long to wait after the first byte, so that a stream causes a hundred wake-ups a second and not
         a thousand. `interrupt` ends both waits. Raises `PortError` LOST.

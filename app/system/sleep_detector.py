@@ -14,7 +14,6 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 SHORTEST_S = 1.0
 """The shortest sleep; smaller differences come from reading two clocks one after the other."""
@@ -24,23 +23,6 @@ MAX_TURN_S = 5.0
 _INTERRUPT_TIMES_PER_S = 10_000_000
 
 Clock = Callable[[], float]
-
-
-class ClockReading(NamedTuple):
-    """Both clocks at one instant, in seconds. `with_sleep_s` is None if the system has no such clock."""
-
-    awake_s: float
-    with_sleep_s: float | None = None
-
-
-def slept_s(before: ClockReading, now: ClockReading) -> float:
-    """How long the computer slept between two readings, in seconds."""
-    turn_s = now.awake_s - before.awake_s
-    if before.with_sleep_s is not None and now.with_sleep_s is not None:
-        missed_s = now.with_sleep_s - before.with_sleep_s - turn_s
-        if missed_s >= SHORTEST_S:
-            return missed_s
-    return turn_s if turn_s >= MAX_TURN_S else 0.0
 
 
 def sleepless_clock() -> Clock | None:
@@ -81,7 +63,8 @@ if sys.platform == "win32":
 
 
 class SleepDetector:
-    """Compares each reading with the previous one. For one thread."""
+    """Compares two clocks with their last reading. `with_sleep`: None if the system has no such clock. For one
+    thread."""
 
     def __init__(self, clock: Clock = time.monotonic, with_sleep: Clock | None = None) -> None:
         self._clock, self._with_sleep = clock, with_sleep
@@ -89,9 +72,12 @@ class SleepDetector:
 
     def poll(self) -> float:
         """How long the computer slept since the last call, in seconds."""
-        now = self._now()
-        before, self._before = self._before, now
-        return slept_s(before, now)
+        before, self._before = self._before, self._now()
+        turn_s, with_sleep_s = (now - then for now, then in zip(self._before, before, strict=True))
+        if with_sleep_s - turn_s >= SHORTEST_S:
+            return with_sleep_s - turn_s
+        return turn_s if turn_s >= MAX_TURN_S else 0.0
 
-    def _now(self) -> ClockReading:
-        return ClockReading(self._clock(), None if self._with_sleep is None else self._with_sleep())
+    def _now(self) -> tuple[float, float]:
+        awake_s = self._clock()
+        return awake_s, awake_s if self._with_sleep is None else self._with_sleep()
