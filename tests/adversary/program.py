@@ -17,8 +17,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Job
 from app.simulator.bench import SimulatedBench
 from app.terminal.connection import link_trouble
-from tests.support.line.sim_line import FakeClock, WatchedLine
-from tests.support.line.threadless import ThreadlessWorker
+from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
 
 PORT: Final = "sim://adversary"

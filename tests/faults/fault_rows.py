@@ -1,25 +1,41 @@
-"""The procedures of the table that only ask or write: how to make each, and find a false claim in its result."""
+"""The procedures of the table: how to make each, and how to find a false claim in its result."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from app.engine.procedure import EngineView, Inspect, Procedure
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS
+from app.procedures.act import Performed, begin_act, perform
 from app.procedures.ask_status import ask_status
-from app.procedures.find import WAITS_S, answers_here, find_rate, proofs
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud
+from app.procedures.find import WAITS_S, answers_here, find_rate, look_for, proofs
 from app.procedures.handshake import handshake
 from app.procedures.history import History, read_history
+from app.procedures.light_calibration import measure_light
 from app.procedures.lock import Locked, lock
+from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything, undisturbed
 from app.procedures.settings_reading import SettingsReading, is_another, read_settings
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write import ReadBack, read_back, write_verified
-from protocol.catalogue import BY_NAME, LOCK, SERIAL_OUTPUT
-from tests.faults.fault_rows_acts import ACT_ROWS, rate_lies, written_lies
+from app.procedures.write import ReadBack, SetReply, Written, read_back, restarted_since, write_verified
+from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
+from app.safety.acts import REQUESTS, Act
+from app.safety.interlocks import Refusal
+from app.safety.journal import Entry, Outcome
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import BAUD_RATE, BY_NAME, LOCK, SERIAL_OUTPUT, STATUS
 from tests.faults.fault_table import Cell, Row, records_held, truth
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import INSTANT_S, FakeClock
 
 THRESHOLD = BY_NAME["attitude_threshold"]
 WANTED_DEG = 75
+WANTED_RATE = 57600
+TRIGGER = BY_NAME["freefall_trigger"]
+DISABLED = SettingChange(TRIGGER, False)
+BOOTS = 37
+"""Boot count of the simulated module before a restart."""
+ACTIVE = MappingProxyType({"active": "yes"})
 
 
 def _no_everything_lie(everything: Everything, cell: Cell) -> list[str]:
@@ -66,6 +82,111 @@ def _is_another() -> Procedure[bool]:
     return (yield from is_another(begin))
 
 
+def _permit(act: Act) -> Permit:
+    """A permit granted when the clock of the cell starts."""
+    return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE, FakeClock().now_s + INSTANT_S)
+
+
+def _holds(act: Act, cell: Cell) -> bool:
+    """Return whether the module is in the state that the act requests."""
+    module = cell.bench.module
+    match act:
+        case Act.LOCK:
+            return not module.state.is_active
+        case Act.ACTIVATE:
+            return module.state.is_active
+        case Act.SHUTDOWN:
+            return not module.is_on
+        case Act.DEPLOY:
+            return len(module.memory.records) > 2  # two from earlier days
+        case Act.FORBID_DEPLOY:
+            return module.state.is_forbidden
+        case _:
+            return module.memory.zero_tilt_deg != 0.0
+
+
+def _no_performed_lie(done: Performed, cell: Cell) -> list[str]:
+    holds = _holds(done.act, cell)
+    # Nothing reports these two: "confirmed" says that it acknowledged, and a restart may come right behind it.
+    is_acknowledgement = done.act in (Act.FORBID_DEPLOY, Act.ZERO)
+    has_restarted = cell.bench.module.memory.boot_count != BOOTS
+    was_sent = REQUESTS[done.act] in cell.port.requests
+    if done.outcome is Outcome.CONFIRMED and not holds and not (is_acknowledgement and has_restarted):
+        return ["confirmed, and the module says otherwise"]
+    if done.outcome is Outcome.REFUSED and holds:
+        return ["refused, and the module did it"]
+    if done.outcome is Outcome.NOT_SENT and was_sent:
+        return ["not sent, and it was"]
+    return []
+
+
+def _act(act: Act, **options: str) -> Row:
+    return Row(
+        "act.perform",
+        lambda: perform(act, FakeJournal(), permit=_permit(act)),
+        _no_performed_lie,
+        options=MappingProxyType(options),
+        variant=act.value,
+    )
+
+
+def _begin_act() -> Procedure[Entry | tuple[Refusal, ...]]:
+    act, permit = Act.SHUTDOWN, _permit(Act.SHUTDOWN)
+    return (yield from begin_act(act, REQUESTS[act], FakeJournal(), permit=permit, armed=None))
+
+
+def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:
+    was_sent = BAUD_RATE.set(WANTED_RATE) in cell.port.requests
+    if changed.end is BaudEnd.NOT_SENT:
+        return ["not sent, and it was"] if was_sent else []
+    return rate_lies(changed.found_rate, cell)
+
+
+def rate_lies(found_rate: int | None, cell: Cell) -> list[str]:
+    holds = cell.bench.module.baud_rate
+    has_lied = found_rate not in (None, holds) and "baud_rate" not in cell.hidden
+    return [f"found at {found_rate}, the module is at {holds}"] if has_lied else []
+
+
+def written_lies(written: Written, cell: Cell) -> list[str]:
+    key, holds = written.command.key, truth(cell.bench, cell.clock.now_s)[written.command.key]
+    faults = []
+    if written.verified and holds != written.target:
+        faults.append(f"{key} verified, and the module holds {holds}")
+    if written.read_back is not None and holds != written.read_back:
+        faults.append(f"{key} stands {written.read_back}, and the module holds {holds}")
+    return faults
+
+
+def _no_logged_lie(done: tuple[Written, tuple[Refusal, ...]], cell: Cell) -> list[str]:
+    was_sent = TRIGGER.set(False) in cell.port.requests
+    return ["not sent, and it was"] if was_sent and done[0].heard is SetReply.NOT_SENT else []
+
+
+def _changes() -> list[SettingChange]:
+    wanted = {"attitude_threshold": 75, "freefall_time": 1.2, "light_threshold": 2.0}
+    return [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
+
+
+def _no_survival_lie(survival: PowerCycleResult, cell: Cell) -> list[str]:
+    booted = cell.bench.module.memory.boot_count != BOOTS
+    if survival.ending in (Ending.RESTARTED, Ending.SEVERAL) and not booted:
+        return ["a restart, and there was none"]
+    holds = truth(cell.bench, cell.clock.now_s)
+    kept = [key for key, stamp in survival.stamps.items() if stamp.result is Retention.RETAINED]
+    return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].target]
+
+
+def _restarted() -> Procedure[bool]:
+    before: EngineView = yield Inspect()
+    yield Ask(STATUS.query())
+    return (yield from restarted_since(before))
+
+
+def _no_restart_lie(has_restarted: bool, cell: Cell) -> list[str]:
+    return ["a restart, and there was none"] if has_restarted and cell.bench.module.memory.boot_count == BOOTS else []
+
+
 ROWS: tuple[Row, ...] = (
     Row("handshake.handshake", handshake, lambda _result, _cell: []),
     Row("ask_status.ask_status", ask_status, lambda _result, _cell: []),
@@ -86,7 +207,7 @@ ROWS: tuple[Row, ...] = (
         "lock.lock",
         lock,
         _no_locked_lie,
-        options=MappingProxyType({"active": "yes"}),
+        options=ACTIVE,
         may_repeat=frozenset({LOCK}),
     ),
     Row(
@@ -105,6 +226,47 @@ ROWS: tuple[Row, ...] = (
     ),
     Row("write.read_back", lambda: read_back(THRESHOLD), _no_back_lie),
     Row("write.write_verified", lambda: write_verified(THRESHOLD, WANTED_DEG), written_lies),
-    *ACT_ROWS,
+    _act(Act.ACTIVATE),
+    _act(Act.DEPLOY, active="yes"),
+    _act(Act.FORBID_DEPLOY, active="yes"),
+    _act(Act.SHUTDOWN),
+    _act(Act.ZERO, tilt="4"),
+    Row(
+        "act.begin_act",
+        _begin_act,
+        lambda _entry, cell: ["sent"] if REQUESTS[Act.SHUTDOWN] in cell.port.requests else [],
+    ),
+    Row(
+        "baud.change_baud",
+        lambda: change_baud(WANTED_RATE, FakeJournal(), permit=_permit(Act.CHANGE_BAUD)),
+        _no_baud_lie,
+    ),
+    Row(
+        "find.look_for",
+        lambda: look_for(WANTED_RATE, 115200),
+        rate_lies,
+        strikes_at=3,  # the first three heartbeats go out at a rate at which there is no module
+    ),
+    Row(
+        "write_all.write_all",
+        lambda: write_all(_changes(), WriteContext(journal=FakeJournal())),
+        lambda report, cell: [lie for written in report.results for lie in written_lies(written, cell)],
+    ),
+    Row(
+        "write_all.write_logged",
+        lambda: write_logged(DISABLED, WriteContext(journal=FakeJournal(), accepted_risks=frozenset((DISABLED,))), {}),
+        _no_logged_lie,
+    ),
+    Row(
+        "power_cycle.survives_power_cycle",
+        lambda: survives_power_cycle({"attitude_threshold_deg": 60}, longest_wait_s=3.0),
+        _no_survival_lie,
+    ),
+    Row(
+        "light_calibration.measure_light",
+        lambda: measure_light(samples=12),
+        lambda band, _cell: [f"read {raw}, the module holds 3" for raw in band.raws if raw != 3],
+    ),
+    Row("write.restarted_since", _restarted, _no_restart_lie),
 )
 ROW_BY_TITLE: Mapping[str, Row] = MappingProxyType({row.title: row for row in ROWS})

@@ -24,8 +24,7 @@ from protocol.catalogue import Hazard, Request
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.lies import lying_bench
-from tests.support.line.sim_line import FakeClock, WatchedLine
-from tests.support.line.threadless import ThreadlessWorker
+from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
 from tests.support.window.fakes_ui import ListedPorts, close_window, page_entries, wait_for_disk
 from tests.support.window.steps import find

@@ -9,15 +9,18 @@ come back. "gestures": careless gestures at every button, then gestures and acci
 """
 
 import argparse
+import logging
 import os
 import statistics
 import sys
 import tempfile
 import threading
 import time
+import traceback
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from types import TracebackType
+from typing import Final, Self
 
 from PySide6.QtCore import QTimer
 from PySide6.QtTest import QSignalSpy
@@ -43,7 +46,6 @@ from tests.benchmarks.window import (
 from tests.gestures.clumsy import run as run_clumsy
 from tests.gestures.gesture_table import run_table
 from tests.soak.chaos import Chaos
-from tests.soak.faults import Mistakes
 from tests.support.terminals import RETURN_LIMIT_S
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
@@ -78,6 +80,32 @@ class Outcome:
         self.lines.append(f"{name:<28}{text}" + (f"  <- {complaint}" if complaint else ""))
         if complaint:
             self.complaints.append(f"{name}: {complaint}")
+
+
+class Mistakes(logging.Handler):
+    """Collects inside a `with` what must never be: exceptions that nobody caught, and errors in the log."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.texts: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.texts.append(logging.Formatter("%(name)s: %(message)s").format(record))
+
+    def __enter__(self) -> Self:
+        self._hooks = sys.excepthook, threading.excepthook, sys.unraisablehook
+        sys.excepthook = self._take
+        threading.excepthook = lambda args: self._take(args.exc_type, args.exc_value, args.exc_traceback)
+        sys.unraisablehook = lambda args: self._take(args.exc_type, args.exc_value, args.exc_traceback)
+        logging.getLogger().addHandler(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        logging.getLogger().removeHandler(self)
+        sys.excepthook, threading.excepthook, sys.unraisablehook = self._hooks
+
+    def _take(self, kind: type[BaseException], error: BaseException | None, trace: TracebackType | None, /) -> None:
+        self.texts.append("".join(traceback.format_exception(kind, error, trace)))
 
 
 def _is_back(connector: Ports) -> bool:

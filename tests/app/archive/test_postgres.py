@@ -16,7 +16,6 @@ from app.archive.postgres import TABLE, open_server, system_roots
 from app.archive.server_url import server_url
 from app.text.user_error import UserError
 from tests.app.cli.reference.test_schemas import faults
-from tests.support.certificates import write_certificate
 from tests.support.records.archive_server import (
     PASSWORD,
     ROOT_CERTIFICATE,
@@ -25,6 +24,7 @@ from tests.support.records.archive_server import (
     ArchiveServer,
     archive_server,
     needs_server,
+    write_certificate,
 )
 from tests.support.records.archive_stations import ArchiveStation, archive_station
 

@@ -18,7 +18,7 @@ from protocol.frame import Direction, Fault, Frame, Noise, Reason
 from protocol.messages import Status
 from tests.scenarios.fuzz import hostile_bytes
 from tests.support.line.sim_line import Rig
-from tests.support.records.captures import explained
+from tests.support.records.recordings_made import explained
 
 STATUS_FRAME = Status(7, 1.0, triggered=False, active=True).encode()
 

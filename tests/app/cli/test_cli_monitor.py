@@ -22,8 +22,7 @@ from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run
 from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, running
-from tests.support.records.captures import read_session
-from tests.support.records.recordings_made import opened
+from tests.support.records.recordings_made import opened, read_session
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")

@@ -20,7 +20,7 @@ from app.captures.entries import Way
 from app.recordings.library import RecordingLibrary
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, Running, RunningModule, ran, ran_code, run_module, running
-from tests.support.records.captures import read_session
+from tests.support.records.recordings_made import read_session
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
 

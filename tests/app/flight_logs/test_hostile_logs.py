@@ -21,7 +21,7 @@ from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
-from tests.support.flights.recorded_flight import recorded_reports
+from tests.support.flights.made_flights import recorded_reports
 
 TIMES = np.arange(60) / 20
 MEGABYTE = 1 << 20

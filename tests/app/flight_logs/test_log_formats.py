@@ -20,7 +20,7 @@ from app.recordings.library import entry_of
 from app.text.user_error import UserError
 from protocol.messages import Source
 from tests.support.flights import log_bytes as made
-from tests.support.flights.recorded_flight import recorded_reports
+from tests.support.flights.made_flights import recorded_reports
 
 STARTS_S = 73.0
 """Of the flight controller's clock."""

@@ -29,8 +29,17 @@ from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.cli_line import Printed
 from tests.support.processes import running
-from tests.support.records.captures import explained
-from tests.support.records.recordings_made import HEADING, Whole, batch, opened, recorder_in, report, stream, whole_of
+from tests.support.records.recordings_made import (
+    HEADING,
+    Whole,
+    batch,
+    explained,
+    opened,
+    recorder_in,
+    report,
+    stream,
+    whole_of,
+)
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
+from app.engine import worker
 from app.engine.device import DeviceView
 from app.engine.identity import Expected
-from app.engine.procedure import EngineView, LinkView, Procedure
+from app.engine.procedure import EngineView, LinkView, PortLost, Procedure
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
@@ -138,6 +139,43 @@ class WatchedLine(SimulatedLine):
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self.plug:
             raise PortError(PortTrouble.LOST, "sim", "unplugged")
+
+
+class ThreadlessWorker(worker.Worker):
+    """The worker that the window and the commands use, without its thread; `turn` is one round of its loop."""
+
+    def __init__(self, callback: Any, clock: FakeClock) -> None:
+        super().__init__(callback, clock=clock, with_sleep=None)
+        self._has_ended = False
+
+    def start(self) -> None:
+        """Has no effect: there is no thread to start."""
+
+    def turn(self) -> bool:
+        """Run one round; return whether there was anything to do."""
+        if self._has_ended or (self._session is None and self._orders.empty()):
+            return False
+        try:
+            self._turn()
+        except PortError as error:
+            self._lose_port(error)
+        except Exception as error:  # noqa: BLE001  as the worker's own loop, which tells of it and goes on
+            self._lose_port(error)
+            worker.report_uncaught_error(error)  # type: ignore[attr-defined]  # where tests replace it
+        self._publish()
+        return True
+
+    def stop(self, deadline_s: float = 2.0) -> bool:
+        """Closing the port has a limit of its own."""
+        if not self._has_ended:
+            self._order(self._end)
+            while not self._is_stopping:
+                self.turn()
+            self._has_ended = True
+            self._end_session(PortLost())
+            self._pending.is_urgent = True
+            self._publish()
+        return True
 
 
 INSTANT_S = 1e-6

@@ -1,6 +1,6 @@
-"""Makes recordings for tests and benchmarks: recorded from batches, or written directly with numpy."""
+"""Makes recordings for tests and benchmarks, from batches or directly with numpy; reads, explains and cuts them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.captures.entries import CaptureEntry, Way
+from app.captures.explained import Explained, Explainer
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
@@ -210,3 +211,18 @@ def whole_of(path: Path) -> Whole:
         window = recording.tilt.window(0.0, 1e9)
         raw = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])[Way.IN]
         return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)
+
+
+# What was recorded
+
+
+def read_session(path: Path) -> Sequence[CaptureEntry]:
+    """What went over the line in a session."""
+    return tuple(traffic_of(entry_of(path)))
+
+
+def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
+    explainer = Explainer()
+    for entry in entries:
+        yield from explainer.feed(entry)
+    yield from explainer.end()

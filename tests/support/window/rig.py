@@ -18,8 +18,7 @@ from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Request
 from protocol.link_states import Presence
-from tests.support.line.sim_line import FakeClock, WatchedLine
-from tests.support.line.threadless import ThreadlessWorker
+from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.line.truth import Truth
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, simulated, wait_for_disk, window

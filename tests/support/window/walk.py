@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from app.flight_analysis.fire_map import FlightGroup
 from tests.support.check_pace import hurry_check
-from tests.support.flights.many_flights import write_logs
+from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import (
     ADAPTER,

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.recordings.export import ExportCancelled
 from app.recordings.library import entry_of
-from tests.support.records.captures import explained, read_session
+from tests.support.records.recordings_made import explained, read_session
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
 from tests.support.window.steps import choosing, press

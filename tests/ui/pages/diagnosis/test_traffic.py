@@ -18,7 +18,7 @@ from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
-from tests.support.records.captures import explained
+from tests.support.records.recordings_made import explained
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, show_page
 from ui.main import Assembly

@@ -15,7 +15,7 @@ from app.captures.explained import Explained
 from app.captures.rows import CaptureRows
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
-from tests.support.records.captures import explained
+from tests.support.records.recordings_made import explained
 from tests.support.window.fakes_ui import window
 from tests.support.window.steps import show_page
 from ui.pages.diagnosis import traffic_search

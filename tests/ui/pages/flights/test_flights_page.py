@@ -23,8 +23,7 @@ from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import read_profile
-from tests.support.flights.made_flights import made_flight
-from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
+from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import await_child, choosing, let_lay_out

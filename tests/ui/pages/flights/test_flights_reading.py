@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.flight_analysis.many_logs import SummarisedLog
 from app.flight_analysis.summary import FirstFire, summarise
 from protocol.messages import Source
-from tests.support.flights.many_flights import write_csv, write_logs
+from tests.support.flights.made_flights import write_csv, write_logs
 from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
 from ui.pages.flights import controller, texts
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from app.trigger_records.history import Judgement
-from tests.support.flights.made_flights import made_flight
-from tests.support.flights.many_flights import write_csv
+from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.window.preflight_window import OnBench, name_module
 from ui.pages.triggers.beside_log import RecordBesideLog
 
