@@ -1882,16 +1882,8 @@
         <translation>制造商</translation>
     </message>
     <message>
-        <source>Mark</source>
-        <translation>标记</translation>
-    </message>
-    <message>
         <source>Mark as reviewed</source>
         <translation>标为已复核</translation>
-    </message>
-    <message>
-        <source>Marked</source>
-        <translation>已标记</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -6428,10 +6420,6 @@
     <message>
         <source>{tip} ({key})</source>
         <translation>{tip}（{key}）</translation>
-    </message>
-    <message>
-        <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
-        <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
     </message>
     <message>
         <source>{uptime} after power-on, boot {boot}</source>
