@@ -1094,10 +1094,6 @@
         <translation>启用或禁用。</translation>
     </message>
     <message>
-        <source>End all faults</source>
-        <translation>结束所有故障</translation>
-    </message>
-    <message>
         <source>Ended after {seconds:.0f} s.</source>
         <translation>{seconds:.0f} 秒后结束。</translation>
     </message>

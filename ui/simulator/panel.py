@@ -21,7 +21,6 @@ from app.text.i18n import tr
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.simulator.options import SimulatorOptions
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
@@ -58,7 +57,6 @@ class SimulatorPanel(QWidget):
         self.restart = control(QPushButton(), texts, "simulator_restart", "Restart")
         self.press = control(QPushButton(), texts, "simulator_press", "Press switch")
         self.plug = QPushButton()
-        self.options = SimulatorOptions(texts, self._guard)
         self._connect()
         self._name()
         self._lay_out()
@@ -71,7 +69,6 @@ class SimulatorPanel(QWidget):
     def use_bench(self, bench: SimulatedBench | None) -> None:
         """The module to control; None disables the panel."""
         self._bench = bench
-        self.options.use_bench(bench)
         self._body.setEnabled(bench is not None)
         self.refresh()
 
@@ -90,10 +87,11 @@ class SimulatorPanel(QWidget):
         self.drop.setEnabled(not state.is_falling)
         self.press.setEnabled(not state.is_on)
         self._name_plug(is_plugged_in=state.is_plugged_in)
-        self.options.show_setup(state.setup)
 
     def _fit(self) -> None:
-        self._fit_width()
+        """As wide as the widest row: it never scrolls sideways."""
+        bar_px = self._area.verticalScrollBar().sizeHint().width()
+        self._area.setMinimumWidth(self._body.minimumSizeHint().width() + bar_px)
         self.refresh()
 
     # Making
@@ -115,7 +113,6 @@ class SimulatorPanel(QWidget):
         self.restart.clicked.connect(lambda: self._act(SimulatedBench.restart))
         self.press.clicked.connect(lambda: self._act(SimulatedBench.press_switch))
         self.plug.clicked.connect(lambda: self._act(_toggle_plug))
-        self.options.unfolded.connect(self.refresh)
 
     def _name(self) -> None:
         self.tilt.describe(self._texts, marked("Tilt"), "")
@@ -151,15 +148,10 @@ class SimulatorPanel(QWidget):
         buttons.addWidget(self.plug, 0, 1)
         buttons.addWidget(self.press, 1, 0, 1, 2)
         self._body = named(QWidget(), "simulator_body")
-        in_column(self.summary, form, buttons, self.options, 1, of=self._body, spacing=Space.M, margins=Space.M)
+        in_column(self.summary, form, buttons, 1, of=self._body, spacing=Space.M, margins=Space.M)
         self._area = scroll_area(self._body, self._texts, "simulator_scroll", "Simulated module", is_vertical=True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         in_column(self._area, of=self, margins=0)
-
-    def _fit_width(self) -> None:
-        """As wide as the widest row, also of closed sections, so that opening one moves and cuts off nothing."""
-        inner = max(self._body.minimumSizeHint().width(), self.options.widest_px + 2 * Space.M)
-        self._area.setMinimumWidth(inner + self._area.verticalScrollBar().sizeHint().width())
 
     # Acting
 

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QComboBox,
-    QDoubleSpinBox,
     QLabel,
     QLineEdit,
     QScrollArea,
@@ -20,7 +19,6 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import OPTIONS, Acknowledge, Group
 from app.text import i18n
 from tests.support.line.sim_line import FakeClock
 from tests.support.window.steps import find
@@ -68,18 +66,6 @@ def type_into(qtbot: QtBot, box: QAbstractSpinBox, text: str) -> None:
     box.selectAll()
     qtbot.keyClicks(box, text)
     qtbot.keyClick(box, Qt.Key.Key_Return)
-
-
-def type_line(qtbot: QtBot, box: QLineEdit, text: str) -> None:
-    box.setFocus()
-    box.selectAll()
-    qtbot.keyClicks(box, text)
-    qtbot.keyClick(box, Qt.Key.Key_Return)
-
-
-def open_all(panel: SimulatorPanel) -> None:
-    for fold in panel.options.folds.values():
-        fold.click()
 
 
 def test_tilt_by_slider_and_by_number(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
@@ -148,87 +134,11 @@ def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, be
     assert panel.cell.value == pytest.approx(3.2)
 
 
-def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    click(qtbot, panel.options.folds["line"])
-    drop = find(panel, QDoubleSpinBox, "simulator_option_drop")
-    assert isinstance(drop, QDoubleSpinBox)
-    type_into(qtbot, drop, "20")
-    assert bench.state().setup.drop == pytest.approx(0.2)
-    click(qtbot, panel.options.folds["protocol"])
-    ack = find(panel, QComboBox, "simulator_option_ack")
-    ack.setFocus()
-    qtbot.keyClick(ack, Qt.Key.Key_Down)
-    assert bench.state().setup.ack is Acknowledge.ONE
-    keeps = find(panel, QAbstractButton, "simulator_option_keeps")
-    click(qtbot, keeps)
-    assert bench.state().setup.keeps is False
-    panel.options.heal.click()
-    panel.options.heal.setFocus()
-    panel.refresh()
-    assert bench.state().setup.drop == 0
-    assert drop.value() == 0
-    assert bench.state().setup.ack is Acknowledge.ONE
-
-
-def test_every_fault_and_quirk_has_a_row(panel: SimulatorPanel) -> None:
-    shown = {widget.objectName().removeprefix("simulator_option_") for widget in panel.options.findChildren(QWidget)}
-    changeable = Group.QUIRKS, Group.DEFECTS, Group.FAULTS
-    assert shown >= {option.name for option in OPTIONS if option.group in changeable}
-
-
-def test_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    assert not find(panel, QLineEdit, "simulator_option_mute_codes").isVisible()
-    click(qtbot, panel.options.folds["defects"])
-    mute = find(panel, QLineEdit, "simulator_option_mute_codes")
-    assert isinstance(mute, QLineEdit)
-    type_line(qtbot, mute, "14,33")
-    assert bench.state().setup.mute_codes == {0x14, 0x33}
-    restart = find(panel, QDoubleSpinBox, "simulator_option_restart_at_s")
-    assert isinstance(restart, QDoubleSpinBox)
-    type_into(qtbot, restart, "20")
-    assert bench.state().setup.restart_at_s == 20
-    click(qtbot, find(panel, QAbstractButton, "simulator_option_forgets"))
-    assert bench.state().setup.forgets is True
-    bench.change(mute_codes=frozenset())
-    restart.setFocus()
-    panel.refresh()
-    assert mute.text() == ""
-
-
-def test_codes_that_mean_nothing_are_refused_beside_them(
-    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, texts: Texts
-) -> None:
-    click(qtbot, panel.options.folds["defects"])
-    mute = find(panel, QLineEdit, "simulator_option_mute_codes")
-    assert isinstance(mute, QLineEdit)
-    type_line(qtbot, mute, "21>20")
-    refusal = find(panel, QLabel, "simulator_option_mute_codes_refusal")
-    assert isinstance(refusal, QLabel)
-    assert "CODE,…" in refusal.text()
-    i18n.set_language(i18n.CHINESE)
-    texts.retranslate()
-    assert refusal.text().startswith("mute_codes=21>20：应为 ")
-    assert bench.state().setup.mute_codes == frozenset()
-    panel.refresh()
-    assert mute.text() == "21>20", "what was typed stays, to be put right"
-    type_line(qtbot, mute, "21")
-    assert not refusal.isVisible()
-    assert bench.state().setup.mute_codes == {0x21}
-
-
-def test_opening_the_folds_changes_nothing(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    before = bench.state()
-    open_all(panel)
-    panel.refresh()
-    assert bench.state() == before
-
-
 def test_every_control_has_a_name_and_an_accessible_name(panel: SimulatorPanel) -> None:
-    open_all(panel)
     kinds = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
     found = [one for kind in kinds for one in panel.findChildren(kind)]
     controls = [one for one in found if one.objectName() != "qt_spinbox_lineedit"]
-    assert len(controls) > 30
+    assert len(controls) > 10
     names = [one.objectName() for one in controls if isinstance(one, QAbstractButton | QComboBox)]
     assert len(set(names)) == len(names)
     for control in controls:
@@ -244,8 +154,7 @@ def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot, texts: Texts) -> N
 
 
 def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
-    open_all(panel)
-    panel.resize(panel.minimumSizeHint().width(), 400)
+    panel.resize(panel.minimumSizeHint().width(), 200)
     QApplication.processEvents()
     area = find(panel, QScrollArea, "simulator_scroll")
     assert panel.width() <= 360

@@ -274,7 +274,6 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplicatio
         walk.connect()
         walk.window.menus["simulator"].setChecked(True)
         walk.settle()
-        walk.find(QWidget, "simulator_fold_line").click()  # type: ignore[attr-defined]
         walk.window.navigation.setFocus()
         for widget in turned_by_wheel(walk.window):
             before = value_of(widget)
