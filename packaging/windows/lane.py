@@ -1,7 +1,7 @@
 """Tests the program for Windows under Wine:  python3 packaging/bootstrap.py windows [WHAT]
 
-Without arguments all suites of suites.py are run. `package` builds and tests bundle and installer. `quick` runs a short
-part if Wine is prepared. What pytest printed is in build/windows/logs.
+Without arguments all suites of suites.py are run. `package` builds and tests bundle and installer. What pytest
+printed is in build/windows/logs.
 """
 
 import argparse
@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from environment import ROOT, SetupError, say
 
 from windows import wine
-from windows.suites import INSTALLER, NOT_JUDGED, QUICK, SUITES, Suite
+from windows.suites import INSTALLER, NOT_JUDGED, SUITES, Suite
 
 _OPTIONS: Final = ("-q", "-p", "no:cacheprovider", "--tb=short")
 _SCREEN: Final = ("xvfb-run", "-a", "-s", "-screen 0 1920x1080x24")
@@ -75,14 +75,9 @@ def main(arguments: list[str]) -> int:
         prog="bootstrap.py windows", description="Test the program for Windows under Wine."
     )
     titles = "; ".join(suite.title for suite in SUITES)
-    parser.add_argument("what", nargs="*", help=f"setup, quick, package, or suites by their titles: {titles}")
+    parser.add_argument("what", nargs="*", help=f"setup, package, or suites by their titles: {titles}")
     chosen = parser.parse_args(arguments).what
     try:
-        if chosen == ["quick"]:
-            if not wine.is_prepared():
-                say("Wine is not prepared here (bootstrap.py windows setup does it), so nothing was run for Windows.")
-                return 0
-            return run_suites([QUICK])
         started = time.monotonic()
         wine.prepare()
         say(f"Windows is ready in {wine.PLACE.name} ({time.monotonic() - started:.0f} s).")

@@ -32,13 +32,6 @@ SUITES: Final = (
         1200,
     ),
 )
-QUICK: Final = Suite(
-    "A short part",
-    ("tests/protocol/test_frame.py", "tests/protocol/test_messages.py", "tests/app/settings/test_profile_file.py",
-     "tests/app/system/test_logs.py"),
-    "offscreen",
-    150,
-)  # fmt: skip
 INSTALLER: Final = Suite("Installer in a fresh Windows", ("tests/windows/test_installer.py",), None, 1500)
 _LINKS: Final = "Wine makes symbolic links that lead nowhere"
 NOT_JUDGED: Final[dict[str, str]] = {

@@ -31,7 +31,7 @@ def test_old_pythons_can_read_the_entry_and_are_refused(setup: SetupFiles) -> No
     refusal = setup.bootstrap.refusal
     for version in ((2, 7), (3, 6, 15), (3, 10, 99)):
         assert refusal(version).startswith(
-            f"DPS-S Configurator needs Python 3.11 or later, and this is Python {version[0]}.{version[1]}."
+            f"DPS-S Configurator needs Python 3.11 or later, and this is Python {version[0]}.{version[1]}: "
         )
     for version in ((3, 11), (3, 12, 1), (4, 0)):
         assert refusal(version) is None
@@ -41,7 +41,7 @@ def test_all_after_the_check_waits_for_it() -> None:
     """The entry imports nothing of ours before it has looked at the version."""
     tree = ast.parse((PACKAGING / "bootstrap.py").read_text(encoding="utf-8"))
     at_top = [alias.name for node in tree.body if isinstance(node, ast.Import) for alias in node.names]
-    assert at_top == ["subprocess", "sys"]
+    assert at_top == ["sys"]
     assert not [node for node in tree.body if isinstance(node, ast.ImportFrom)]
 
 

@@ -23,7 +23,7 @@ def key_of(port: PortInfo) -> str:
 class PortWatcher(QObject):
     """Lists the ports once with `refresh`, or over and over while `is_watching`.
 
-    `new` are the ports that were not there at the last scan: those missing from what `settle` last took as seen.
+    A port `is_new` that was not there at the first scan, and that `settle` has not taken as seen since.
     """
 
     listed = Signal()
@@ -48,24 +48,13 @@ class PortWatcher(QObject):
     def ports(self) -> tuple[PortInfo, ...]:
         return self._ports or ()
 
-    @property
-    def seen(self) -> frozenset[str]:
-        """Keys of all ports that are no longer new."""
-        return self._seen or frozenset()
-
     def is_new(self, port: PortInfo) -> bool:
         return self._seen is not None and key_of(port) not in self._seen
-
-    def remember_seen(self, keys: Iterable[str]) -> None:
-        """Take over the keys seen in an earlier session. Without any, no port is new at the first scan."""
-        known = frozenset(keys)
-        if known:
-            self._seen = known
 
     def settle(self) -> None:
         """The person has seen the list: its ports are no longer new."""
         if self._ports is not None:
-            self._seen = self.seen | {key_of(port) for port in self._ports}
+            self._seen = (self._seen or frozenset()) | {key_of(port) for port in self._ports}
 
     def watch(self, is_watching: bool) -> None:
         if is_watching and not self._timer.isActive():

@@ -71,8 +71,6 @@ class Preferences:
     zoom_percent = _Entry("zoom_percent", _zoom_percent)
     """The size of text and controls."""
     is_sidebar_wide = _flag("window/sidebar", "wide", "narrow")
-    seen_ports = _Entry("port/seen", _lines, "\n".join)
-    """Identities of the ports that were there at the last look."""
     recent_profiles = _Entry("profiles/recent", _lines, "\n".join)
     """Paths of profiles, the last used first."""
     recent_files = _Entry("files/recent", _lines, "\n".join)

@@ -39,8 +39,6 @@ _log = logging.getLogger(__name__)
 
 SMALLEST = QSize(900, 520)
 FIRST_SIZE = QSize(1180, 720)
-WIDE_ENOUGH = 1280
-"""Width from which the panel of the simulated module fits beside a sidebar with names."""
 
 
 class MainWindow(QMainWindow):
@@ -146,7 +144,7 @@ class MainWindow(QMainWindow):
             changed.connect(self.attention.refresh)
         connector.notified.connect(self.show_message)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
-        self.simulator.topLevelChanged.connect(self._give_room)
+        self.simulator.topLevelChanged.connect(self.simulator.fit)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
         ResumeWatcher(connector, self, self._services.armed, self.status_bar)
 
@@ -197,7 +195,6 @@ class MainWindow(QMainWindow):
             self.restoreState(preferences.layout)
         fit_screen(self, SMALLEST)
         self.menus["names"].setChecked(preferences.is_sidebar_wide)
-        self._connector.ports.remember_seen(preferences.seen_ports)
         self.panel.prefer(preferences.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
@@ -330,12 +327,7 @@ class MainWindow(QMainWindow):
 
     def _tick_simulator(self) -> None:
         self.menus["simulator"].setChecked(not self.simulator.isHidden())
-        self._give_room()
-
-    def _give_room(self) -> None:
-        """Shows the narrow sidebar before a page would have to scroll sideways."""
         self.simulator.fit()
-        self.navigation.give_room(self.simulator.is_beside and self.width() < WIDE_ENOUGH)
 
     def _share_room(self) -> None:
         """Shows either the list of ports or the page."""
@@ -355,7 +347,7 @@ class MainWindow(QMainWindow):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._give_room()
+        self.simulator.fit()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -391,5 +383,4 @@ class MainWindow(QMainWindow):
         preferences = self._remembered
         preferences.geometry = self.saveGeometry()
         preferences.layout = self.saveState()
-        preferences.seen_ports = tuple(sorted(self._connector.ports.seen))
         close_down(self._connector, self._services.storage, preferences)

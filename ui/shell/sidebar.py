@@ -37,7 +37,7 @@ class Sidebar(QListWidget):
         self.setMouseTracking(True)
         texts.bind(self.setAccessibleName, "Pages")
         self._entries = entries
-        self._is_wide_chosen = self._has_little_room = False
+        self.is_wide = False
         for entry in entries:
             item = QListWidgetItem(icon(entry.icon), "")
             item.setData(Qt.ItemDataRole.UserRole, entry.key)
@@ -56,18 +56,9 @@ class Sidebar(QListWidget):
         return False
 
     def choose_wide(self, is_wide: bool) -> None:
-        """Shows names beside the icons where there is room, else below them."""
-        self._is_wide_chosen = is_wide
+        """Shows names beside the icons, else below them."""
+        self.is_wide = is_wide
         self._fit()
-
-    def give_room(self, has_little: bool) -> None:
-        """Shows names below the icons where a dock beside the page leaves little room."""
-        self._has_little_room = has_little
-        self._fit()
-
-    @property
-    def is_wide(self) -> bool:
-        return self._is_wide_chosen and not self._has_little_room
 
     @property
     def chosen(self) -> str:

@@ -38,12 +38,6 @@ class SimulatorDock(QDockWidget):
         window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self)
         VisibilityTimer(self, restyle=self.fit)
 
-    @property
-    def is_beside(self) -> bool:
-        """It lies beside the page."""
-        is_below = self._window.dockWidgetArea(self) is Qt.DockWidgetArea.BottomDockWidgetArea
-        return not (self.isHidden() or self.isFloating() or is_below)
-
     def fit(self) -> None:
         """Moves below the page where there is no room beside it, and back."""
         is_below, areas = self._window.width() < scaled(_BESIDE_FROM_PX), Qt.DockWidgetArea
