@@ -149,10 +149,11 @@ def is_online(batch: Batch) -> bool:
 
 def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:
     worker.open(module.port, 115200, lambda: watch(StreamSwitch()))
-    batches.until(is_online)
+    batches.until(lambda batch: is_online(batch) and batch.device.known("active", batch.at) is not None)
     job = worker.submit(Job(read_everything()))
     module.process.kill()  # its pseudo-terminal goes with it
     lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
+    assert "active" in lost.device.values
     assert all(known.is_stale for known in lost.device.values.values())
     assert job.wait(PATIENCE_S)
     assert job.run.error is lost.connection.trouble

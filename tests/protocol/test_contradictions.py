@@ -40,21 +40,6 @@ def test_e01_the_misprinted_reply_is_a_checksum_error(asked: str | None) -> None
     assert isinstance(parsed(misprint[:-1] + b"\x5d")[0], Frame)
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "raw"),
-    [("freefall_acceleration", 0.5, 0x05), ("freefall_time", 1.6, 0xA0), ("baud_rate", 115200, 0x06)],
-)
-def test_e02_an_echo_and_a_01_both_mean_received(name: str, value: float, raw: int) -> None:
-    request = BY_NAME[name].set(value)
-    for reply, is_echo in ((raw, True), (0x01, False)):
-        (frame,) = parsed(encode_reply(request.command.code, reply))
-        assert isinstance(frame, Frame)
-        message = decode(frame.raw, request)
-        assert isinstance(message, Acknowledgement)
-        assert message.is_accepted
-        assert message.is_echo is is_echo
-
-
 def test_e02_a_01_in_reply_to_a_set_is_never_shown_as_the_value() -> None:
     (frame,) = parsed(encode_reply(0x22, 0x01))
     assert isinstance(frame, Frame)
@@ -168,14 +153,6 @@ def test_e12_what_came_is_shown_and_an_impossible_voltage_is_marked(
     assert isinstance(one, TriggerRecord)
     assert one.cell_voltage_v == d14 / 50
     assert one.implausible == implausible
-
-
-@pytest.mark.parametrize("raw", [STATUS, EXAMPLE], ids=["status", "record"])
-def test_e13_the_sum_covers_every_data_byte_of_the_long_frames(raw: bytes) -> None:
-    for position in range(2, len(raw) - 1):
-        changed = bytearray(raw)
-        changed[position] ^= 0x01
-        assert all(isinstance(piece, Noise) for piece in parsed(bytes(changed)))
 
 
 def test_e14_d13_of_a_record_is_the_light_at_the_trigger() -> None:

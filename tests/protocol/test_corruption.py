@@ -122,7 +122,7 @@ def test_the_exchanges_cover_every_reply_of_the_catalogue() -> None:
 
 
 @pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
-def test_no_one_bit_error_goes_unnoticed(vector: Vector) -> None:
+def test_e13_no_one_bit_error_goes_unnoticed(vector: Vector) -> None:
     asked = BY_NAME[vector.while_asked].query() if vector.while_asked == "cell_voltage" else None
     assert all(not frames_in(corrupted, asked) for corrupted in corruptions(vector.raw, 1))
 
