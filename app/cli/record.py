@@ -2,7 +2,7 @@
 
 The session is kept among the recordings, as the window does, and exported at its end: nothing is lost if the file
 cannot be written. On standard output the table is written as it comes. Where nothing can be recorded it ends at once.
-What another module sends is in another file; a table on standard output ends there. Exit code 0; 3 if the link was
+What may be another module's is in another file; a table on standard output ends there. Exit code 0; 3 if the link was
 lost, with what came until then; 4 if the file could not be written or is incomplete.
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from app.engine.device import DeviceView
-from app.engine.identity import UNKNOWN, Trust, evidence_of, same_module
+from app.engine.identity import UNKNOWN, Identity, Trust, evidence_of, same_module
 from app.engine.worker import Batch, PortState
 from app.recordings.excerpt import Excerpt, csv_parts
 from app.recordings.library import RecordingLibrary, entry_of
@@ -23,6 +23,7 @@ from app.recordings.recorder import Recorder
 from app.recordings.reports import ACTIVE, TRIGGERED
 from app.recordings.writer import POLLED
 from app.samples.ring_buffers import Window
+from app.settings.identity_words import identity_question
 from app.terminal import console
 from app.terminal.connection import Conversation
 from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable, write_table
@@ -105,15 +106,16 @@ class RecordedSession:
         self._evidence, self._breaks = UNKNOWN, 0
         """Of the module that is recorded, and how often the conversation had broken when it was read."""
         self._has_ended = False
-        """Before its end: another module answers."""
+        """Before its end: another module may answer."""
 
     def begin(self, conversation: Conversation) -> None:
         connection = conversation.connection
         self._recorder.begin(connection.port, connection.baud_rate)
 
     def on_batch(self, batch: Batch) -> None:
-        if self._is_of_another(batch.device) and self._recorder.is_recording:
-            console.notify(tr("Another module answers."))
+        another = self._another_module(batch.device)
+        if another is not None and self._recorder.is_recording:
+            console.notify(identity_question(another, ""))
             self._has_ended = self._span.is_over = self._table is not None
             self._recorder.settle(SETTLE_LIMIT_S)  # else its file may not be there yet
             self._note_path()
@@ -154,13 +156,13 @@ class RecordedSession:
     def is_whole(self) -> bool:
         return not (self._recorder.dropped or self._has_ended) and self._recorder.trouble is None
 
-    def _is_of_another(self, device: DeviceView) -> bool:
-        """Whether what was read since a restart or a silence refutes that it is the same module."""
-        now = evidence_of(device.values, is_fresh=True)
-        is_other = device.breaks != self._breaks and same_module(self._evidence, now) is Trust.REFUTED
+    def _another_module(self, device: DeviceView) -> Identity | None:
+        """What was read since a restart or a silence, where it refutes that it is the same module."""
+        before, now = self._evidence, evidence_of(device.values, is_fresh=True)
+        is_other = device.breaks != self._breaks and same_module(before, now) is Trust.REFUTED
         if is_other or now.is_complete:
             self._evidence, self._breaks = now, device.breaks
-        return is_other
+        return Identity(Trust.REFUTED, before, now) if is_other else None
 
     def _note_path(self) -> None:
         path = self._recorder.path

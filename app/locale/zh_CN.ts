@@ -350,10 +350,6 @@
         <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
     </message>
     <message>
-        <source>Another module answers.</source>
-        <translation>应答的是另一个模块。</translation>
-    </message>
-    <message>
         <source>Another module is shown now: nothing was opened.</source>
         <translation>当前显示的是另一个模块：未打开任何文件。</translation>
     </message>
