@@ -670,12 +670,12 @@
         <translation>选择</translation>
     </message>
     <message>
-        <source>Choose a column in each row.</source>
-        <translation>请在每一行选择一列。</translation>
-    </message>
-    <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
+    </message>
+    <message>
+        <source>Choose all columns of an attitude and of an acceleration, or none.</source>
+        <translation>请选择姿态或加速度的全部列，否则都不选。</translation>
     </message>
     <message>
         <source>Choose another port.</source>
@@ -688,6 +688,10 @@
     <message>
         <source>Choose the module's port.</source>
         <translation>请选择模块所接的串口。</translation>
+    </message>
+    <message>
+        <source>Choose the one column with the time.</source>
+        <translation>请选择一个时间列。</translation>
     </message>
     <message>
         <source>Clamps settings</source>
@@ -1852,10 +1856,6 @@
     <message>
         <source>MIT licence. Made with:</source>
         <translation>MIT 许可证。所用组件：</translation>
-    </message>
-    <message>
-        <source>Magnitude</source>
-        <translation>合加速度</translation>
     </message>
     <message>
         <source>Maintenance</source>
@@ -3038,10 +3038,6 @@
         <translation>横滚</translation>
     </message>
     <message>
-        <source>Roll and pitch</source>
-        <translation>横滚和俯仰</translation>
-    </message>
-    <message>
         <source>Round trip</source>
         <translation>往返时间</translation>
     </message>
@@ -3902,10 +3898,6 @@
         <translation>本站点：{fingerprint}</translation>
     </message>
     <message>
-        <source>Three axes</source>
-        <translation>三轴</translation>
-    </message>
-    <message>
         <source>Thresholds</source>
         <translation>阈值</translation>
     </message>
@@ -4108,10 +4100,6 @@
     <message>
         <source>Unexpected error: {error}. Nothing is armed.</source>
         <translation>意外错误：{error}。没有任何操作处于预备状态。</translation>
-    </message>
-    <message>
-        <source>Unit</source>
-        <translation>单位</translation>
     </message>
     <message>
         <source>Unjudged trigger records: {count}.</source>

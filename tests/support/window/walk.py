@@ -202,7 +202,6 @@ class Walk(Rig):
         page.open_flight(
             next(row for row in page.lists.of[FlightGroup.MUST_NOT].table.filter.shown() if row.flight.why_not)
         )
-        page.form.attitude.setCurrentIndex(2)
         page.form.read.click()
         yield self._stop("flights, columns")
         page.on_escape()

@@ -106,12 +106,16 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert form.isVisible()
     assert desk.notice() == ""  # it leads to where one is
     form.read.click()
-    assert form.fault.text() == "Choose a column in each row."
-    form.time.setCurrentText("w")
-    form.attitude.setCurrentIndex(1)
-    form.attitude_parts[0].setCurrentText("a")
-    form.force.setCurrentIndex(1)
-    form.force_parts[0].setCurrentText("g")
+    assert form.fault.text() == "Choose the one column with the time."
+    form.boxes[CsvRole.TIME_S].setCurrentText("w")
+    form.read.click()
+    assert form.fault.text() == "no attitude and no acceleration."
+    form.boxes[CsvRole.TILT_DEG].setCurrentText("a")
+    form.boxes[CsvRole.X_G].setCurrentText("g")
+    form.read.click()
+    assert form.fault.text() == "Choose all columns of an attitude and of an acceleration, or none."
+    form.boxes[CsvRole.X_G].setCurrentIndex(0)
+    form.boxes[CsvRole.ACCELERATION_G].setCurrentText("g")
     assert form.columns().names == {
         CsvRole.TIME_S: "w", CsvRole.TILT_DEG: "a", CsvRole.ACCELERATION_G: "g",
     }  # fmt: skip

@@ -6,7 +6,7 @@ from math import inf, nan
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QLabel
 from pytestqt.qtbot import QtBot
 
 from app.flight_analysis.many_logs import SummarisedLog
@@ -82,9 +82,11 @@ def test_what_is_said_of_missing_columns_follows_the_language(qtbot: QtBot, qapp
         assert choose is not None
         choose.click()
         desk.page.form.read.click()
-        assert desk.page.form.fault.text() == "Choose a column in each row."
+        assert desk.page.form.fault.text() == "Choose the one column with the time."
         desk.assembly.language_switch.use("zh_CN")
-        assert desk.page.form.fault.text() == "请在每一行选择一列。"
+        assert desk.page.form.fault.text() == "请选择一个时间列。"
+        label = desk.page.form.findChildren(QLabel, "csv_tilt_deg_label")[0]
+        assert label.text() == "倾角（°）"
 
 
 def test_a_log_that_is_gone_is_said_in_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
