@@ -10,7 +10,7 @@ from app.archive.chains import ArchivedRecords
 from app.archive.local_facts import find_others
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import KnownStation, Stations, is_same_fingerprint
-from app.stations.station import fingerprint_of
+from app.stations.station import fingerprint_of, own_station
 from app.store.database import FILE_NAME
 from app.store.store import Store
 from app.system.folders import data_folder
@@ -79,7 +79,7 @@ def _change(station: KnownStation | None) -> int:
 
 def _list(stations: Stations) -> int:
     try:
-        stations.make_own()
+        own_station(data_folder())
     except UserError as trouble:
         console.notify(trouble.sentence)
     console.write_lines([_line(station) for station in stations.known()])

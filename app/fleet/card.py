@@ -48,15 +48,6 @@ class Need(Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LockState:
-    """LOCK of one module. `failed`: the module did not report that it is locked."""
-
-    sent: int | None = None
-    """Number of frames sent, while LOCK is being repeated."""
-    failed: Locked | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
     """Everything that the board shows of one module. `trigger` keeps its last value with its age; cell voltage and
     tilt are None unless current: an old number would be taken for a live one. `card_of` adds what follows from
@@ -72,7 +63,10 @@ class Card:
     identity: Identity = field(default_factory=Identity)
     verdict: HeldVerdict | None = None
     is_checking: bool = False
-    lock: LockState = field(default_factory=LockState)
+    lock_sent: int | None = None
+    """Number of frames sent, while LOCK is being repeated."""
+    lock_failed: Locked | None = None
+    """The module did not report that it is locked."""
     is_shown: bool = False
     """The other pages show this module."""
     can_lock: bool = False
@@ -106,10 +100,10 @@ class Card:
 
     def _need(self, now: float) -> str:
         match self.need:
-            case Need.NOT_LOCKED if self.lock.sent is not None:
-                return waiting_sentence(self.lock.sent)
-            case Need.NOT_LOCKED if self.lock.failed is not None:
-                return self.lock.failed.sentence
+            case Need.NOT_LOCKED if self.lock_sent is not None:
+                return waiting_sentence(self.lock_sent)
+            case Need.NOT_LOCKED if self.lock_failed is not None:
+                return self.lock_failed.sentence
             case Need.IDENTITY:
                 return identity_question(self.identity, self.expected)
             case Need.LINK:
@@ -163,7 +157,7 @@ def _need_of(card: Card, now: float, *, has_low_cell: bool) -> Need:
     state, verdict = card.activation.state, card.verdict
     if triggered is not None and triggered.value is True:
         return Need.TRIGGERED
-    if card.lock.failed is not None or card.lock.sent is not None:
+    if card.lock_failed is not None or card.lock_sent is not None:
         return Need.NOT_LOCKED
     if state is Activation.WAS_ACTIVE:
         return Need.WAS_ACTIVE

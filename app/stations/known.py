@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.stations.station import KEY_BYTES, Station, decoded, encoded, find_station, fingerprint_of, own_station
+from app.stations.station import KEY_BYTES, decoded, encoded, find_station, fingerprint_of
 from app.system.files import write_whole
 from app.text.messages import clean
 from app.text.user_error import UserError
@@ -37,18 +37,10 @@ class Stations:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def own(self) -> Station | None:
-        """None if there is no key yet. Raises `UserError`."""
-        return find_station(self._folder)
-
-    def make_own(self) -> Station:
-        """This computer's station; creates its key if it is missing. Raises `UserError`."""
-        return own_station(self._folder)
-
     def known(self) -> tuple[KnownStation, ...]:
         """This computer's first if it has a key. Unreadable lines are skipped."""
         try:
-            own = self.own()
+            own = find_station(self._folder)
         except UserError:
             own = None
         first = () if own is None else (KnownStation(own.public, "", is_own=True),)

@@ -19,49 +19,43 @@ _log = logging.getLogger(__name__)
 
 
 class StreamMemory:
-    """Of one connection; remembers nothing. `was_left_on`: an earlier session did not switch it off."""
+    """Of one connection, by adapter, or by port where there is none; without a store it remembers nothing. Made outside
+    of the port's thread. `was_left_on`: an earlier session did not switch it off."""
 
-    was_left_on = False
-    boot_count: int | None = None
-    """On which start of the module; None: not known."""
-    is_taken_over = False
-    """It streamed, and this session switches it off."""
-
-    def note_on(self, boot_count: int | None) -> Future[None]:  # noqa: ARG002  for the one in the store
-        """Done when it is on the disk, or cannot be."""
-        done: Future[None] = Future()
-        done.set_result(None)
-        return done
-
-    def clear(self) -> None:
-        """The module has confirmed that it is off, or does not stream."""
-
-
-class StoredStreamMemory(StreamMemory):
-    """In the store, by adapter, or by port where there is none. Made outside of the port's thread."""
-
-    def __init__(self, store: Store, adapter: str) -> None:
+    def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store, self._key = store, f"stream:{adapter}"
+        self.was_left_on = False
+        self.boot_count: int | None = None
+        """On which start of the module; None: not known."""
+        self.is_taken_over = False
+        """It streamed, and this session switches it off."""
         try:
-            left_on = store.facts.state(self._key)
+            left_on = None if store is None else store.facts.state(self._key)
         except StoreTrouble as error:
             _log.warning("Whether a stream was left on cannot be read: %s", error)
             return
-        self.was_left_on = left_on is not None
-        self.boot_count = None if left_on is None else left_on.get("boot_count")
+        if left_on is not None:
+            self.was_left_on, self.boot_count = True, left_on.get("boot_count")
 
     def note_on(self, boot_count: int | None) -> Future[None]:
-        return self._keep({"at": self._store.database.now(), "boot_count": boot_count})
+        """Done when it is on the disk, or cannot be."""
+        return self._keep({"boot_count": boot_count})
 
     def clear(self) -> None:
+        """The module has confirmed that it is off, or does not stream."""
         self.was_left_on = False
         self._keep(None)
 
     def _keep(self, state: Mapping[str, object] | None) -> Future[None]:
+        store, done = self._store, Future[None]()
+        if store is None:
+            done.set_result(None)
+            return done
+
         def write() -> None:
             try:
-                self._store.facts.set_state(self._key, state)
+                store.facts.set_state(self._key, state)
             except StoreTrouble as error:
                 _log.warning("That a stream is switched on or off cannot be kept: %s", error)
 
-        return self._store.queue.submit(write)
+        return store.queue.submit(write)

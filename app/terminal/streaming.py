@@ -2,11 +2,11 @@
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
-from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from app.store.stream_memory import StreamMemory
 from app.terminal.command_journal import adapter_of, open_store_or_notify
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
 from app.terminal.console import note, notify
@@ -112,15 +112,9 @@ def _has_just_slept(conversation: Conversation) -> bool:
 @contextmanager
 def _stream_memory(port: str) -> Iterator[StreamMemory]:
     """Remembers that the serial output is switched on; not for simulated modules."""
-    if port.startswith(("sim:", "loop:")):
-        yield StreamMemory()
-        return
-    store = open_store_or_notify()
-    if store is None:
-        yield StreamMemory()
-        return
-    with closing(store):
-        memory = StoredStreamMemory(store, adapter_of(port) or port)
+    store = None if port.startswith(("sim:", "loop:")) else open_store_or_notify()
+    with nullcontext() if store is None else closing(store):
+        memory = StreamMemory(store, "" if store is None else adapter_of(port) or port)
         yield memory
         if memory.is_taken_over:
             note(tr(LEFT_ON))

@@ -12,7 +12,7 @@ import pytest
 
 from app.procedures.stream import LISTEN_FIRST_S, StreamSwitch, watch
 from app.store.store import Store, open_store
-from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from app.store.stream_memory import StreamMemory
 from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from tests.support.line.sim_line import Rig, end_watch, settled_rig
@@ -56,6 +56,7 @@ class Slow(StreamMemory):
     """A slow disk."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.done: Future[None] = Future()
 
     def note_on(self, boot_count: int | None) -> Future[None]:
@@ -74,7 +75,7 @@ def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
 
 def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
     rig = settled_rig()
-    watched(rig, StoredStreamMemory(store, ADAPTER))
+    watched(rig, StreamMemory(store, ADAPTER))
     deadline = time.monotonic() + PATIENCE_S
     while changes(rig) != [ON]:
         assert time.monotonic() < deadline
@@ -91,7 +92,7 @@ def test_it_is_remembered_until_the_module_confirms_off(store: Store) -> None:
 )
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
     store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": boots})
-    rig, memory = streaming_rig(), StoredStreamMemory(store, ADAPTER)
+    rig, memory = streaming_rig(), StreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=is_wanted)
     rig.step_for(LISTEN_FIRST_S + 3)
     assert memory.is_taken_over
@@ -105,7 +106,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
 @pytest.mark.parametrize("boots", [36, 38])
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
     store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": 37})
-    rig, memory = streaming_rig(boots=boots), StoredStreamMemory(store, ADAPTER)
+    rig, memory = streaming_rig(boots=boots), StreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 30)
     end_watch(rig)
@@ -117,7 +118,7 @@ def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store
 
 def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
     rig = streaming_rig()
-    watched(rig, StoredStreamMemory(store, ADAPTER))
+    watched(rig, StreamMemory(store, ADAPTER))
     rig.step_for(LISTEN_FIRST_S + 3)
     end_watch(rig)
     assert changes(rig) == []
@@ -126,7 +127,7 @@ def test_a_module_that_streamed_before_keeps_streaming(store: Store) -> None:
 
 def test_a_stream_that_has_stopped_is_forgotten(store: Store) -> None:
     store.facts.set_state(f"stream:{ADAPTER}", {"boot_count": 37})
-    rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
+    rig, memory = settled_rig(), StreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 1)
     assert not memory.is_taken_over

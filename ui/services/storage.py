@@ -16,7 +16,7 @@ from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
 from app.store.store import Store, open_store
 from app.store.store_journal import THIS_RUN, KnownAs, StoreJournal
-from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from app.store.stream_memory import StreamMemory
 from app.system.folders import data_folder
 from ui.core.port_connection import PortConnection
 from ui.services.recording_jobs import RecordingJobs
@@ -107,7 +107,7 @@ class Storage:
         if target.is_simulated:
             return StreamMemory()
         store = self.store
-        return StoredStreamMemory(store, target.key) if isinstance(store, Store) else StreamMemory()
+        return StreamMemory(store if isinstance(store, Store) else None, target.key)
 
     def copy_if_due(self) -> None:
         """Where a store is open."""

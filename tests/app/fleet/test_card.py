@@ -11,7 +11,7 @@ from app.diagnosis.link_state import LinkState, Phase
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, PortLost
-from app.fleet.card import Card, LockState, Need, by_need, card_of
+from app.fleet.card import Card, Need, by_need, card_of
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
 from app.fleet.verdicts import HeldVerdict, KeptCheck
@@ -64,8 +64,8 @@ TABLE = {
     "it had triggered when it was lost": (
         member(Phase.LOST, device=view(triggered=True, stale=StaleReason.LINK_LOST)), Need.TRIGGERED,
     ),
-    "LOCK was not reported": (replace(member(), lock=LockState(failed=FAILED)), Need.NOT_LOCKED),
-    "LOCK goes on while the port is lost": (replace(member(Phase.LOST), lock=LockState(sent=3)), Need.NOT_LOCKED),
+    "LOCK was not reported": (replace(member(), lock_failed=FAILED), Need.NOT_LOCKED),
+    "LOCK goes on while the port is lost": (replace(member(Phase.LOST), lock_sent=3), Need.NOT_LOCKED),
     "lost while active": (member(Phase.LOST, Activation.WAS_ACTIVE), Need.WAS_ACTIVE),
     "perhaps another one": (replace(member(), identity=Identity(Trust.REFUTED)), Need.IDENTITY),
     "lost": (member(Phase.LOST, Activation.WAS_LOCKED), Need.LINK),

@@ -259,7 +259,7 @@ def test_a_damaged_key_is_never_replaced_and_records_stay_unsigned(tmp_path: Pat
 def test_stations_are_known_until_they_are_forgotten(tmp_path: Path) -> None:
     stations, other = Stations(tmp_path), station("other").public
     assert stations.known() == ()
-    own = stations.make_own()
+    own = own_station(tmp_path)
     stations.trust(other, "Hangar\n2\u202e")
     stations.trust(station("third").public, "")
     assert [one.is_own for one in stations.known()] == [True, False, False]

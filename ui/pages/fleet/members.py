@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.engine.worker import PortState
-from app.fleet.card import Card, LockState, card_of
+from app.fleet.card import Card, card_of
 from app.records.filing import local_now, service_due
 from app.store.store import Store
 from app.text.messages import UserMessage
@@ -129,7 +129,8 @@ class FleetMembers(QObject):
             identity=connection.identity,
             verdict=None if check is None else check.held(device, now),
             is_checking=connection in self.is_checking,
-            lock=LockState(sent=lock.sent, failed=lock.failed),
+            lock_sent=lock.sent,
+            lock_failed=lock.failed,
             can_lock=lock.is_possible,
             is_shown=connection is self._connector.current,
             due=self._due.get(connection.module.name, ()),

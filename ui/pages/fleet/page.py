@@ -240,8 +240,8 @@ class FleetPage(Page):
 
     def _lock_notice(self, cards: list[Card]) -> Notice | None:
         """LOCK of all modules, until every one has reported."""
-        going = [card for card in cards if card.lock.sent is not None]
-        failed = [card for card in cards if card.lock.failed is not None]
+        going = [card for card in cards if card.lock_sent is not None]
+        failed = [card for card in cards if card.lock_failed is not None]
         if not going and not failed:
             return None
         locked = sum(card.activation.state is Activation.LOCKED for card in cards)

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.check_store import CheckLine, CheckStore
 from app.stations.known import KnownStation, Stations
+from app.stations.station import own_station
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
@@ -198,7 +199,7 @@ class StationsRow(QWidget):
     def refresh(self) -> None:
         stations = Stations(self._folder())
         try:
-            stations.make_own()
+            own_station(self._folder())
         except UserError as trouble:
             self.own.setText(trouble.sentence)
         self.known.clear()
