@@ -76,21 +76,23 @@ class Archive:
 
     def status(self, url: str | None) -> ArchiveStatus:
         """`url`: the configured server."""
-        self.collect()
+        names = self.names()
         place = server_url(url).shown if url else None
-        last = self.facts.last_exchange(place) if place is not None else None
+        not_shared, last_at = self.facts.not_shared(place)
         counts = dict(self.facts.counts())
         return ArchiveStatus(
             facts=sum(counts.values()),
             own=counts.get(self.public, 0),
             stations=counts,
             place=place,
-            not_shared=self.facts.not_shared(place),
-            last_at=last.at if last is not None else None,
-            conflicts=len(self.names().conflicts),
+            not_shared=not_shared,
+            last_at=last_at,
+            conflicts=len(names.conflicts),
         )
 
     def names(self) -> ModuleNames:
+        """Also of what this station recorded last."""
+        self.collect()
         return names_of(self.facts, self._known())
 
     def _known(self) -> frozenset[str]:

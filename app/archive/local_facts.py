@@ -8,7 +8,7 @@ import logging
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from app.archive.facts import (
     BUCKET,
@@ -39,13 +39,6 @@ _TO_SIGN: Final = (
     "SELECT number, kind, made_at, payload, hash FROM facts WHERE id IS NULL AND number > ? ORDER BY number LIMIT ?"
 )
 _SIGN: Final = "UPDATE facts SET id = ?, station = ?, signature = ?, digest = ? WHERE number = ? AND id IS NULL"
-
-
-class LastExchange(NamedTuple):
-    """The last exchange with a server. `last`: the number of this station's last fact that is there, too."""
-
-    at: str
-    last: int
 
 
 class LocalFacts:
@@ -140,15 +133,11 @@ class LocalFacts:
         query = "SELECT coalesce(max(number), 0) FROM facts WHERE id IS NOT NULL"
         return int(self.own.database.read(query)[0][0])
 
-    def not_shared(self, place: str | None) -> int:
-        """Number of this station's facts that are not known to be on this server."""
-        done = self.last_exchange(place) if place is not None else None
+    def not_shared(self, place: str | None) -> tuple[int, str | None]:
+        """Number of this station's facts that are not known to be on this server; when all of them were last."""
+        done = self.own.state(f"exchange:{place}") or {}
         query = "SELECT count(*) FROM facts WHERE number > ? AND id IS NOT NULL"
-        return int(self.own.database.read(query, (done.last if done is not None else 0,))[0][0])
-
-    def last_exchange(self, place: str) -> LastExchange | None:
-        state = self.own.state(f"exchange:{place}")
-        return LastExchange(str(state["at"]), int(state["last"])) if state is not None else None
+        return int(self.own.database.read(query, (done.get("last", 0),))[0][0]), done.get("at")
 
     def note_exchange(self, place: str, last: int) -> None:
         """A complete exchange: this station's facts up to the number `last` are there."""

@@ -92,7 +92,6 @@ def run_service(args: argparse.Namespace) -> int:
     service = Service(kind=ServiceKind(args.what), on=args.on or local_now().date(), due=args.due, who=args.who,
                       note=args.note)  # fmt: skip
     with opened_archive() as archive:
-        archive.collect()
         named = archive.names().named(args.module)
         if not named:
             console.notify(labelled(args.module, tr("none")))
@@ -161,7 +160,6 @@ def _exchange(
 
 def run_conflicts(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
-        archive.collect()
         conflicts = archive.names().conflicts
     console.emit(args, conflicts, lambda conflicts: {"conflicts": [
         {"kind": conflict.kind.value, "modules": [member_json(module) for module in conflict.pair],
@@ -179,7 +177,6 @@ def _question(conflict: Conflict) -> tuple[str, str]:
 
 def run_settle(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
-        archive.collect()
         members = {shown_member(member): member for module in archive.names().modules for member in module.members}
         first, second = members.get(args.one), members.get(args.other)
         if first is None or second is None:
@@ -225,7 +222,6 @@ def _notify_refused(refused: list[RefusedFact]) -> None:
 
 def run_report(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
-        archive.collect()
         names = archive.names()
         if args.module is not None:
             lives = [module_history(archive.facts, module) for module in names.named(args.module)]

@@ -11,7 +11,6 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 
 _log = logging.getLogger(__name__)
-RUN: Final = secrets.token_hex(4)
 
 
 def new_run() -> str:
@@ -23,12 +22,12 @@ class KnownAs(NamedTuple):
     """By what a module is known in the audit log: `name`, "" where it has none, and the `run`, its connection."""
 
     name: str = ""
-    run: str = RUN
+    run: str = ""
     is_in_doubt: bool = False
     """It may be another module than the one of this connection."""
 
 
-THIS_RUN: Final = KnownAs()
+UNNAMED: Final = KnownAs()
 Adapter = str | Callable[[], str]
 """The USB identity, or what finds it, which may take seconds."""
 
@@ -43,7 +42,7 @@ class StoreJournal:
     """The journal of one connection, written by the store's own thread, which also finds the `adapter`."""
 
     def __init__(
-        self, store: Store, *, port: str, origin: str, adapter: Adapter = "", known_as: KnownAs = THIS_RUN
+        self, store: Store, *, port: str, origin: str, adapter: Adapter = "", known_as: KnownAs = UNNAMED
     ) -> None:
         self._store = store
         self._port = port

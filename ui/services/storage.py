@@ -15,7 +15,7 @@ from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
 from app.store.store import Store, open_store
-from app.store.store_journal import THIS_RUN, KnownAs, StoreJournal
+from app.store.store_journal import UNNAMED, KnownAs, StoreJournal
 from app.store.stream_memory import StreamMemory
 from app.system.folders import data_folder
 from ui.core.port_connection import PortConnection
@@ -85,7 +85,7 @@ class Storage:
         self._recorded.append(recording)
         return recording
 
-    def journal(self, target: Target | None, known_as: KnownAs = THIS_RUN) -> Journal:
+    def journal(self, target: Target | None, known_as: KnownAs = UNNAMED) -> Journal:
         """For one connection, with what its module is known by."""
         store = self.store
         if target is None or not isinstance(store, Store):
