@@ -10,7 +10,7 @@ from app.procedures.settings_reading import SettingsReading
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
-from protocol.messages import Reading, Status
+from protocol.messages import Reading
 from protocol.translatable import marked
 
 READABLE: tuple[Command, ...] = (
@@ -31,7 +31,6 @@ PASSES = 3
 class Everything:
     """The values read. `errors`: the reason for each missing one."""
 
-    status: Status | None = None
     values: dict[str, Value] = field(default_factory=dict)
     """By key ("light_threshold_v"), in the field's unit."""
     errors: dict[str, Unanswered] = field(default_factory=dict)
@@ -51,9 +50,7 @@ def read_everything() -> Procedure[Everything]:
                 break
             continue
         message = outcome.messages[0]
-        if isinstance(message, Status):
-            everything.status = message
-        elif isinstance(message, Reading):
+        if isinstance(message, Reading):
             everything.values[command.key] = message.value
     return everything
 

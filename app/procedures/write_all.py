@@ -178,7 +178,7 @@ class _WriteProgress:
 def _write_one(progress: _WriteProgress, change: SettingChange) -> Procedure[None]:
     context = progress.context
     if progress.fault is not None:
-        progress.results.append(_not_sent(change, progress.fault))
+        progress.results.append(not_sent(change, progress.fault))
     elif change.command is BAUD_RATE:
         if context.on_begun is not None:
             context.on_begun(BAUD_RATE)
@@ -206,7 +206,7 @@ def write_logged(
             yield from _wait_for_disk(entry)
             refused = yield from _refusals(context, written)
     if refused:
-        return _not_sent(change, WriteFault.NOT_ALLOWED), refused
+        return not_sent(change, WriteFault.NOT_ALLOWED), refused
     if context.on_begun is not None:
         context.on_begun(command)
     return (yield from write_verified(command, value)), ()
@@ -339,10 +339,10 @@ def _result(written: Written) -> dict[str, object]:
 
 
 def _all_refused(changes: Iterable[SettingChange]) -> tuple[Written, ...]:
-    return tuple(_not_sent(change, WriteFault.NOT_ALLOWED) for change in changes)
+    return tuple(not_sent(change, WriteFault.NOT_ALLOWED) for change in changes)
 
 
-def _not_sent(change: SettingChange, fault: WriteFault) -> Written:
+def not_sent(change: SettingChange, fault: WriteFault) -> Written:
     verified = False if change.command.reads_back or change.command is BAUD_RATE else None
     return Written(command=change.command, target=change.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault)
 

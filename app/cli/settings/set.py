@@ -16,7 +16,15 @@ from pathlib import Path
 
 from app.cli.settings.save import notify_missing, read_module
 from app.procedures.write import SetReply, WriteFault, Written
-from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, why_not_verified, write_all
+from app.procedures.write_all import (
+    SettingChange,
+    WriteContext,
+    WriteReport,
+    not_sent,
+    unconfirmed,
+    why_not_verified,
+    write_all,
+)  # fmt: skip
 from app.safety.acts import Act
 from app.safety.consequences import Weight, consequences
 from app.safety.interlocks import Interlock, Refusal
@@ -31,7 +39,7 @@ from app.terminal.setting_words import parse_settings, settings_of_profile, type
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import join_names, labelled
-from protocol.catalogue import Command
+from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
 
 
@@ -100,13 +108,11 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
         LinkTrouble() as link,
     ):
         old_rate = conversation.baud_rate
-        for wish in wishes:
-            if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
-                # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
-                results[wish.command] = Written(
-                    command=wish.command, target=wish.value, heard=SetReply.UNNEEDED, read_back=wish.value,
-                    verified=True,
-                )  # fmt: skip
+        sent = sorted(wishes, key=lambda wish: wish.command is BAUD_RATE)
+        if args.profile is not None and sent[-1] == SettingChange(BAUD_RATE, old_rate):
+            # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
+            results[sent.pop().command] = Written(command=BAUD_RATE, target=old_rate, heard=SetReply.UNNEEDED,
+                                                  read_back=old_rate, verified=True)  # fmt: skip
         context = WriteContext(
             journal=records.journal,
             permit=Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, time.monotonic()),
@@ -116,7 +122,6 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
             on_written=heard.append,
             on_begun=begun.append,
         )
-        sent = sorted((wish for wish in wishes if wish.command not in results), key=_is_last)
         try:
             report = conversation.run(write_all(sent, context))
         except KeyboardInterrupt:
@@ -126,17 +131,10 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
     results |= {result.command: result for result in report.results}
     for wish in sent:
         if wish.command not in results:
-            verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
             fault = WriteFault.PORT_LOST if wish.command in begun else WriteFault.PORT_LOST_BEFORE
-            results[wish.command] = Written(
-                command=wish.command, target=wish.value, heard=SetReply.NOT_SENT, verified=verified, fault=fault
-            )
+            results[wish.command] = not_sent(wish, fault)
     before = {**report.before, "baud_rate": old_rate}
     return replace(report, before=before, results=tuple(results[wish.command] for wish in wishes)), link.sentence
-
-
-def _is_last(wish: SettingChange) -> bool:
-    return wish.command.key == "baud_rate"
 
 
 def _tell_interrupted(heard: WriteReport, sent: Sequence[SettingChange], begun: Sequence[Command]) -> None:
