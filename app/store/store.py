@@ -51,6 +51,8 @@ class PendingBaud(NamedTuple):
     old_rate: int
     new_rate: int
     at: str
+    module: str = ""
+    """Its name, where it had one."""
 
 
 class Store:
@@ -160,7 +162,15 @@ class Store:
         rates = [(fact, fact.content["detail"], ("old", "new")) for fact in acts]
         rates += [(fact, fact.content, ("old_rate", "new_rate")) for fact in former]
         return tuple(
-            PendingBaud(fact.number, fact.content["port"], detail.get("adapter", ""), detail[old], detail[new], fact.at)
+            PendingBaud(
+                fact.number,
+                fact.content["port"],
+                detail.get("adapter", ""),
+                detail[old],
+                detail[new],
+                fact.at,
+                detail.get("module", ""),
+            )
             for fact, detail, (old, new) in rates
         )
 

@@ -58,8 +58,8 @@ def _failed() -> Entry:
     return entry
 
 
-def begin_baud(store: object) -> None:
-    """The program ended while it changed the rate of a module at `sim://crashed`."""
+def begin_baud(store: object, module: str = "") -> None:
+    """The program ended while it changed the rate of this module at `sim://crashed`."""
     assert isinstance(store, Store)
-    rates = {"old": 115200, "new": 9600}
+    rates = {"old": 115200, "new": 9600, **({"module": module} if module else {})}
     store.begin(Act.CHANGE_BAUD, BAUD_RATE.set(9600).encode(), rates, port="sim://crashed", origin="window")

@@ -116,7 +116,7 @@ def _after(note: Callable[[Store], object], store: Store) -> tuple[LeftActive, .
     return left_active(store)
 
 
-class BaudRecovery:
+class BaudRecovery(QObject):
     """`close` dismisses the notice, `leave_port` asks before it leaves the connected module, `say` shows the result."""
 
     def __init__(
@@ -129,9 +129,14 @@ class BaudRecovery:
         leave_port: Callable[[Callable[[], object]], None],
         say: Callable[[str], None],
     ) -> None:
+        super().__init__(connector)
         self._connector, self._ports, self._storage = connector, ports, storage
         self._close, self._leave_port, self._say = close, leave_port, say
         self._writing: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
+        self._found: tuple[PendingBaud, int, Port] | None = None
+        """At which rate which port's module answers, until it is known which module it is."""
+        connector.changed.connect(self._settle_found)
+        connector.renamed.connect(self._settle_found)
 
     def pending(self) -> tuple[PendingBaud, ...]:
         store = self._storage.store
@@ -161,11 +166,22 @@ class BaudRecovery:
             if rate is None:
                 self._say(tr("Not found. Switch the module off and on, then “Find the baud rate”."))
                 return
-            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
             self._say(tr("The module answers at {rate} baud.", rate=rate))
+            self._found = pending, rate, self._connector.current
+            self._settle_found()
 
         look = partial(self._connector.run, look_for(pending.new_rate, pending.old_rate), end)
         self._connector.connect_to(Target(device, pending.new_rate, pending.adapter), then=look)
+
+    def _settle_found(self) -> None:
+        if self._found is None:
+            return
+        pending, rate, port = self._found
+        if port is not self._connector.current or not port.is_open:
+            self._found = None
+        elif port.identity.is_settled and pending.module in ("", port.module.name):
+            self._found = None
+            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
 
     def _discard(self, pending: PendingBaud) -> None:
         self._settle(pending, Outcome.UNKNOWN, {"end": "forgotten"})

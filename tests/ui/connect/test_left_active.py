@@ -9,6 +9,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import Phase
 from app.engine.identity import NO_EXPECTATION, Identity, Trust
 from app.engine.procedure import Pause, Procedure
 from app.engine.target import Target
@@ -17,13 +18,16 @@ from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.store.left_active import left_active, note_locked
 from app.store.store import PendingBaud, Store, open_store
+from tests.support.journals import begin_baud
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
 from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import press, show_page
 from ui.connect.left_active import BaudRecovery, LeftActiveWatch
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.storage import Storage
+from ui.widgets.notice_bar import NoticeBar
 
 USB = "/dev/ttyUSB0"
 
@@ -239,3 +243,25 @@ def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports
     worker.end_jobs()
     qtbot.waitUntil(lambda: connector.current is second)
     assert len(other.jobs) == before[1] + 1
+
+
+def test_a_baud_change_of_one_module_is_not_ended_by_another_one_that_answers(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    storage = Storage()
+    begin_baud(storage.store, "M-07")
+    storage.close()
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "crashed", page_entries("settings"), baud=115200) as one:
+        bar, port = one.find(NoticeBar, "notice_bar"), one.assembly.connector.current
+        one.until(lambda: bar.button("look_for_baud") is not None)
+        one.click(bar.button("look_for_baud"))
+        one.until(lambda: port.state.phase is Phase.ONLINE)
+        store = one.assembly.storage.store
+        assert isinstance(store, Store)
+        one.until(lambda: port.connection.baud_rate == 115200 and not one.assembly.connector.is_busy)
+        port.module.choose("M-08")
+        one.until(lambda: port.module.name == "M-08" and port.identity.is_settled)
+        store.queue.submit(bool).result()
+        assert store.pending_bauds(), "another module answers"
+        port.module.choose("M-07")
+        one.until(lambda: not store.pending_bauds())
