@@ -12,40 +12,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QTimer
 
 POLL_EVERY_MS: Final = 200
 
 
-class GarbageCollector(QObject):
-    """Collects from `begin` to `end`, both called in the thread it was made in. One in a process at a time."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._was_enabled = False
-        self._timer = QTimer(self, interval=POLL_EVERY_MS)
-        self._timer.timeout.connect(self.collect)
-
-    def begin(self) -> None:
-        self._was_enabled = gc.isenabled()
-        gc.disable()
-        self._timer.start()
-
-    def end(self) -> None:
-        """Python collects by itself again, if it did before."""
-        self._timer.stop()
-        if self._was_enabled:
-            gc.enable()
-
-    def collect(self) -> None:
-        """The oldest generation that is due, as Python would choose it; nothing where none is."""
-        due = [
-            generation
-            for generation, (count, threshold) in enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
-            if threshold and count > threshold
-        ]
-        if due:
-            gc.collect(due[-1])
+def collect_due() -> None:
+    """Collects the oldest generation that is due, as Python would choose it; nothing where none is."""
+    counted = enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
+    due = [generation for generation, (count, threshold) in counted if threshold and count > threshold]
+    if due:
+        gc.collect(due[-1])
 
 
 @contextmanager
@@ -54,9 +31,14 @@ def garbage_freed_here() -> Iterator[None]:
     thread but the main one, where the window's objects live."""
     if threading.current_thread() is not threading.main_thread():
         raise RuntimeError("the window's garbage is freed in the main thread")
-    collector = GarbageCollector()
-    collector.begin()
+    was_enabled = gc.isenabled()
+    gc.disable()
+    timer = QTimer(interval=POLL_EVERY_MS)
+    timer.timeout.connect(collect_due)
+    timer.start()
     try:
         yield
     finally:
-        collector.end()
+        timer.stop()
+        if was_enabled:
+            gc.enable()

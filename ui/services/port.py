@@ -8,7 +8,7 @@ from typing import Any
 from weakref import WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtWidgets import QAbstractButton, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.engine.identity import Expected
 from app.engine.procedure import Procedure, Report, Result
@@ -43,7 +43,7 @@ class Port(PortConnection):
         parent: QObject,
     ) -> None:
         self.recording = storage.new_recording(self)
-        make_worker = make_worker or self.recording.recorded_workers(Worker)
+        make_worker = make_worker or (lambda deliver: Worker(self.recording.recorded(deliver)))
         super().__init__(watcher, storage.stream_memory, make_worker=make_worker, clock=clock, parent=parent)
         self._storage = storage
         self.module = ModuleName(self, storage, before_new)
@@ -335,17 +335,6 @@ class LockControl:
         self._ports = ports
         self.buttons: WeakSet[QWidget] = WeakSet()
         """Those that press it: a click on one counts also while a menu is open."""
-
-    def bind(self, button: QAbstractButton) -> None:
-        """Let a button press it; it is enabled while LOCK is possible."""
-
-        def show() -> None:
-            button.setEnabled(self._ports.current.lock.is_possible)
-
-        button.clicked.connect(self.press)
-        self.buttons.add(button)
-        self._ports.lock_changed.connect(show)
-        show()
 
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
         self._ports.current.lock.press(then=then)

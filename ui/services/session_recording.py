@@ -14,9 +14,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from app.engine.worker import Batch, Connection, PortState, Worker
+from app.engine.worker import Batch, Connection, PortState
 from app.text.messages import UserMessage
-from ui.core.port_connection import MakeWorker, PortConnection
+from ui.core.port_connection import PortConnection
 
 if TYPE_CHECKING:
     # They load numpy, which the window's first paint does not wait for.
@@ -36,7 +36,7 @@ class RecordingState(NamedTuple):
 
 
 class SessionRecording:
-    """Of one port. `recorded_workers` puts it in front of the window's bridge."""
+    """Of one port."""
 
     def __init__(self, port: PortConnection, folder: Path | None = None) -> None:
         self._port, self._folder = port, folder
@@ -57,20 +57,17 @@ class SessionRecording:
 
         return RecordingLibrary(self._folder)
 
-    def recorded_workers(self, make: MakeWorker = Worker) -> MakeWorker:
-        """Makes workers whose batches are recorded before they are handed on."""
+    def recorded(self, deliver: Callable[[Batch], None]) -> Callable[[Batch], None]:
+        """Records each batch before it is delivered."""
 
-        def made(deliver: Callable[[Batch], None]) -> Worker:
-            def both(batch: Batch) -> None:
-                try:
-                    self._on_batch(batch)
-                except Exception:  # noqa: BLE001  recording must never end the link
-                    _log.exception("A batch could not be recorded")
-                deliver(batch)
+        def both(batch: Batch) -> None:
+            try:
+                self._on_batch(batch)
+            except Exception:  # noqa: BLE001  recording must never end the link
+                _log.exception("A batch could not be recorded")
+            deliver(batch)
 
-            return make(both)
-
-        return made
+        return both
 
     @property
     def sign(self) -> RecordingState:

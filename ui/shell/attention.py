@@ -68,34 +68,6 @@ def is_risky_to_leave(port: Port) -> bool:
     return port.is_open and (port.is_active or port.lock.is_unproven)
 
 
-def leaving_notice(
-    lock: Callable[[], None],
-    proceed: Callable[[], None],
-    stay: Callable[[], None],
-    *,
-    is_active: bool,
-) -> Notice:
-    """Asked before leaving a module that is ACTIVE or does not report LOCKED."""
-    return Notice(
-        Meaning.ATTENTION,
-        tr("The module is ACTIVE: it fires also without this program.")
-        if is_active
-        else tr("Treat the module as ACTIVE: it does not report LOCKED."),
-        (
-            Choice("lock_and_leave", tr("LOCK first"), lock, is_main=True),
-            Choice("leave_active", tr("Leave it ACTIVE"), proceed, is_step=True),
-            Choice("stay", tr("Cancel"), stay),
-        ),
-    )
-
-
-def unsent_notice(what: str, proceed: Callable[[], None], stay: Callable[[], None]) -> Notice:
-    """Asked before edits are lost."""
-    stays = Choice("stay", tr("Cancel"), stay, is_main=True)
-    drops = Choice("drop_edits", tr("Discard edits"), proceed, is_step=True)
-    return Notice(Meaning.ATTENTION, what, (stays, drops))
-
-
 class _Question(NamedTuple):
     """A question about leaving, shown as long as it `is_open`."""
 
@@ -212,15 +184,13 @@ class Attention(QObject):
             self._unsent.discard()
             proceed()
 
-        self._ask(
-            _Question(
-                lambda: unsent_notice(find_text(), go, self.stay),
-                lambda: bool(find_text()),
-                is_about_closing=is_closing,
-                is_about_edits=True,
-            ),
-            focused="stay",
-        )
+        def notice() -> Notice:
+            stays = Choice("stay", tr("Cancel"), self.stay, is_main=True)
+            drops = Choice("drop_edits", tr("Discard edits"), go, is_step=True)
+            return Notice(Meaning.ATTENTION, find_text(), (stays, drops))
+
+        question = _Question(notice, lambda: bool(find_text()), is_about_closing=is_closing, is_about_edits=True)
+        self._ask(question, focused="stay")
 
     def _leave_active(self, proceed: Callable[[], object], port: Port, *, is_closing: bool) -> None:
         def is_risky() -> bool:
@@ -354,13 +324,23 @@ class Attention(QObject):
         self.refresh()
 
     def _leaving_notice(self, go: Callable[[], None], port: Port, *, is_closing: bool) -> Notice:
-        notice = leaving_notice(
-            lambda: self._connector.lock.press_all(then=go) if is_closing else port.lock.press(then=go),
-            go,
-            self.stay,
-            is_active=self._connector.is_any_active if is_closing else port.is_active,
-        )
+        """Asked before leaving a module that is ACTIVE or does not report LOCKED."""
+
+        def lock() -> None:
+            if is_closing:
+                self._connector.lock.press_all(then=go)
+            else:
+                port.lock.press(then=go)
+
+        text = tr("Treat the module as ACTIVE: it does not report LOCKED.")
+        if self._connector.is_any_active if is_closing else port.is_active:
+            text = tr("The module is ACTIVE: it fires also without this program.")
         if port is not self._connector.current:
-            notice = notice._replace(text=labelled(port.module.name or port.connection.port, notice.text))
+            text = labelled(port.module.name or port.connection.port, text)
         locking = port.lock.notice()
-        return notice if locking is None else notice._replace(text=join_sentences([locking.text, notice.text]))
+        choices = (
+            Choice("lock_and_leave", tr("LOCK first"), lock, is_main=True),
+            Choice("leave_active", tr("Leave it ACTIVE"), go, is_step=True),
+            Choice("stay", tr("Cancel"), self.stay),
+        )
+        return Notice(Meaning.ATTENTION, text if locking is None else join_sentences([locking.text, text]), choices)

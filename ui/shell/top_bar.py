@@ -142,7 +142,7 @@ class TopBar(QFrame):
             widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         self._fit()
         self._retranslate()
-        for changed in (connector.changed, connector.renamed, connector.ticked):
+        for changed in (connector.changed, connector.renamed, connector.ticked, connector.lock_changed):
             changed.connect(self.refresh)
         VisibilityTimer(self, self.refresh, retranslate=self._retranslate, restyle=self._fit)
 
@@ -204,7 +204,8 @@ class TopBar(QFrame):
             about="Standby at once: always allowed, never asked twice, sent before everything else.",
         )  # fmt: skip
         set_icon_size(button, ICON_PX, gap_px=TEXT_GAP_PX)
-        lock.bind(button)
+        button.clicked.connect(lock.press)
+        lock.buttons.add(button)
         self._style_lock(button, is_main=False)
         return button
 
@@ -219,6 +220,7 @@ class TopBar(QFrame):
         show_activation(self.activation, connector.current.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
+        self.lock.setEnabled(connector.current.lock.is_possible)
         is_main = connector.current.is_open and connector.current.is_active
         if is_main != (self.lock.property("role") == "primary"):
             self._style_lock(self.lock, is_main=is_main)

@@ -16,7 +16,7 @@ from tests.support.garbage import living_garbage
 from tests.support.processes import ran_code
 from tests.support.window.controls import tab_chain
 from tests.support.window.settings_bench import desk
-from ui.core.garbage_collector import GarbageCollector, garbage_freed_here
+from ui.core.garbage_collector import collect_due, garbage_freed_here
 
 
 class Ring:
@@ -96,7 +96,7 @@ def test_the_oldest_that_is_due(
     monkeypatch.setattr(gc, "get_count", lambda: counts)
     monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, oldest))
     monkeypatch.setattr(gc, "collect", done.append)
-    GarbageCollector().collect()
+    collect_due()
     monkeypatch.undo()
     assert done == collected
 

@@ -1,10 +1,9 @@
 """The automatic recording of sessions: start, end, content and indicator."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 from PySide6.QtCore import QEvent
@@ -55,10 +54,7 @@ class Bench:
         self.link = Link()
         self.sessions = SessionRecording(self.link, folder)  # type: ignore[arg-type]
         self.sessions.name_module("Left wing")
-        made: list[Callable[[Batch], None]] = []
-        make: Any = made.append
-        self.sessions.recorded_workers(make)(self.handed_on.append)
-        self.say = made[0]
+        self.say = self.sessions.recorded(self.handed_on.append)
 
     def show_next(self, connection: Connection) -> None:
         """As a person chooses it; the former one is still recorded."""
