@@ -5,7 +5,6 @@ from functools import partial
 from typing import Any
 
 import pytest
-from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -14,6 +13,7 @@ from app.engine.identity import Trust
 from app.engine.procedure import LinkView, Pause, Procedure, Slept
 from app.engine.target import Target
 from app.engine.worker import Batch, Job, PortState
+from app.limits.out_of_limits import LimitsInUse
 from app.procedures.find import RateSearch
 from app.procedures.lock import Locked
 from app.safety.journal import Outcome
@@ -22,8 +22,10 @@ from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from tests.support.window.fake_ports import FakePorts
+from ui.core.texts import Texts
 from ui.services.port import SETTLE_MS, Ports
 from ui.services.running_job import RunningJob
+from ui.shell.top_bar import TopBar
 from ui.style.theme import Meaning
 
 
@@ -214,11 +216,10 @@ def test_lock_is_possible_as_soon_as_another_module_is_shown(qtbot: QtBot, ports
     first, _ = ports.plug_in("/dev/one")
     second, worker = ports.plug_in("/dev/two", active=True)
     qtbot.waitUntil(lambda: first.is_open and second.is_open)
-    button = QPushButton()
-    qtbot.addWidget(button)
-    ports.connector.lock.bind(button)
+    bar = TopBar(ports.connector, Texts(), LimitsInUse())
+    qtbot.addWidget(bar)
     ports.connector.choose(second)
-    button.click()
+    bar.lock.click()
     assert len(worker.wanted(is_urgent=True)) == 1
 
 
