@@ -65,7 +65,7 @@ def steps_of(value: float, per_unit: int) -> int:
 def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
     """Takes about 10 ms for a flight of ten minutes."""
     tilts = attitude_view(log, reading)
-    attitude_s = _attitude_curve(tilts.time_s[tilts.is_active], tilts.tilt_deg[tilts.is_active])
+    attitude_s = _attitude_curve(tilts.time_s[tilts.is_active], tilts.values[tilts.is_active])
     return FiringCurves(attitude_s, *_freefall_curves(freefall_view(log, reading), log.resets_s))
 
 
@@ -83,7 +83,7 @@ def _freefall_curves(samples: Samples, resets_s: tuple[float, ...]) -> tuple[Flo
     firsts_s = np.full((MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1), NEVER)
     longest_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
     time_s = samples.time_s
-    steps = np.rint(samples.acceleration_g * TENTH_G.per_unit).astype(np.int64)
+    steps = np.rint(samples.values * TENTH_G.per_unit).astype(np.int64)
     steps[~samples.is_active] = MAX_ACCELERATION_STEPS + 1
     restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     resets = np.searchsorted(time_s, resets_s, "left")

@@ -40,14 +40,9 @@ def judge_flight(log: FlightLog, limits: TriggerLimits, reading: RuleReading = R
 
     Each trigger is judged on the rows in which its quantity is known.
     """
-    only_tilt, only_fall = limits._replace(freefall_is_enabled=False), limits._replace(attitude_is_enabled=False)
-    tilt = judge_samples(attitude_view(log, reading), only_tilt, log.resets_s)
-    fall = judge_samples(freefall_view(log, reading), only_fall, log.resets_s)
-    sources: dict[float, Source] = {}
-    for at_s, cause in (*tilt.firings, *fall.firings):
-        sources[at_s] = sources.get(at_s, Source(0)) | cause
-    firings = tuple(_firing(log, at_s, sources[at_s]) for at_s in sorted(sources))
-    return JudgedFlight(limits, reading, firings, fall.longest_miss_s)
+    found = judge_samples(attitude_view(log, reading), freefall_view(log, reading), limits, log.resets_s)
+    firings = tuple(_firing(log, at_s, sources) for at_s, sources in found.firings)
+    return JudgedFlight(limits, reading, firings, found.longest_miss_s)
 
 
 def _firing(log: FlightLog, at_s: float, sources: Source) -> LogFiring:

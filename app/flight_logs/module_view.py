@@ -25,7 +25,7 @@ class RuleReading(Enum):
 
 
 def attitude_view(log: FlightLog, reading: RuleReading) -> Samples:
-    """The rows with a known attitude at the module's resolution, with an acceleration of 1 g.
+    """The rows with a known attitude at the module's resolution.
 
     Rows that are not judged count as those of a locked module, which resets its state.
     """
@@ -35,18 +35,16 @@ def attitude_view(log: FlightLog, reading: RuleReading) -> Samples:
         tilt_deg = lasting(time_s, tilt_deg)
         is_known = np.isfinite(tilt_deg)
         time_s, tilt_deg, rows = time_s[is_known], tilt_deg[is_known], np.flatnonzero(rows)[is_known]
-    seen = to_steps(tilt_deg, DEGREE.per_unit)
-    return Samples(time_s, seen, np.ones(len(seen)), log.is_judged[rows])
+    return Samples(time_s, to_steps(tilt_deg, DEGREE.per_unit), log.is_judged[rows])
 
 
 def freefall_view(log: FlightLog, reading: RuleReading) -> Samples:
-    """Like `attitude_view`: the rows with a known acceleration, with a tilt of 0."""
+    """Like `attitude_view`: the rows with a known acceleration."""
     rows = np.isfinite(log.specific_force_g)
     time_s, force_g = log.time_s[rows], log.specific_force_g[rows]
     if reading is RuleReading.DAMPED:
         force_g = averaged(time_s, force_g)
-    seen = to_steps(force_g, TENTH_G.per_unit)
-    return Samples(time_s, np.zeros(len(seen)), seen, log.is_judged[rows])
+    return Samples(time_s, to_steps(force_g, TENTH_G.per_unit), log.is_judged[rows])
 
 
 def to_steps(values: Floats, per_unit: int) -> Floats:

@@ -33,7 +33,7 @@ def found_in(
     samples: list[SensorSample], limits: TriggerLimits | None = None, *, active: list[bool] | None = None,
     resets_s: tuple[float, ...] = (),
 ) -> Firings:  # fmt: skip
-    return judge_samples(samples_of(samples, active), limits or TriggerLimits(), resets_s)
+    return judge_samples(*samples_of(samples, active), limits or TriggerLimits(), resets_s)
 
 
 def test_the_way_back_fires_once() -> None:
@@ -162,7 +162,7 @@ def words(sources: Source) -> tuple[str, ...]:
 @given(memories, deeds, st.booleans(), st.booleans())
 def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Action], attitude: bool, freefall: bool) -> None:
     made = session(memory, done, attitude=attitude, freefall=freefall)
-    found = judge_samples(samples_of(made.samples, made.active), made.limits)
+    found = judge_samples(*samples_of(made.samples, made.active), made.limits)
     assert [words(sources) for _, sources in found.firings] == [record.sources for record in made.records]
     for (at_s, _), record in zip(found.firings, made.records, strict=True):
         assert -0.05 <= at_s - record.uptime_s < 1.05
@@ -177,6 +177,6 @@ def test_these_sessions_have_something_in_them() -> None:
         Action("tilt", 31, 4),
     ]
     made = session(Memory(freefall_time=78), done, attitude=True, freefall=True)
-    found = judge_samples(samples_of(made.samples, made.active), made.limits)
+    found = judge_samples(*samples_of(made.samples, made.active), made.limits)
     assert [words(sources) for _, sources in found.firings] == [("attitude",), ("freefall",)]
     assert found.longest_miss_s == pytest.approx(0.3, abs=0.011)
