@@ -49,12 +49,12 @@ from ui.pages.tests.controller import FAILED, GuidedController, Stage
 from ui.pages.tests.widgets import (
     VERDICT_MEANINGS,
     GuidedPicture,
-    LiveValue,
     ResultView,
     StepList,
     instruction,
     last_text,
-    live_reading,
+    live_caption,
+    show_live,
 )
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -66,6 +66,7 @@ from ui.widgets.controls import Shortcut, control, named, rename, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.readout import Readout
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -104,7 +105,7 @@ class TestsPage(Page):
         self.safety = text_label("tests_safety")
         self.made_safe = control(QCheckBox(), texts, "tests_made_safe", about="The test makes the module fire.")
         self.activate = ActRow(services, Act.ACTIVATE, place="tests")
-        self.live = LiveValue()
+        self.live = named(Readout("", template="00.0 V"), "tests_live")
         self.result = ResultView(texts)
         self.notice_bar = named(NoticeBar(texts), "tests_said")
         self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
@@ -135,7 +136,7 @@ class TestsPage(Page):
         """Update what changes by itself."""
         work = self.work
         if work.is_running:
-            self.live.show_reading(live_reading(work, self._connector))
+            show_live(self.live, work, self._connector)
         if work.stage is Stage.CONFIRMING:
             self.activate.refresh()
         self.notice_bar.show_notice(self._notice())
@@ -170,6 +171,7 @@ class TestsPage(Page):
         shown = steps[min(step, len(steps) - 1)]
         self.picture.show_step(work.kind, min(step, len(steps) - 1), shown)
         self.steps.show_steps(steps, step, is_running=work.is_running)
+        self.live.set_caption(live_caption(work.kind))
         text = instruction(work)
         is_instructed = bool(text)
         if text != self.instruction.text():

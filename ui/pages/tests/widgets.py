@@ -1,11 +1,11 @@
-"""Widgets of the Tests page and what they say: picture, list of steps, live value, result."""
+"""Widgets of the Tests page and what they say: picture, list of steps, current value, result."""
 
 from datetime import datetime
 from pathlib import Path
 from typing import ClassVar, Final, NamedTuple
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPaintEvent
 from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
@@ -19,9 +19,8 @@ from app.guided.results import (
 )
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import capitalised, join_names
+from app.text.sentences import capitalised
 from app.text.user_error import UserError
-from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
@@ -30,13 +29,13 @@ from ui.pages.tests.controller import GuidedController, Stage
 from ui.services.port import Ports
 from ui.style.icons import MEANING_ICONS, Icon, icon, themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
-from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.style.theme import Meaning, Size, Space, current, scaled
 from ui.widgets.controls import named, set_role
 from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
+from ui.widgets.readout import Readout
 
 _MARK_PX: Final = 18
-_BAR_PX: Final = 12
 _MAX_STEPS: Final = 6
 
 
@@ -120,93 +119,11 @@ class StepList(QWidget):
                 mark.clear_icon()
 
 
-class LiveMark(NamedTuple):
-    """A limit on the bar."""
-
-    value: float
-    text: str
-    meaning: Meaning
-
-
-class LiveReading(NamedTuple):
-    """A current value. `value` None: unknown. `shown`: translated."""
-
-    caption: str
-    shown: str
-    value: float | None = None
-    highest: float = 0.0
-    """End of the bar; 0: no bar."""
-    marks: tuple[LiveMark, ...] = ()
-
-
-class LiveValue(PaintedWidget):
-    """A number with a caption, above a bar with the limits."""
-
-    usual: ClassVar = QSize(320, 84)
-    least: ClassVar = QSize(200, 84)
-
-    def __init__(self) -> None:
-        super().__init__()
-        named(self, "tests_live")
-        self._reading = LiveReading("", "")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-
-    def show_reading(self, reading: LiveReading) -> None:
-        if reading != self._reading or not self.accessibleName():
-            self._reading = reading
-            # Without the number, which changes all the time.
-            limits = ", ".join(mark.text for mark in reading.marks)
-            self.announce(f"{reading.caption}: {limits}" if limits else reading.caption)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme, reading = current(), self._reading
-        painter = self.begin_paint()
-        number = font(Size.NUMBER, is_bold=True)
-        painter.setFont(number)
-        painter.setPen(QColor(theme.text if reading.value is not None else theme.muted))
-        painter.drawText(QRectF(0, 0, self.width(), 36), Qt.AlignmentFlag.AlignVCenter, reading.shown)
-        width = QFontMetricsF(number).horizontalAdvance(reading.shown)
-        painter.setFont(font(Size.BODY))
-        painter.setPen(QColor(theme.muted))
-        caption = QRectF(width + Space.M, 4, max(0.0, self.width() - width - Space.M), 32)
-        painter.drawText(caption, Qt.AlignmentFlag.AlignVCenter, reading.caption)
-        if reading.highest > 0:
-            self._paint_bar(painter, QRectF(1, 44, self.width() - 2, _BAR_PX))
-        painter.end()
-
-    def _paint_bar(self, painter: QPainter, bar: QRectF) -> None:
-        theme, reading = current(), self._reading
-        painter.setPen(pen(theme.border, theme.border_px))
-        painter.setBrush(QColor(theme.sunken))
-        painter.drawRoundedRect(bar, 5, 5)
-        if reading.value is not None:
-            part = min(1.0, max(0.0, reading.value / reading.highest))
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(theme.information.ink))
-            filled = bar.adjusted(1, 1, -1, -1)
-            filled.setWidth(max(3.0, filled.width() * part))
-            painter.drawRoundedRect(filled, 4, 4)
-        painter.setFont(font(Size.SMALL))
-        metrics = QFontMetricsF(painter.font())
-        taken = -1.0
-        for mark in sorted(reading.marks, key=lambda mark: mark.value):
-            x = bar.left() + bar.width() * min(1.0, max(0.0, mark.value / reading.highest))
-            ink = theme.tint(mark.meaning).ink
-            painter.setPen(pen(ink, theme.line_px + 1))
-            painter.drawLine(QPointF(x, bar.top() - 4), QPointF(x, bar.bottom() + 4))
-            wide = metrics.horizontalAdvance(mark.text)
-            left = min(max(taken + Space.S, x - wide / 2), bar.right() - wide)
-            painter.setPen(QColor(ink))
-            painter.drawText(QRectF(left, bar.bottom() + 4, wide + 2, 18), Qt.AlignmentFlag.AlignVCenter, mark.text)
-            taken = left + wide
-
-
 VERDICT_MEANINGS = {
     GuidedVerdict.PASSED: Meaning.GOOD,
     GuidedVerdict.FAILED: Meaning.DANGER,
     GuidedVerdict.UNCLEAR: Meaning.ATTENTION,
 }
-_UNKNOWN = "–"
 
 
 def instruction(work: GuidedController) -> str:
@@ -234,52 +151,52 @@ def last_text(last: StoredTest | None) -> str:
     return f"{verdict} {when}, {last.who or '—'}"
 
 
-def live_reading(work: GuidedController, connector: Ports) -> LiveReading:
-    """The current value against the limits of the test."""
+class _Watched(NamedTuple):
+    """What a test watches: caption, key and unit of the value, and the key of its limit."""
 
-    def fresh(key: str) -> float | None:
-        value = connector.current.device.fresh(key, connector.clock())
-        return None if value is None else float(value)
-
-    def reading(
-        caption: str, key: str, unit: str, decimals: int, highest: float, *marks: tuple[float | None, str, Meaning]
-    ) -> LiveReading:
-        value = fresh(key)
-        limits = tuple(
-            LiveMark(at, tr(text, value=f"{at:.{decimals}f}"), meaning) for at, text, meaning in marks if at is not None
-        )
-        shown = _UNKNOWN if value is None else f"{value:.{decimals}f}{unit}"
-        return LiveReading(caption, shown, value, highest, limits)
-
-    match work.kind:
-        case GuidedKind.TILT:
-            fires, has_fired = fresh("attitude_threshold_deg"), fresh("triggered")
-            if fires is None:
-                return reading(tr("Tilt"), "tilt_deg", "°", 0, 180.0)
-            state = tr("TRIGGERED") if has_fired else tr("not triggered")
-            return reading(
-                join_names((tr("Tilt"), state)), "tilt_deg", "°", 0, 120.0,
-                (fires - RESET_BELOW_THRESHOLD_DEG, marked("{value}° rearms"), Meaning.INFORMATION),
-                (fires, marked("{value}° fires"), Meaning.DANGER),
-            )  # fmt: skip
-        case GuidedKind.FREE_FALL:
-            limit = (fresh("freefall_acceleration_g"), marked("{value} g free fall"), Meaning.INFORMATION)
-            return reading(tr("Acceleration"), "acceleration_g", " g", 1, 2.0, limit)
-        case GuidedKind.BAY:
-            threshold = fresh("light_threshold_v")
-            highest = max(3.0, 1.5 * (threshold or 0.0), fresh("light_v") or 0.0)
-            limit = (threshold, marked("{value} V bay open"), Meaning.INFORMATION)
-            return reading(tr("Light"), "light_v", " V", 1, highest, limit)
-        case _:
-            return _losses(work)
+    caption: str
+    key: str
+    unit: str
+    decimals: int
+    limit_key: str
 
 
-def _losses(work: GuidedController) -> LiveReading:
-    values = dict(work.report.values) if work.report is not None else {}
-    asked, lost = values.get("asked"), values.get("lost")
-    if isinstance(asked, int) and isinstance(lost, int):
-        return LiveReading(tr("lost"), f"{lost} / {asked}", float(lost))
-    return LiveReading(tr("lost"), _UNKNOWN)
+_WATCHED: Final = {
+    GuidedKind.TILT: _Watched(marked("Tilt"), "tilt_deg", "°", 0, "attitude_threshold_deg"),
+    GuidedKind.FREE_FALL: _Watched(marked("Acceleration"), "acceleration_g", " g", 1, "freefall_acceleration_g"),
+    GuidedKind.BAY: _Watched(marked("Light"), "light_v", " V", 1, "light_threshold_v"),
+}
+_LOST: Final = marked("lost")
+
+
+def live_caption(kind: GuidedKind) -> str:
+    return tr(_WATCHED[kind].caption if kind in _WATCHED else _LOST)
+
+
+def show_live(live: Readout, work: GuidedController, connector: Ports) -> None:
+    """The current value beside its limit; of the link how many requests were lost."""
+    watched = _WATCHED.get(work.kind)
+    if watched is None:
+        values = dict(work.report.values) if work.report is not None else {}
+        asked, lost = values.get("asked"), values.get("lost")
+        live.set_limit("")
+        if asked is None or lost is None:
+            live.show_unknown()
+        else:
+            live.show_value(f"{lost} / {asked}")
+        return
+    device, now = connector.current.device, connector.clock()
+    shown = [
+        "" if value is None else f"{float(value):.{watched.decimals}f}{watched.unit}"
+        for value in (device.fresh(watched.key, now), device.fresh(watched.limit_key, now))
+    ]
+    live.set_limit(shown[1])
+    has_fired = device.fresh("triggered", now) if work.kind is GuidedKind.TILT else None
+    note = "" if has_fired is None else tr("TRIGGERED") if has_fired else tr("not triggered")
+    if shown[0]:
+        live.show_value(shown[0], note=note)
+    else:
+        live.show_unknown()
 
 
 _ROW_PX: Final = 28

@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QScrollArea
 
+from app.engine.device import DeviceView
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
 from app.records.report_html import guided_body
@@ -16,7 +17,7 @@ from tests.gestures.gesture_bench import GestureBench
 from tests.support.window.steps import choosing, find
 from tests.ui.pages.tests.test_guided_page import activated
 from ui.pages.tests.controller import Stage
-from ui.pages.tests.widgets import GuidedPicture
+from ui.pages.tests.widgets import GuidedPicture, show_live
 from ui.style.theme import Choice, Meaning
 from ui.widgets.step_button import is_in_sight
 
@@ -51,6 +52,19 @@ def test_every_stage_of_a_guided_test_fits(bench: GestureBench) -> None:
     assert bar.maximum() == 0
     assert is_in_sight(page.result.verdict)
     assert page.title.isVisible()
+
+
+@pytest.mark.parametrize(("triggered", "note"), [(None, ""), (False, "not triggered"), (True, "TRIGGERED")])
+def test_a_value_stands_beside_its_limit_and_an_unknown_state_is_not_said(
+    bench: GestureBench, monkeypatch: pytest.MonkeyPatch, triggered: bool | None, note: str
+) -> None:
+    known = {"tilt_deg": 12, "attitude_threshold_deg": 60, "triggered": triggered}
+    monkeypatch.setattr(DeviceView, "fresh", lambda _self, key, _now: known.get(key))
+    page = bench.guided
+    page.work.choose(GuidedKind.TILT)
+    show_live(page.live, page.work, bench.assembly.connector)
+    assert (page.live.text, page.live.note) == ("12°", note)
+    assert "limit 60°" in page.live.accessibleDescription() + page.live.accessibleName()
 
 
 def test_every_step_has_a_picture_of_its_own(bench: GestureBench) -> None:
