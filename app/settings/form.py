@@ -91,68 +91,6 @@ _INTERRUPTED = marked("interrupted while writing; the value is unknown")
 MAX_STEPS = 200
 
 
-class Drafts:
-    """Edited values by the setting's key; `now` is replaced, never modified."""
-
-    def __init__(self) -> None:
-        self.now: Mapping[str, Value] = {}
-        self._past: list[Mapping[str, Value]] = []
-        self._future: list[Mapping[str, Value]] = []
-        self._typing: str | None = None
-        """The setting whose field has the focus: all changes in it are one step."""
-
-    @property
-    def can_undo(self) -> bool:
-        return bool(self._past)
-
-    @property
-    def can_redo(self) -> bool:
-        return bool(self._future)
-
-    def change(self, values: Mapping[str, Value], *, typing: str | None = None) -> None:
-        """Adds an undo step; further changes of the setting `typing` belong to its last step."""
-        if values == self.now:
-            return
-        if typing is None or typing != self._typing:
-            self._past.append(self.now)
-            del self._past[:-MAX_STEPS]
-        self._future.clear()
-        self.now, self._typing = values, typing
-
-    def undo(self) -> None:
-        self._future.append(self.now)
-        self.now, self._typing = self._past.pop(), None
-
-    def redo(self) -> None:
-        self._past.append(self.now)
-        self.now, self._typing = self._future.pop(), None
-
-    def end_typing(self) -> None:
-        self._typing = None
-
-    def without(self, key: str) -> dict[str, Value]:
-        return {name: value for name, value in self.now.items() if name != key}
-
-    def drop(self, keys: Iterable[str]) -> None:
-        """Removes these edits, also from all steps of undo and redo."""
-        gone = frozenset(keys)
-        if not gone:
-            return
-
-        def without(values: Mapping[str, Value]) -> dict[str, Value]:
-            return {key: value for key, value in values.items() if key not in gone}
-
-        self.now, self._typing = without(self.now), None
-        self._past = _distinct([*map(without, self._past), self.now])[:-1]
-        self._future = _distinct([*map(without, self._future), self.now])[:-1]
-
-
-def _distinct(steps: list[Mapping[str, Value]]) -> list[Mapping[str, Value]]:
-    """`steps` without those that change nothing."""
-    last = len(steps) - 1
-    return [step for number, step in enumerate(steps) if number == last or step != steps[number + 1]]
-
-
 class SettingsForm:
     """See the module docstring. Belongs to one thread.
 
@@ -161,7 +99,11 @@ class SettingsForm:
 
     def __init__(self, is_in_doubt: Callable[[], bool] = bool, watch: SettingsWatch | None = None) -> None:
         self._is_in_doubt = is_in_doubt
-        self._drafts = Drafts()
+        self._steps: list[Mapping[str, Value]] = [{}]
+        """The edited values at each step of undo and redo, of which `_step` is the present one."""
+        self._step = 0
+        self._typing: str | None = None
+        """The setting whose field has the focus: all changes in it are one step."""
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
         self._seen: tuple[int, float | None] | None = None
@@ -174,48 +116,71 @@ class SettingsForm:
 
     # Editing
 
+    @property
+    def _now(self) -> Mapping[str, Value]:
+        """The edited values by the setting's key; replaced, never modified."""
+        return self._steps[self._step]
+
     def choose(self, key: str, value: Value, *, is_typing: bool = False) -> None:
         """`is_typing`: one undo step with what was chosen for it before, until `end_typing`."""
-        self._change({**self._drafts.now, key: value}, typing=key if is_typing else None)
+        self._change({**self._now, key: value}, typing=key if is_typing else None)
 
     def fill(self, values: Mapping[str, Value]) -> None:
         """Edits all of these in one step; keys that are not rows of the form are ignored."""
-        self._change({**self._drafts.now, **{key: value for key, value in values.items() if key in _BY_KEY}})
+        self._change({**self._now, **{key: value for key, value in values.items() if key in _BY_KEY}})
 
     def revert(self, key: str | None = None) -> None:
         """Removes the edit of one row, or all edits."""
-        self._change({} if key is None else self._drafts.without(key))
+        self._change({} if key is None else {name: value for name, value in self._now.items() if name != key})
 
     def end_typing(self) -> None:
         """The next change begins a new undo step."""
-        self._drafts.end_typing()
+        self._typing = None
 
     @property
     def can_undo(self) -> bool:
-        return self._drafts.can_undo and not self._writing
+        return self._step > 0 and not self._writing
 
     @property
     def can_redo(self) -> bool:
-        return self._drafts.can_redo and not self._writing
+        return self._step < len(self._steps) - 1 and not self._writing
 
     def undo(self) -> None:
         if self.can_undo:
-            self._drafts.undo()
-            self._clear_failures()
+            self._go_to(self._step - 1)
 
     def redo(self) -> None:
         if self.can_redo:
-            self._drafts.redo()
-            self._clear_failures()
+            self._go_to(self._step + 1)
 
     def _change(self, values: Mapping[str, Value], *, typing: str | None = None) -> None:
-        if not self._writing:
-            self._drafts.change(values, typing=typing)
-            self._clear_failures()
+        """Adds an undo step; further changes of the setting `typing` belong to its last step."""
+        if self._writing or values == self._now:
+            return
+        begun = self._step if typing is not None and typing == self._typing else self._step + 1
+        self._steps[begun:] = [values]
+        del self._steps[: -MAX_STEPS - 1]
+        self._go_to(len(self._steps) - 1)
+        self._typing = typing
 
-    def _clear_failures(self) -> None:
+    def _go_to(self, step: int) -> None:
         """Removes failures of settings that are no longer edited."""
-        self._failures = {key: failure for key, failure in self._failures.items() if key in self._drafts.now}
+        self._step, self._typing = step, None
+        self._failures = {key: failure for key, failure in self._failures.items() if key in self._now}
+
+    def _drop(self, keys: Iterable[str]) -> None:
+        """Removes these edits from all steps, and the steps that change nothing then."""
+        gone = frozenset(keys)
+        if not gone:
+            return
+        steps: list[Mapping[str, Value]] = []
+        for number, step in enumerate(self._steps):
+            left = {key: value for key, value in step.items() if key not in gone}
+            if steps[-1:] != [left]:
+                steps.append(left)
+            if number == self._step:
+                now = len(steps) - 1
+        self._steps, self._step, self._typing = steps, now, None
 
     # Rows
 
@@ -230,17 +195,17 @@ class SettingsForm:
     @property
     def edited(self) -> dict[str, Value]:
         """The edited values by key, those that the module already has included."""
-        return dict(self._drafts.now)
+        return dict(self._now)
 
     @property
     def has_drafts(self) -> bool:
-        return bool(self._drafts.now)
+        return bool(self._now)
 
     def would_change(self, values: Mapping[str, Value], device: DeviceView, now: float) -> bool:
         """Whether `fill` with these would leave something to write that is not edited already."""
 
         def is_new(key: str, value: Value) -> bool:
-            edited = self._drafts.now.get(key)
+            edited = self._now.get(key)
             return not is_confirmed(_BY_KEY[key], device.known(key, now), value) if edited is None else edited != value
 
         return any(is_new(key, value) for key, value in values.items() if key in _BY_KEY)
@@ -274,12 +239,12 @@ class SettingsForm:
         ]  # fmt: skip
         if not self._writing and not is_in_doubt:
             self.watch.accept(settled)  # written after all, but late
-            self._drafts.drop(key for key in settled if self._drafts.now.get(key) == self._failures[key].target)
+            self._drop(key for key in settled if self._now.get(key) == self._failures[key].target)
             self._failures = {key: failure for key, failure in self._failures.items() if key not in settled}
 
     def _row(self, command: Command, device: DeviceView, now: float) -> FormRow:
         key = command.key
-        module_value, value, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
+        module_value, value, failure = device.known(key, now), self._now.get(key), self._failures.get(key)
         has_it = value is not None and is_confirmed(command, module_value, value) and not self._is_in_doubt()
         is_pending = value is not None and not has_it and key not in self._writing
         reason = ""
@@ -330,10 +295,10 @@ class SettingsForm:
                 self._failures[key] = _Failure(written.target, written.fault.value, written.read_back)
         if device is not None and not self._is_in_doubt():
             settled += [
-                key for key, value in self._drafts.now.items()
+                key for key, value in self._now.items()
                 if is_confirmed(_BY_KEY[key], device.known(key, now), value)
             ]  # fmt: skip
-        self._drafts.drop(settled)
+        self._drop(settled)
 
     def abort_write(self, results: Iterable[Written], begun: Iterable[Command]) -> None:
         """The link was lost, or the write was cancelled: takes the outcomes that there are. What was begun without an
@@ -358,7 +323,7 @@ class SettingsForm:
         """Discards everything, for another module."""
         self.watch = watch or SettingsWatch()
         self._written, self._retentions = {}, {}
-        self._drafts = Drafts()
+        self._steps, self._step, self._typing = [{}], 0, None
         self._writing, self._verified, self._failures = {}, {}, {}
         self._seen = None
 
