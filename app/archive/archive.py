@@ -102,12 +102,20 @@ class Archive:
         }
 
     def keep_service(self, module: KnownModule, service: Service) -> None:
-        """Keep what a person did to a module, under its name here, where it has one. Raises `UserError`."""
-        content = service.content()
-        name = min(module.members, key=lambda member: member.station != self.public).name
+        """Keep what a person did to a module, under its name here; one that has none gets that of another station, and
+        the person's word that it is the same module. Raises `UserError`."""
+        content, member = service.content(), min(module.members, key=lambda member: member.station != self.public)
+        here = member._replace(station=self.public)
+        if here != member and self.store.module_named(member.name) is not None:
+            text = marked("“{name}” is another module here: settle first whether they are one.")
+            raise UserError(text, name=clean(member.name))
+        if here != member and not service.who.strip():
+            raise UserError(marked("Enter the name of the person who decides."))
         with self.store.database.transaction():
-            self.store.register_module(name)
-            self.store.facts.add(FactKind.SERVICE, content, module=name)
+            self.store.register_module(member.name)
+            self.store.facts.add(FactKind.SERVICE, content, module=member.name)
+        if here != member:
+            self.settle(here, member, is_same=True, name=module.name, who=service.who)
 
     def settle(self, first: NamedModule, second: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
         """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts

@@ -6546,6 +6546,10 @@
         <translation>{place} 中的“{name}”不属于本程序：请用 pipx 或 uv tool 安装本程序。</translation>
     </message>
     <message>
+        <source>“{name}” is another module here: settle first whether they are one.</source>
+        <translation>“{name}”在本站是另一个模块：请先确认两者是否为同一个。</translation>
+    </message>
+    <message>
         <source>“{name}” is unknown.</source>
         <translation>“{name}”未知。</translation>
     </message>

@@ -5,19 +5,21 @@ import io
 import json
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack
-from datetime import UTC, datetime, timedelta
+from contextlib import ExitStack, closing
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import app.__main__ as program
+from app.archive.archive import open_archive
 from app.guided.results import GuidedVerdict
 from app.limits.service import Service, ServiceKind
 from app.records.check_store import CheckStore
 from app.store.facts import FactKind
 from app.system.folders import data_folder
+from app.text.user_error import UserError
 from app.trigger_records.history import Judgement
 from tests.app.cli.reference.test_schemas import faults
 from tests.support.cli_line import Printed, is_one_sentence
@@ -254,6 +256,34 @@ def test_what_was_done_is_of_the_module_that_is_meant_whatever_name_it_has_there
     say(capsys, "service", "M-07", *words[:-1], "2999-01-01")
     assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
     assert [one.name for one in here.store.modules()] == ["M-7"]
+
+
+def test_what_was_done_to_a_module_that_is_known_elsewhere_only_is_of_that_module(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other.meet("M-07")
+    _carry(capsys, other, tmp_path / "stick")
+    say(capsys, "service", "M-07", "--what", "repack", "--who", "Li Wei", "--on", "2020-01-01", "--due", "2020-06-01")
+    (module,) = told(capsys, "report", "report")["modules"]
+    assert [due["kind"] for due in module["due"]] == ["no_check", "service"]
+    assert len(module["members"]) == 2
+    assert told(capsys, "conflicts", "conflicts")["conflicts"] == []
+
+
+def test_nothing_is_kept_under_a_name_that_another_module_has_here(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.meet("M-07")
+    other.meet("M-07")
+    _carry(capsys, other, tmp_path / "stick")
+    with closing(open_archive(here.store)) as archive:
+        own, others = sorted(archive.names().modules, key=lambda one: one.members[0].station != archive.public)
+        service = Service(kind=ServiceKind.REPACK, on=date(2020, 1, 1), due=date(2020, 6, 1), who="Li Wei")
+        with pytest.raises(UserError, match="settle first"):
+            archive.keep_service(others, service)
+        assert here.store.facts.select(FactKind.SERVICE) == []
+        archive.keep_service(own, service)
+    assert len(here.store.facts.select(FactKind.SERVICE)) == 1
 
 
 def test_trigger_records_are_counted_from_the_last_repack(
