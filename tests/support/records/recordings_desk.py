@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
 from tests.support.window.fake_ports import fake_services, show_alone
-from tests.support.window.steps import Driver
+from tests.support.window.steps import Driver, notice_text
 from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
@@ -85,8 +85,7 @@ class Desk(Driver):
         self.until(lambda: self.live.recording is not None)
 
     def said(self) -> str:
-        notice = self.page.strip.notice
-        return "" if notice is None else notice.text
+        return notice_text(self.page.strip)
 
     def texts(self, column: Column) -> list[str]:
         return [

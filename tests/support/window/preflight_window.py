@@ -19,7 +19,7 @@ from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import Found, await_child, press
+from tests.support.window.steps import Found, await_child, notice_text, press
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
@@ -121,8 +121,7 @@ def kept(bench: OnBench, module: str = "") -> list[str]:
 
 
 def said(bench: OnBench) -> str:
-    notice = bench.preflight.strip.notice
-    return "" if notice is None else notice.text
+    return notice_text(bench.preflight.strip)
 
 
 def name_module(bench: OnBench, name: str, page: str = "preflight") -> None:

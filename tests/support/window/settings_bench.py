@@ -15,7 +15,7 @@ from protocol.catalogue import BY_NAME, Hazard
 from protocol.fields import Value
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, find, let_lay_out
+from tests.support.window.steps import await_child, find, let_lay_out, notice_text
 from ui.acts.confirm import Confirm
 from ui.pages.commands.page import CommandsPage
 from ui.pages.settings.page import SettingsPage
@@ -151,5 +151,4 @@ def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
 
 def notice(one: Desk) -> str:
     one.settings.refresh()
-    said = one.settings.strip.notice
-    return "" if said is None else said.text
+    return notice_text(one.settings.strip)

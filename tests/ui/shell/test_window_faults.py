@@ -34,6 +34,7 @@ from app.system.logs import start_log
 from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, wait_online, window
+from tests.support.window.steps import notice_text
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly, WindowOptions, _errors_shown, assemble, start
@@ -47,8 +48,7 @@ POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminal
 
 
 def notice_of(assembly: Assembly) -> str:
-    notice = assembly.window.notice_bar.notice
-    return "" if notice is None else notice.text
+    return notice_text(assembly.window.notice_bar)
 
 
 def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

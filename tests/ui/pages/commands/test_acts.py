@@ -28,7 +28,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, end_watch, settled_rig, watched
 from tests.support.window.controls import place
 from tests.support.window.settings_bench import Desk, desk
-from tests.support.window.steps import let_lay_out, settle
+from tests.support.window.steps import let_lay_out, notice_text, settle
 from tests.ui.pages.commands.test_commands_page import audit, double_click
 from ui.acts.outcomes import outcome_meaning
 from ui.acts.ritual_widget import RitualWidget
@@ -41,8 +41,7 @@ DEPLOY = REQUESTS[Act.DEPLOY].encode()
 
 
 def said(one: Desk, act: Act) -> str:
-    notice = one.commands.acts[act].notice_bar.notice
-    return "" if notice is None else notice.text
+    return notice_text(one.commands.acts[act].notice_bar)
 
 
 def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, one: Desk) -> None:

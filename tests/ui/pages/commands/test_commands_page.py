@@ -18,7 +18,7 @@ from app.store.store import Store
 from protocol.messages import Source
 from tests.support.window.fakes_ui import page_entries, simulated, window
 from tests.support.window.settings_bench import Desk, desk
-from tests.support.window.steps import await_child, settle
+from tests.support.window.steps import await_child, notice_text, settle
 from ui.acts.ritual_widget import RitualWidget
 from ui.pages.commands.page import CommandsPage
 
@@ -38,8 +38,7 @@ def wait_disarmed(one: Desk, ritual: RitualWidget, ticks: int = DISARMS_WITHIN_T
 
 
 def outcome(one: Desk) -> str:
-    notice = one.commands.ritual.notice_bar.notice
-    return "" if notice is None else notice.text
+    return notice_text(one.commands.ritual.notice_bar)
 
 
 def audit(one: Desk) -> list[tuple[Act, Outcome]]:

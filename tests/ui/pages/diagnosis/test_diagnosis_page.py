@@ -40,7 +40,7 @@ from tests.support.patience import quickest
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.settings_bench import desk
-from tests.support.window.steps import choosing, find, press, show_page
+from tests.support.window.steps import choosing, find, notice_text, press, show_page
 from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
 from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -344,7 +344,7 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
         with _errors_shown(assembly.window, armed):
             raise_uncaught(LookupError("a bug"))
             assert armed.act is None
-            qtbot.waitUntil(lambda: bar.notice is not None and "a bug" in bar.notice.text)
+            qtbot.waitUntil(lambda: "a bug" in notice_text(bar))
             button = bar.button("copy_details")
             assert button is not None
             press(qtbot, button)
@@ -367,7 +367,7 @@ def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication
                 thread.start()
                 thread.join()
             assert armed.act is None
-            qtbot.waitUntil(lambda: bar.notice is not None and "×3" in bar.notice.text)
+            qtbot.waitUntil(lambda: "×3" in notice_text(bar))
 
 
 def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from app.store.store import Store
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import FakeWorker
 from tests.support.window.fakes_ui import speak_chinese
+from tests.support.window.steps import notice_text
 from tests.ui.pages.fleet.conftest import Desk
 from ui.core.texts import Texts
 from ui.files.file_dialogs import ThenPath
@@ -223,7 +224,7 @@ def test_the_report_of_all_is_exported_by_its_button(
     monkeypatch.setattr("ui.pages.fleet.page.write_set_reports", write)
     desk.page.ask_report = choose
     desk.page.report.trigger()
-    desk.wait(lambda: desk.page.notice_bar.notice is not None and "fleet.pdf" in desk.page.notice_bar.notice.text)
+    desk.wait(lambda: "fleet.pdf" in notice_text(desk.page.notice_bar))
     assert asked == ["Export report…", "2"]
     assert [path.name for path in tmp_path.glob("fleet*")] == ["fleet.pdf"]  # neither module has a record
     assert (tmp_path / "fleet.pdf").read_bytes().startswith(b"%PDF")
@@ -288,8 +289,7 @@ def test_another_module_on_a_card_asks_about_no_edits_of_the_shown_one(desk: Des
     assert second.view.opening == opening + 1
     assert bar.notice is None
     first.module.treat_as_new()
-    assert bar.notice is not None
-    assert bar.notice.text == "Settings not written: 1."
+    assert notice_text(bar) == "Settings not written: 1."
 
 
 def test_disconnecting_the_card_of_an_active_module_asks_first(desk: Desk) -> None:
@@ -301,8 +301,7 @@ def test_disconnecting_the_card_of_an_active_module_asks_first(desk: Desk) -> No
     desk.page._widgets[second].disconnect_action.trigger()
     desk.settle()
     assert desk.page.members.connections == (first, second)
-    assert bar.notice is not None
-    assert bar.notice.text == "/dev/port1: The module is ACTIVE: it fires also without this program."
+    assert notice_text(bar) == "/dev/port1: The module is ACTIVE: it fires also without this program."
     press(bar, "lock_and_leave")
     assert [len(one.wanted(is_urgent=True)) for _, one in desk.modules] == [0, 1]
     lock_reported(desk, second, worker)

@@ -26,7 +26,7 @@ from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.steps import await_child, choosing, let_lay_out
+from tests.support.window.steps import await_child, choosing, let_lay_out, notice_text
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.flights import controller
@@ -65,8 +65,7 @@ class Desk:
         return self.page.lists.of[group].caption.text()
 
     def notice(self) -> str:
-        notice = self.page.strip.notice
-        return "" if notice is None else notice.text
+        return notice_text(self.page.strip)
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from app.records.verification import RecordState, verify
 from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import LOCK
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, kept, name_module, on_bench
-from tests.support.window.steps import choosing, settle
+from tests.support.window.steps import choosing, notice_text, settle
 from ui.pages.preflight.controller import Standing
 from ui.style.theme import Space
 from ui.widgets.step_button import StepButton
@@ -153,8 +153,7 @@ def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
     rig.until(lambda: bar.button("identity_same") is not None)
     rig.until(lambda: rig.preflight.work.may_fire is is_active)
     rig.wait(0.6)
-    assert bar.notice is not None
-    assert "Until you decide, only queries are sent." in bar.notice.text
+    assert "Until you decide, only queries are sent." in notice_text(bar)
     assert (buttons.run.isEnabled(), buttons.enable.isEnabled()) == (True, False)
     confirm_name(rig)
     rig.until(buttons.enable.isEnabled)

@@ -95,8 +95,7 @@ def is_locked(bench: GestureBench) -> bool:
 
 
 def said(bench: GestureBench) -> str:
-    notice = bench.guided.notice_bar.notice
-    return "" if notice is None else notice.text
+    return notice_text(bench.guided.notice_bar)
 
 
 def kept(bench: GestureBench, kind: GuidedKind) -> None:

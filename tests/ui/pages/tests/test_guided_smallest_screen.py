@@ -14,7 +14,7 @@ from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_i
 from app.records.report_html import guided_body
 from app.text.messages import UserMessage
 from tests.gestures.gesture_bench import GestureBench
-from tests.support.window.steps import choosing, find
+from tests.support.window.steps import choosing, find, notice_text
 from tests.ui.pages.tests.test_guided_page import activated
 from ui.pages.tests.controller import Stage
 from ui.pages.tests.widgets import GuidedPicture, show_live
@@ -132,7 +132,7 @@ def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(benc
     bar, state = bench.window.notice_bar, bench.bench.state
 
     def is_said() -> bool:
-        return bar.notice is not None and "has triggered" in bar.notice.text
+        return "has triggered" in notice_text(bar)
 
     activated(bench)
     bench.bench.set_tilt(70)

@@ -13,7 +13,7 @@ from app.simulator.setup import EmptySlots
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
-from tests.support.window.steps import choosing
+from tests.support.window.steps import choosing, notice_text
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.pages.preflight.controller import Standing
@@ -43,8 +43,7 @@ def told(bench: OnBench, row: int) -> str:
 
 
 def said(bench: OnBench) -> str:
-    notice = bench.triggers.strip.notice
-    return "" if notice is None else notice.text
+    return notice_text(bench.triggers.strip)
 
 
 def choose(bench: OnBench, key: str, text: str = "") -> None:
