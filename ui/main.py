@@ -292,16 +292,8 @@ def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None
 def collecting_garbage(assembly: Assembly) -> Iterator[None]:
     """Frees garbage only in the window's thread; enter it before `start`."""
     with garbage_freed_here():
-        # Freezing modules and pages halves the longest pause of the collector.
-        if assembly.load is not None:
-            assembly.load = partial(_load_for_good, assembly.load)
-        assembly.window.pages_made.connect(gc.freeze)
+        assembly.window.pages_made.connect(gc.freeze)  # halves the longest pause of the collector
         yield
-
-
-def _load_for_good(load: Callable[[], object]) -> None:
-    load()
-    gc.freeze()
 
 
 def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> None:

@@ -97,37 +97,24 @@ def has_seen_status(connector: Ports) -> bool:
 
 
 def values_seen(connector: Ports) -> dict[str, object]:
-    """All known values of device and link, for `VALUES`."""
+    """All known values, for `VALUES`."""
     port, now = connector.current, connector.clock()
-    device, link = port.device, port.last.link
-    values = {
-        key: {
-            "value": known.value,
-            "how": known.how.value,
-            "age_s": round(now - known.at, 3),
-            "doubt": None if known.stale_reason is None else known.stale_reason.value,
-        }
-        for key in sorted(device.values)
-        if (known := device.known(key, now)) is not None
-    }
-    seen: dict[str, object] = {
+    known = {key: known for key in sorted(port.device.values) if (known := port.device.known(key, now)) is not None}
+    return {
         "port": port.connection.port,
         "baud_rate": port.connection.baud_rate,
-        "presence": device.presence.value,
-        "is_streaming": device.is_streaming,
-        "stream_hz": round(device.stream_hz, 1),
-        "values": values,
+        "presence": port.device.presence.value,
+        "link": {"frames": 0 if port.last.link is None else port.last.link.counters.frames},
+        "values": {
+            key: {
+                "value": one.value,
+                "how": one.how.value,
+                "age_s": round(now - one.at, 3),
+                "doubt": None if one.stale_reason is None else one.stale_reason.value,
+            }
+            for key, one in known.items()
+        },
     }
-    if link is not None:
-        median_s = link.round_trip_median_s
-        seen["link"] = {
-            "frames": link.counters.frames,
-            "sent": link.counters.sent,
-            "rejected_bytes": link.counters.rejected,
-            "time_outs": link.counters.time_outs,
-            "round_trip_median_ms": None if median_s is None else round(median_s * 1000, 2),
-        }
-    return seen
 
 
 def write_evidence(folder: Path, window: QWidget, connector: Ports) -> None:
