@@ -6,8 +6,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
+    QFormLayout,
     QFrame,
-    QGridLayout,
     QLabel,
     QLineEdit,
     QPushButton,
@@ -33,7 +33,7 @@ from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.sliders import WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SIMULATED_PORT = "sim://demo?lifelike&noise=1"
@@ -77,7 +77,7 @@ class ConnectPanel(QScrollArea):
         self._build()
         self._name()
         self.list.chosen_changed.connect(self._choose)
-        self.list.activated_choice.connect(self._connect_choice)
+        self.list.itemActivated.connect(lambda _item: self.connect_chosen())
         self.other.textEdited.connect(self._type)
         self.other.returnPressed.connect(self.connect_chosen)
         ports.listed.connect(self.refresh)
@@ -109,17 +109,9 @@ class ConnectPanel(QScrollArea):
             for port in self._ports.ports
         ]
         is_simulating = target is not None and target.is_simulated and self._connector.current.is_open
-        choices.append(
-            PortChoice(
-                SIMULATED_PORT,
-                "",
-                tr("Simulated module"),
-                "",
-                tr("Nothing to plug in"),
-                Icon.SIMULATOR,
-                tr("connected") if is_simulating else "",
-            )
-        )
+        badge = tr("connected") if is_simulating else ""
+        words = tr("Simulated module"), "", tr("Nothing to plug in")
+        choices.append(PortChoice(SIMULATED_PORT, "", *words, Icon.SIMULATOR, badge))
         self.list.show_choices(choices)
         if self.list.chosen is None and not self.other.text():
             self._preselect()
@@ -175,17 +167,13 @@ class ConnectPanel(QScrollArea):
         for transparent in (self.viewport(), ground):
             transparent.setAutoFillBackground(False)
 
-    def _build_form(self) -> QGridLayout:
-        form = QGridLayout()
+    def _build_form(self) -> QFormLayout:
+        form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         form.setHorizontalSpacing(Space.M)
         form.setVerticalSpacing(Space.S)
-        for row, (field, english) in enumerate(((self.other, marked("Other port")), (self.rate, marked("Baud rate")))):
-            label = control(QLabel(), self._texts, f"{field.objectName()}_label", english, role="muted")
-            label.setBuddy(field)
-            form.addWidget(label, row, 0)
-            form.addWidget(field, row, 1)
-        form.setColumnStretch(1, 1)
+        for field, english in ((self.other, marked("Other port")), (self.rate, marked("Baud rate"))):
+            form.addRow(label_for(self._texts, field, english), field)
         for number, rate in enumerate(dict.fromkeys((DEFAULT_BAUD_RATE, *BAUD_RATES))):
             self.rate.addItem(str(rate), rate)
             if rate == DEFAULT_BAUD_RATE:
@@ -220,9 +208,6 @@ class ConnectPanel(QScrollArea):
         if self.other.text():
             self.list.clearSelection()
         self._show_state()
-
-    def _connect_choice(self, _choice: PortChoice) -> None:
-        self.connect_chosen()
 
     def _show_state(self) -> None:
         state = self._connector.current.state

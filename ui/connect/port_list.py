@@ -52,8 +52,6 @@ def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool
 class PortList(QListWidget):
     """Keeps its selection while the list changes."""
 
-    activated_choice = Signal(object)
-    """A `PortChoice`: Enter or a double click on it."""
     chosen_changed = Signal()
 
     def __init__(self) -> None:
@@ -62,7 +60,6 @@ class PortList(QListWidget):
         set_icon_size(self, _ICON_PX)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMouseTracking(True)
-        self.itemActivated.connect(self._activate)
         self.itemSelectionChanged.connect(self.chosen_changed)
 
     def show_choices(self, choices: list[PortChoice]) -> None:
@@ -112,9 +109,6 @@ class PortList(QListWidget):
 
     def minimumSizeHint(self) -> QSize:
         return QSize(240, scaled(ROW_PX) + 2 * Space.XS)
-
-    def _activate(self, item: QListWidgetItem) -> None:
-        self.activated_choice.emit(item.data(_CHOICE))
 
 
 def _spoken(choice: PortChoice) -> str:
