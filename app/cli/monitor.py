@@ -16,7 +16,7 @@ from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line
 from app.terminal import console
 from app.terminal.connection import Conversation
 from app.terminal.interruption import print_after_signal
-from app.terminal.streaming import StreamSpan, stream
+from app.terminal.streaming import SameModule, StreamSpan, stream
 from app.text.i18n import tr
 from app.text.sentences import labelled
 
@@ -48,6 +48,7 @@ class JsonLines:
         self._news: list[StatusSample] = []
         self._first_at: float | None = None
         self._is_begun = False
+        self._same = SameModule()
         self.count = 0
         self.stream_hz = 0.0
 
@@ -64,6 +65,11 @@ class JsonLines:
         """For people only."""
 
     def on_batch(self, batch: Batch) -> None:
+        another = self._same.contradiction(batch.device)
+        if another is not None:
+            self.print_news()
+            self.finish()
+            console.notify(another)
         for sample in batch.samples if self._is_begun else ():
             if self._first_at is None:
                 self._first_at = sample.at

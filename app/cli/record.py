@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from app.engine.device import DeviceView
-from app.engine.identity import UNKNOWN, Identity, Trust, evidence_of, same_module
 from app.engine.worker import Batch, PortState
 from app.recordings.excerpt import Excerpt, csv_parts
 from app.recordings.library import RecordingLibrary, entry_of
@@ -23,11 +21,10 @@ from app.recordings.recorder import Recorder
 from app.recordings.reports import ACTIVE, TRIGGERED
 from app.recordings.writer import POLLED
 from app.samples.ring_buffers import Window
-from app.settings.identity_words import identity_question
 from app.terminal import console
 from app.terminal.connection import Conversation
 from app.terminal.export_file import STANDARD_OUTPUT, export, refuse_unwritable, write_table
-from app.terminal.streaming import StreamSpan, stream
+from app.terminal.streaming import SameModule, StreamSpan, stream
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from app.text.user_error import UserError
@@ -103,8 +100,7 @@ class RecordedSession:
         self._samples = 0
         self.paths: list[Path] = []
         """More than one after another module, a sleep or a jump of the clock."""
-        self._evidence, self._breaks = UNKNOWN, 0
-        """Of the module that is recorded, and how often the conversation had broken when it was read."""
+        self._same = SameModule()
         self._has_ended = False
         """Before its end: another module may answer."""
 
@@ -113,9 +109,9 @@ class RecordedSession:
         self._recorder.begin(connection.port, connection.baud_rate)
 
     def on_batch(self, batch: Batch) -> None:
-        another = self._another_module(batch.device)
+        another = self._same.contradiction(batch.device)
         if another is not None and self._recorder.is_recording:
-            console.notify(identity_question(another, ""))
+            console.notify(another)
             self._has_ended = self._span.is_over = self._table is not None
             self._recorder.settle(SETTLE_LIMIT_S)  # else its file may not be there yet
             self._note_path()
@@ -155,14 +151,6 @@ class RecordedSession:
     @property
     def is_whole(self) -> bool:
         return not (self._recorder.dropped or self._has_ended) and self._recorder.trouble is None
-
-    def _another_module(self, device: DeviceView) -> Identity | None:
-        """What was read since a restart or a silence, where it refutes that it is the same module."""
-        before, now = self._evidence, evidence_of(device.values, is_fresh=True)
-        is_other = device.breaks != self._breaks and same_module(before, now) is Trust.REFUTED
-        if is_other or now.is_complete:
-            self._evidence, self._breaks = now, device.breaks
-        return Identity(Trust.REFUTED, before, now) if is_other else None
 
     def _note_path(self) -> None:
         path = self._recorder.path

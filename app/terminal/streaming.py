@@ -4,8 +4,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, nullcontext
 
+from app.engine.device import DeviceView
+from app.engine.identity import UNKNOWN, Identity, Trust, evidence_of, same_module
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
+from app.settings.identity_words import identity_question
 from app.store.stream_memory import StreamMemory
 from app.terminal.command_journal import adapter_of, open_store_or_notify
 from app.terminal.connection import Conversation, LinkTrouble, connected, module_is_silent
@@ -51,6 +54,22 @@ class StreamSpan:
         if self.seconds is not None and self._first_at is not None:
             self.is_over |= at - self._first_at > self.seconds
         return not self.is_over
+
+
+class SameModule:
+    """Whether it is the module of before."""
+
+    def __init__(self) -> None:
+        self._evidence, self._breaks = UNKNOWN, 0
+        """What was read, and how often the conversation had broken then."""
+
+    def contradiction(self, device: DeviceView) -> str | None:
+        """A sentence, translated, where what was read since a restart or a silence refutes it."""
+        before, now = self._evidence, evidence_of(device.values, is_fresh=True)
+        is_other = device.breaks != self._breaks and same_module(before, now) is Trust.REFUTED
+        if is_other or now.is_complete or device.breaks == self._breaks:
+            self._evidence, self._breaks = now, device.breaks
+        return identity_question(Identity(Trust.REFUTED, before, now), "") if is_other else None
 
 
 def stream(
