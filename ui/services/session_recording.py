@@ -50,6 +50,8 @@ class SessionRecording:
         self._module = ""
         self.path: Path | None = None
         """Of what was recorded last of this conversation; None before the first byte."""
+        self._former_path: Path | None = None
+        """The recorder still has it while the next file is not begun."""
 
     @cached_property
     def library(self) -> "RecordingLibrary":
@@ -95,7 +97,8 @@ class SessionRecording:
                 self._opening, self._is_in_doubt = None, False
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
-                self.path = self._recorder.path or self.path
+                path = self._recorder.path
+                self.path = path if path not in (None, self._former_path) else self.path
                 if self._opening is None:
                     self._recorder.end()
             # A recording needs every report, whatever page is shown.
@@ -106,7 +109,7 @@ class SessionRecording:
 
         if self._recorder is None:
             self._recorder = Recorder(self.library)
-        self.path = None
+        self.path, self._former_path = None, self._recorder.path
         self._recorder.begin(connection.port, connection.baud_rate, module)
 
     def name_module(self, name: str) -> None:

@@ -132,6 +132,11 @@ class TriggersPage(Page):
             self.ask_log(self, self._log_folder, partial(self.open_beside, row))
 
     def open_beside(self, row: TriggerRow, log: Path) -> None:
+        """Unless another module has come while the log was chosen."""
+        if not self._is_listed(row):
+            text = partial(tr, "Another module is shown now: nothing was opened.")
+            self.work.job.notify(Meaning.ATTENTION, text)
+            return
         self._log_folder = log.parent
         self.beside.open(row, log)
         self._views.setCurrentWidget(self.beside)
@@ -140,8 +145,11 @@ class TriggersPage(Page):
     def _end_beside(self) -> None:
         """Another module's records are shown: the chosen one is none of them."""
         row = self.beside.row
-        if row is not None and not self.work.is_busy and row.seen.id not in {shown.seen.id for shown in self.work.rows}:
+        if row is not None and not self.work.is_busy and not self._is_listed(row):
             self.beside.close_log()
+
+    def _is_listed(self, row: TriggerRow) -> bool:
+        return any(row.seen.id == shown.seen.id for shown in self.work.rows)
 
     def _judge_beside(self, row: TriggerRow, judgement: Judgement, finding: str) -> None:
         """What was found comes before what was noted earlier."""

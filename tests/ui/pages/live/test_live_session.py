@@ -1,9 +1,11 @@
 """The automatic recording of sessions: start, end, content and indicator."""
 
+import threading
 import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import QEvent
@@ -106,6 +108,33 @@ def test_where_sessions_begin(bench: Bench, connections: tuple[Connection, ...],
     for number, connection in enumerate(connections):
         bench.say(some(1.0 + number, connection=connection))
     assert [count for _, _, count in bench.listed()] == counts
+
+
+def test_the_file_is_that_of_this_conversation(bench: Bench) -> None:
+    bench.say(some(1.0))
+    bench.listed()
+    bench.say(some(2.0))
+    first, recorder = bench.sessions.path, bench.sessions._recorder
+    assert first is not None
+    assert recorder is not None
+    begin, may_begin = recorder._begin, threading.Event()
+
+    def held(*asked: Any) -> None:
+        may_begin.wait(WAIT_S)
+        begin(*asked)
+
+    recorder._begin = held  # type: ignore[method-assign]
+    for number in range(2):  # the disk is slow: the next file is not begun yet
+        bench.say(some(3.0 + number, connection=NEXT))
+        assert bench.sessions.path is None
+    may_begin.set()
+    bench.listed()
+    bench.say(some(5.0, connection=NEXT))
+    assert bench.sessions.path not in (None, first)
+    second = bench.sessions.path
+    bench.say(some(6.0, connection=CLOSED))
+    bench.listed()
+    assert bench.sessions.path == second  # it is shown until another one is connected
 
 
 def test_what_may_be_another_module_is_recorded_under_no_name(bench: Bench) -> None:

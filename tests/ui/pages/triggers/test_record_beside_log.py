@@ -8,6 +8,8 @@ import pytest
 from app.trigger_records.history import Judgement
 from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.window.preflight_window import OnBench, name_module
+from tests.support.window.steps import notice_text
+from ui.files.file_dialogs import ThenPath
 from ui.pages.triggers.beside_log import RecordBesideLog
 
 ATTITUDE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 C8".replace(" ", ""))
@@ -125,3 +127,19 @@ def test_it_follows_the_language(rig: OnBench, tmp_path: Path) -> None:
     assert "21.0 s" in beside.explanation.text()
     assert "Proposal" not in beside.explanation.text()
     assert beside.moments.currentIndex() == 1
+
+
+def test_a_log_chosen_after_another_module_has_come_is_not_opened(rig: OnBench, tmp_path: Path) -> None:
+    log, page = log_with(tmp_path / "crash.csv", 75), rig.triggers
+    rig.bench.module.memory.records.append(ATTITUDE)
+    name_module(rig, "M-07", "triggers")
+    rig.read_triggers()
+    rig.until(lambda: not page.work.is_busy)
+    asked: list[ThenPath] = []
+    page.ask_log = lambda _parent, _folder, then: asked.append(then)
+    page.detail.beside.click()
+    rig.assembly.connector.current.module.treat_as_new()
+    asked[0](log)
+    assert page.beside.row is None
+    assert not page.beside.isVisible()
+    assert notice_text(page.strip) == "Another module is shown now: nothing was opened."
