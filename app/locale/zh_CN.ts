@@ -3786,10 +3786,6 @@
         <translation>记录与 {module} 的记录不衔接：是同一模块吗？</translation>
     </message>
     <message>
-        <source>The report cannot be written: {why}.</source>
-        <translation>报告无法写入：{why}。</translation>
-    </message>
-    <message>
         <source>The result is that of {module}.</source>
         <translation>此结果属于模块 {module}。</translation>
     </message>

@@ -1,4 +1,4 @@
-"""Charts of link statistics: round trips, invalid bytes by reason, and both over time."""
+"""Charts of link statistics: round trips, and all over time."""
 
 from collections.abc import Sequence
 from typing import ClassVar, Final, NamedTuple
@@ -11,20 +11,9 @@ from PySide6.QtGui import QColor
 from app.diagnosis.link_statistics import Slice, TripClass
 from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import labelled
-from protocol.frame import Reason
-from protocol.translatable import marked
 from ui.plots.static_plot import StaticPlot
 from ui.style.theme import Meaning, Theme, current, scaled
 
-REASON_WORDS: Final = {
-    Reason.NO_HEADER: marked("no header"),
-    Reason.UNKNOWN_CODE: marked("unknown code"),
-    Reason.CONTROL: marked("wrong control byte"),
-    Reason.CHECKSUM: marked("wrong checksum"),
-    Reason.VALUE: marked("impossible value"),
-    Reason.INCOMPLETE: marked("broken off"),
-}
 _TICK_MS: Final = frozenset((1, 4, 16, 64, 250, 1000))
 """Bounds labelled below the histogram; there is no room for all."""
 _LEAST: Final = 0.03
@@ -32,7 +21,6 @@ _LEAST: Final = 0.03
 _HEAD: Final = 1.3
 """Height of the histogram as a multiple of its highest bar, for the share above that."""
 _SHARE_PX: Final = 40
-_ROW_PX: Final = 24
 _MIN_PX: Final = 1.5
 
 
@@ -84,38 +72,6 @@ class Histogram(StaticPlot):
 
 def _bound(trips: TripClass) -> str:
     return tr("longer") if trips.up_to_ms is None else tr("up to {ms} ms", ms=f"{trips.up_to_ms:g}")
-
-
-class ReasonBars(StaticPlot):
-    """Invalid bytes by reason, most frequent first."""
-
-    def __init__(self) -> None:
-        super().__init__("figures_reasons")
-        self._counts: tuple[tuple[Reason, int], ...] = ()
-
-    def show_counts(self, counts: Sequence[tuple[Reason, int]]) -> None:
-        shown = tuple((reason, count) for reason, count in counts if count)
-        if shown != self._counts or not self.accessibleName():
-            self._counts = shown
-            parts = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown) or tr("none")
-            self.announce(labelled(tr("Invalid bytes"), parts), name=tr("Invalid bytes"))
-            self.redraw()
-
-    def draw(self, theme: Theme) -> None:
-        self.axes["bottom"].setPen(None)
-        if not self._counts:
-            self.show_nothing(tr("none"))
-            return
-        counts = np.array([count for _, count in self._counts])
-        rows = -np.arange(len(counts)) - 0.5
-        widths = np.maximum(counts, counts[0] * 0.01)
-        self.add(_bars(theme.ink(Meaning.ATTENTION), x0=0, y=rows, width=widths, height=0.5))
-        for row, width, count in zip(rows, widths, counts, strict=True):
-            self.add_text(f"{count:,}", theme.text, (width, row), (0.0, 0.5))
-        lines = max(len(counts), self.height() / scaled(_ROW_PX))
-        self.set_range((0.0, counts[0] * 1.4), (-lines, 0.0))
-        words = [tr(REASON_WORDS[reason]) for reason, _ in self._counts]
-        self.show_ticks("left", list(zip(rows, words, strict=True)))
 
 
 class Stretch(NamedTuple):

@@ -4,15 +4,19 @@ is left, or another module is connected."""
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
 from app.text.i18n import tr
 from app.text.sentences import error_text, not_written
 from app.text.user_error import UserError
+from ui.core.background_task import BackgroundTask
 from ui.services.announcer import announcer
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
+
+Result = TypeVar("Result")
 
 
 class JobNotice(QObject):
@@ -41,14 +45,30 @@ class JobNotice(QObject):
         """Writes a file and says what came of it; whether it was written."""
         try:
             write()
-        except UserError as refused:
-            self.notify(Meaning.ATTENTION, partial(error_text, refused))
-        except (OSError, RuntimeError) as error:
+        except (UserError, OSError, RuntimeError) as error:
+            self._tell_unwritten(path, error)
+            return False
+        self.notify(Meaning.GOOD, saved)
+        return True
+
+    def write_in_background(
+        self, task: BackgroundTask[Result], path: Path, write: Callable[[], Result], saved: Callable[[Result], str]
+    ) -> None:
+        """As `write_file`; `saved` is given what `write` returned."""
+        self.set_notice(lambda: progress_notice(tr("Saving…"), None))
+
+        def tell(result: Result) -> None:
+            self.notify(Meaning.GOOD, partial(saved, result))
+
+        task.run(lambda _running: write(), tell, partial(self._tell_unwritten, path))
+
+    def _tell_unwritten(self, path: Path, error: Exception) -> None:
+        if isinstance(error, UserError):
+            self.notify(Meaning.ATTENTION, partial(error_text, error))
+        elif isinstance(error, OSError | RuntimeError):
             self.notify(Meaning.DANGER, partial(not_written, path, error))
         else:
-            self.notify(Meaning.GOOD, saved)
-            return True
-        return False
+            raise error
 
     def dismiss(self) -> None:
         self.set_notice(None)

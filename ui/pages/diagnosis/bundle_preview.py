@@ -14,7 +14,6 @@ from app import version
 from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.recordings.entry_texts import size_text
-from app.recordings.export import not_saved_text
 from app.system.logs import text_of
 from app.text import i18n
 from app.text.i18n import tr
@@ -23,7 +22,7 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice, progress_notice
+from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font, scaled
 from ui.widgets.controls import control, named
@@ -122,15 +121,8 @@ class BundlePreview(QWidget):
 
     def _save_to(self, bundle: SupportBundle, path: Path) -> None:
         self._folder = path.parent
-        self._result.set_notice(lambda: progress_notice(tr("Saving…"), None))
-
-        def fail(error: Exception) -> None:
-            self._result.notify(Meaning.ATTENTION, lambda: not_saved_text(path, error))
-
-        def tell(_none: None) -> None:
-            self._result.notify(Meaning.GOOD, lambda: tr("Saved to {path}.", path=path))
-
-        self._saving.run(lambda _running: bundle.write(path), tell, fail)
+        saved = partial(tr, "Saved to {path}.", path=path)
+        self._result.write_in_background(self._saving, path, partial(bundle.write, path), lambda _none: saved())
 
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle

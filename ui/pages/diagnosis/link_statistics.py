@@ -6,15 +6,17 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QLabel, QScrollArea, QWidget
 
 from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics
+from app.text.i18n import tr
 from app.text.sentences import in_brackets
+from protocol.frame import Reason
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
+from ui.plots.link_charts import Histogram, OverTime, Stretch, percent_text
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, named
-from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel
+from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -33,6 +35,14 @@ _NUMBERS: Final = (
     ("restarts", marked("Restarts")),
     ("losses", marked("Port lost")),
 )
+REASON_WORDS: Final = {
+    Reason.NO_HEADER: marked("no header"),
+    Reason.UNKNOWN_CODE: marked("unknown code"),
+    Reason.CONTROL: marked("wrong control byte"),
+    Reason.CHECKSUM: marked("wrong checksum"),
+    Reason.VALUE: marked("impossible value"),
+    Reason.INCOMPLETE: marked("broken off"),
+}
 _ICON_PX: Final = 16
 
 
@@ -73,7 +83,9 @@ class LinkStatisticsView(QScrollArea):
         texts = services.texts
         texts.bind(self.setAccessibleName, "Statistics")
         self.totals = {key: Tile(f"figures_{key}", texts, title) for key, title in _NUMBERS}
-        self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
+        self.trips, self.over_time = Histogram(), OverTime()
+        self.reasons = text_label("figures_reasons", is_selectable=True)
+        self.reasons.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._legend = self._caption(services, "figures_legend", marked("▼ restart   ■ port lost"))
         self._lay_out(services)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, restyle=self._fit)
@@ -113,7 +125,8 @@ class LinkStatisticsView(QScrollArea):
         for key in ("lost", "lag", "restarts", "losses") if recorded else ():
             shown[key].show_figure("–")
         self.trips.show_classes(statistics.round_trips())
-        self.reasons.show_counts(totals.rejected_bytes.most_common())
+        counts = [f"{tr(REASON_WORDS[why])}: {count:,}" for why, count in totals.rejected_bytes.most_common() if count]
+        self.reasons.setText("\n".join(counts) or tr("none"))
         now, slices = self._connector.clock(), statistics.seconds
         if recorded and slices:
             now = slices[-1].begins_s + 1

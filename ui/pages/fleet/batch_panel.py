@@ -26,7 +26,7 @@ from app.procedures.write_all import SettingChange
 from app.records.labels import PAPERS
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_names, join_sentences, not_written
+from app.text.sentences import error_text, join_names, join_sentences
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -288,18 +288,12 @@ class BatchPanel(QWidget):
         return Path.home() / f"{' '.join(filter(None, ('' if bench is None else bench.batch.title, kind)))}.pdf"
 
     def _write(self, path: Path, write: Callable[[], None]) -> None:
-        def work(_running: object) -> None:
+        def work() -> None:
             check_batch_target(path)
             write()
 
-        def fail(error: Exception) -> None:
-            if not isinstance(error, UserError | OSError | RuntimeError):
-                raise error
-            reason = (lambda: error.sentence) if isinstance(error, UserError) else partial(not_written, path, error)
-            self._result.notify(Meaning.DANGER, reason)
-
-        done = partial(self._result.notify, Meaning.INFORMATION, lambda: tr("Saved to {path}.", path=path))
-        self._writing.run(work, lambda _none: done(), fail)
+        saved = partial(tr, "Saved to {path}.", path=path)
+        self._result.write_in_background(self._writing, path, work, lambda _none: saved())
 
     # Qt
 

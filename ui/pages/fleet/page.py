@@ -21,8 +21,7 @@ from app.settings.profile_file import ProfileRefused, read_profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import capitalised, error_text, join_names, join_sentences, labelled
-from app.text.user_error import UserError
+from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
@@ -232,10 +231,9 @@ class FleetPage(Page):
         if self.checks.is_running:
             done, total = len(self.checks.results), self.checks.total
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
-            return Notice(Meaning.INFORMATION, text, (Choice("cancel", tr("Cancel"), self.checks.cancel),))
+            return progress_notice(text, self.checks.cancel)
         if self.profile.is_running:
-            cancel = Choice("cancel", tr("Cancel"), self.profile.cancel)
-            return Notice(Meaning.INFORMATION, result_line(self.profile.applied.values()), (cancel,))
+            return progress_notice(result_line(self.profile.applied.values()), self.profile.cancel)
         return self.result.result_notice()
 
     def _lock_notice(self, cards: list[Card]) -> Notice | None:
@@ -347,23 +345,14 @@ class FleetPage(Page):
         self.ask_report(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), export)
 
     def _export(self, members: Sequence[SetMember], path: Path) -> None:
-        try:
+        def write() -> tuple[Path, ...]:
             check_set_target(path)
-        except UserError as refusal:
-            self.result.notify(Meaning.ATTENTION, partial(error_text, refusal))
-            return
-        self._report.run(
-            lambda _running: write_set_reports(path, members, print_pages),
-            self._show_written,
-            self._show_unwritten,
-        )
+            return write_set_reports(path, members, print_pages)
 
-    def _show_written(self, written: tuple[Path, ...]) -> None:
-        names = [path.name for path in written]
-        self.result.notify(Meaning.INFORMATION, lambda: tr("Written: {names}.", names=join_names(names)))
+        def saved(written: tuple[Path, ...]) -> str:
+            return tr("Written: {names}.", names=join_names(file.name for file in written))
 
-    def _show_unwritten(self, error: Exception) -> None:
-        self.result.notify(Meaning.DANGER, lambda: tr("The report cannot be written: {why}.", why=error_text(error)))
+        self.result.write_in_background(self._report, path, write, saved)
 
     def on_escape(self) -> bool:
         if self.profile.profile is not None and not self.profile.is_running:

@@ -248,7 +248,7 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         assert shown["restarts"] == "1"
         assert shown["losses"] == "1"
         assert "up to 3 ms: 3" in page.statistics.trips.accessibleName()
-        assert "wrong checksum: 12" in page.statistics.reasons.accessibleName()
+        assert "wrong checksum: 12" in page.statistics.reasons.text()
         assert "port lost: 1" in page.statistics.over_time.accessibleName()
         page.grab()  # paints all of it, with marks
 

@@ -123,7 +123,7 @@ def test_the_file_is_that_of_this_conversation(bench: Bench) -> None:
         may_begin.wait(WAIT_S)
         begin(*asked)
 
-    recorder._begin = held  # type: ignore[method-assign]
+    recorder._begin = held  # type: ignore[method-assign, assignment]
     for number in range(2):  # the disk is slow: the next file is not begun yet
         bench.say(some(3.0 + number, connection=NEXT))
         assert bench.sessions.path is None
