@@ -48,11 +48,9 @@ class LocalFacts:
         self.own = own
         self.others = others
         others.attach(own.database.path, "own")
-        self._unreadable: set[str] = set()
-
-    def close(self) -> None:
+        self.close = others.close
         """The store stays open."""
-        self.others.close()
+        self._unreadable: set[str] = set()
 
     # The set
 

@@ -51,7 +51,7 @@ class TriggerFlag(NamedTuple):
     """`why`: why it was not sent."""
 
     state: FlagState = FlagState.NEVER_SET
-    why: tuple[UserMessage, ...] = ()
+    why: UserMessage | None = None
 
 
 @dataclass(slots=True)

@@ -64,7 +64,7 @@ def trigger(case: Case, key: str) -> Finding:
         case FlagState.UNANSWERED:
             return unknown(message(marked("no reply")), limit)
         case FlagState.NOT_SENT:
-            return unknown(flag.why[0] if flag.why else message(marked("not sent")), limit, do=_lock_first(case))
+            return unknown(flag.why or message(marked("not sent")), limit, do=_lock_first(case))
         case FlagState.NEVER_SET:
             why = message(marked("not enabled in this connection"))
             return unknown(why, limit, do=_lock_first(case))

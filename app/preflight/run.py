@@ -210,8 +210,7 @@ def _enable(command: Command, context: WriteContext) -> Procedure[TriggerFlag]:
     finally:
         settle_writes(context.journal, entries, results)
     if written.heard is SetReply.NOT_SENT:
-        why = tuple(refusal.message for refusal in refused) or (message(marked("no reply")),)
-        return TriggerFlag(FlagState.NOT_SENT, why)
+        return TriggerFlag(FlagState.NOT_SENT, refused[0].message if refused else message(marked("no reply")))
     if written.is_acknowledged:
         return TriggerFlag(FlagState.ENABLED)
     return TriggerFlag(FlagState.REFUSED if written.heard is SetReply.OTHER else FlagState.UNANSWERED)

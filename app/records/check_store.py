@@ -116,7 +116,7 @@ class CheckStore:
             kept = slots if is_confirmed else [*last_slots, *merged.new][-MAX_RECORDS:]
             content = {
                 "port": clean(port), "boot_count": boot_count, "slots": [raw.hex() for raw in kept],
-                "is_confirmed": is_confirmed, "known": len(merged.all) if module is not None else 0,
+                "is_confirmed": is_confirmed, "known": len(known) + len(merged.new) if module is not None else 0,
             }  # fmt: skip
             self._facts.add(FactKind.VISIT, content, module=module)
             records = self.records(module)

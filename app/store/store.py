@@ -14,7 +14,6 @@ from app.store.facts import FORMER_ENTRY, FactKind, Facts, object_in
 from app.store.former import STORE
 from app.store.write_queue import WriteQueue
 from app.system.folders import data_folder
-from app.text.messages import UserMessage
 
 CLOSE_LIMIT_S = 5.0
 """Default time limit for queued writes at `close`."""
@@ -63,11 +62,8 @@ class Store:
         self.facts = Facts(database)
         self.queue = WriteQueue()
         """For callers that must not wait for the disk."""
-
-    @property
-    def notice(self) -> UserMessage | None:
+        self.notice = database.notice
         """A sentence if an old file was set aside when the store was opened."""
-        return self.database.notice
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
         """Write what is queued, then close; returns how many pieces were not written within `limit_s`. Never raises."""

@@ -40,16 +40,11 @@ JUDGEMENT_WORDS = {
 
 
 class Merged(NamedTuple):
-    """`new` follows `known`, oldest first. `is_continuation` is False where the records do not continue those of the
-    last visit, as if it were another module."""
+    """`new`: the records that were not known, oldest first. `is_continuation` is False where the records do not
+    continue those of the last visit, as if it were another module."""
 
-    known: tuple[bytes, ...]
     new: tuple[bytes, ...]
     is_continuation: bool = True
-
-    @property
-    def all(self) -> tuple[bytes, ...]:
-        return self.known + self.new
 
 
 def merge(
@@ -66,7 +61,7 @@ def merge(
     `is_confirmed` False: some of `slots` may be missing, so nothing is concluded from absent ones.
     """
     if not known:
-        return Merged((), in_order(slots, boot_count))
+        return Merged(in_order(slots, boot_count))
     fresh = _lined_up(last_slots, slots)
     if fresh is None:
         fresh = _counted(last_slots, slots)
@@ -75,7 +70,7 @@ def merge(
     room = MAX_RECORDS - len(last_slots)
     expected = len(last_slots) - max(0, len(fresh) - room)
     is_continuation = not is_confirmed or kept >= min(expected, len(last_slots))
-    return Merged(tuple(known), in_order(fresh, boot_count), is_continuation)
+    return Merged(in_order(fresh, boot_count), is_continuation)
 
 
 def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None:

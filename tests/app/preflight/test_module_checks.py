@@ -73,7 +73,7 @@ def test_a_setting_beyond_the_bounds_fails_even_where_the_profile_wants_it() -> 
         (TriggerFlag(FlagState.REFUSED), FAIL, "refused"),
         (TriggerFlag(FlagState.UNANSWERED), UNKNOWN, "no reply"),
         (TriggerFlag(FlagState.NOT_SENT), UNKNOWN, "not sent"),
-        (TriggerFlag(FlagState.NOT_SENT, (UserMessage("why"),)), UNKNOWN, "why"),
+        (TriggerFlag(FlagState.NOT_SENT, UserMessage("why")), UNKNOWN, "why"),
         (TriggerFlag(FlagState.NEVER_SET), UNKNOWN, "not enabled in this connection"),
         (None, UNKNOWN, "not asked"),
     ],

@@ -90,7 +90,7 @@ def test_no_trigger_is_ever_lost_or_counted_twice(order: str, steps: list[int], 
         slots = _slots(life, order)
         merged = merge(known, last, slots, boot_count=boot % 256)
         assert merged.is_continuation
-        known, last = merged.all, slots
+        known, last = known + merged.new, slots
     assert list(known) == life
 
 
