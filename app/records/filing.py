@@ -10,7 +10,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import NamedTuple
 
-from app.engine.identity import IdentityEvidence
+from app.engine.identity import IdentityEvidence, went_back
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
 from app.limits.service import DueService, due_services
@@ -118,10 +118,13 @@ def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
     slots = None if history is None else [record.raw for record in history.records]
     is_confirmed, counts_simulated = history is not None and history.is_confirmed, is_simulated(evidence.port)
     tests = last_tests(store.facts, name, counts_simulated=counts_simulated)
-    checks = CheckStore(store.database)
+    checks, known = CheckStore(store.database), store.evidence(name)
+    past = checks.past(name, slots, is_confirmed=is_confirmed, counts_simulated=counts_simulated)
+    has_newer = None not in (past.boot_count, known.boot_count) and not went_back(past.boot_count, known.boot_count)
     return replace(
-        checks.past(name, slots, is_confirmed=is_confirmed, counts_simulated=counts_simulated),
-        settings=store.evidence(name).settings,
+        past,
+        boot_count=known.boot_count if has_newer else past.boot_count,
+        settings=known.settings,
         tests={kind: LastTested(test, age_days(test.at, at)) for kind, test in tests.items()},
         due=service_due(store, name, at),
     )  # fmt: skip

@@ -160,6 +160,15 @@ def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Pat
         assert store.evidence("M-07").settings["freefall_time_s"] == 0.2
 
 
+@pytest.mark.parametrize(("boots", "result"), [(36, CheckResult.PASS), (50, CheckResult.FAIL)])
+def test_a_check_knows_the_boot_count_that_was_read_last(tmp_path: Path, boots: int, result: CheckResult) -> None:
+    """By the window, or with the trigger records: it is newer than that of the last visit."""
+    with closing(open_store(tmp_path)) as store:
+        assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.WARN, "no earlier visit"
+        store.store_evidence("M-07", IdentityEvidence(boots))
+        assert file_one(store, "M-07").assessment.result("boot_count") is result
+
+
 def test_settings_that_a_simulated_module_passed_with_are_approved_for_none_that_is_real(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
         simulated, real = (partial(file_one, store, "M-07", port=port) for port in ("sim://", "/dev/ttyUSB0"))
