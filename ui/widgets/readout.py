@@ -378,20 +378,15 @@ def show_activation(chip: StateChip, seen: SeenActivation, now: float) -> None:
             chip.show_state(tr("LOCKED"), Icon.LOCK, stale_age=age)
 
 
-def show_trigger(chip: StateChip, *, is_triggered: bool | None, age: str = "") -> None:
-    """`is_triggered` as reported by the module, None if unknown."""
-    if is_triggered is None:
+def show_known_trigger(chip: StateChip, known: Known | None, now: float) -> None:
+    """Triggered or not, as the module reported it; None if unknown."""
+    if known is None:
         chip.show_unknown()
-    elif is_triggered:
+    elif known.value is True:
+        age = age_of(known, now)
         chip.show_state(tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER, stale_age=age, keeps_colour=True)
     else:
-        chip.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, stale_age=age)
-
-
-def show_known_trigger(chip: StateChip, known: Known | None, now: float) -> None:
-    """Like `show_trigger`, from a known value."""
-    is_triggered = None if known is None else known.value is True
-    show_trigger(chip, is_triggered=is_triggered, age="" if known is None else age_of(known, now))
+        chip.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, stale_age=age_of(known, now))
 
 
 def age_of(known: Known, now: float) -> str:

@@ -139,17 +139,12 @@ def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
     assert menu.isVisible()
     actions = {action.text(): action for action in menu.actions() if action.text()}
     menu.close()
-    assert list(actions) == [
-        "Save picture…", "Save values…", "Copy picture", "Fit vertically", "Live", "Time of day",
-    ]  # fmt: skip
-    assert not actions["Live"].isEnabled()
+    assert list(actions) == ["Save picture…", "Save values…", "Copy picture", "Fit vertically"]
     for text, signal in (("Save values…", "save_values_wanted"), ("Save picture…", "save_picture_wanted")):
         with qtbot.waitSignal(getattr(bench.plot, signal)):
             actions[text].trigger()
     actions["Copy picture"].trigger()
     assert QGuiApplication.clipboard().pixmap().size() == bench.plot.canvas.grab().size()
-    actions["Time of day"].trigger()
-    assert bench.button("time-plot-clock").isChecked()
 
 
 # The cursor
