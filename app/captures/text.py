@@ -5,12 +5,13 @@
     0.002913 < 41 75 32 07 0A 00 01 44
 
 Seconds, direction (`>` host to module, `<` module to host), bytes. A line that cannot be read is skipped and reported.
-Any other text is hex: two digits make a byte; spaces, commas, line ends and a "0x" may stand between two bytes, nothing
-else may. Lines that begin with # are remarks.
+Any other text is hex: two digits make a byte; spaces, commas and line ends may stand between two bytes, and "0x" before
+the first of a word. Lines that begin with # are remarks.
 """
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import partial
 from typing import Final, NamedTuple, TextIO
 
@@ -21,16 +22,16 @@ from protocol.translatable import marked
 
 MAX_LINE_LENGTH: Final = 64 * 1024
 """Of a line with a time."""
-MAX_TEXT_LENGTH: Final = 1 << 24
+MAX_TEXT_LENGTH: Final = 1 << 22
 """Of a line of hex."""
 MAX_FAULTS: Final = 100
 NOT_HEX: Final = marked("no pairs of hex digits")
 _ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
 _PART = "# DPS-S capture"
 """Begins a capture of earlier versions; behind another one it is a part that follows."""
-_BYTES = re.compile(r"(?:[\s,\ufeff]|(?:0[xX])?[0-9a-fA-F]{2})*")
-_FILLING = re.compile(r"0[xX]|[\s,\ufeff]")
-_WORD = re.compile(r"[^\s,]{1,24}")
+_WORD = re.compile(r"[^\s,\ufeff]+")
+_SHOWN = 24
+"""Characters of a word that is refused."""
 
 
 class NotHex(ValueError):
@@ -42,17 +43,19 @@ class NotHex(ValueError):
 
 
 def hex_bytes(text: str) -> bytes:
-    """The bytes of whole pairs of digits. Raises `NotHex`."""
-    match = _BYTES.match(text)
-    end = match.end() if match is not None else 0
-    if end < len(text):
-        raise NotHex(_first_word(text[end:]))
-    return bytes.fromhex(_FILLING.sub("", text))
-
-
-def _first_word(text: str) -> str:
-    word = _WORD.match(text)
-    return word.group() if word is not None else text[:1]
+    """The bytes of words of whole pairs of digits. Raises `NotHex`."""
+    with suppress(ValueError):  # most text has neither commas nor "0x"
+        return bytes.fromhex(text)
+    raw = bytearray()
+    for word in _WORD.findall(text):
+        digits = word[2:] if word[:2] in ("0x", "0X") else word
+        try:
+            raw += bytes.fromhex(digits)
+        except ValueError:
+            digits = ""
+        if not digits:
+            raise NotHex(word[:_SHOWN])
+    return bytes(raw)
 
 
 class LineFault(NamedTuple):
