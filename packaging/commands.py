@@ -99,7 +99,8 @@ def _nightly(arguments: list[str]) -> int:
     """Run everything that takes hours, whatever fails; the worst exit code."""
     _take_none(arguments)
     os.environ["HYPOTHESIS_PROFILE"] = "thorough"
-    campaigns = [["soak", "--seconds", "1800", "--every", "28"], ["adversary"], ["mutants"], ["bench"]]
+    gestures = [["gestures", "--every", "28"], ["gestures", "--sequences", "200"]]
+    campaigns = [["soak", "--seconds", "1800"], *gestures, ["adversary"], ["mutants"], ["bench"]]
     return max(_test([]), *(COMMANDS[name].run(words) for name, *words in campaigns))
 
 
@@ -115,6 +116,7 @@ COMMANDS: dict[str, Command] = {
     "check": Command("run ruff and mypy", _check),
     "bench": Command("run the benchmark", _offscreen("tests.benchmarks")),
     "soak": Command("run the endurance test", _offscreen("tests.soak")),
+    "gestures": Command("try careless gestures, or random hands", _offscreen("tests.gestures")),
     "adversary": Command("run every command against every fault and lie", _offscreen("tests.adversary")),
     "mutants": Command(
         "break the program in small ways, one at a time, and count how many the tests notice",

@@ -1,4 +1,4 @@
-"""No careless gesture completes an act, whatever happens meanwhile: a sample; the soak runs all of it."""
+"""No careless gesture completes an act, whatever happens meanwhile: a sample; `make gestures` runs all of it."""
 
 import random
 from collections.abc import Callable

@@ -111,7 +111,14 @@ def test_each_campaign_of_the_night_runs_though_one_before_it_failed(
     monkeypatch.setenv("HYPOTHESIS_PROFILE", "quick")
     assert setup.commands.main(["nightly"]) == 7
     campaigns = [program[2] for program, _ in ready]
-    assert campaigns == ["pytest", "tests.soak", "tests.adversary", "tests.mutants", "tests.benchmarks"]
+    assert campaigns == [
+        "pytest",
+        "tests.soak",
+        *["tests.gestures"] * 2,
+        "tests.adversary",
+        "tests.mutants",
+        "tests.benchmarks",
+    ]
     assert os.environ["HYPOTHESIS_PROFILE"] == "thorough"
 
 

@@ -1,11 +1,11 @@
 """`python -m tests.soak`: the whole window, a stream at line rate, and everything that can go wrong on a line.
 
-    python -m tests.soak line --seconds 1800
+    python -m tests.soak --seconds 1800
 
-"line": the module runs in another process. Faults, restarts, unplugging and plugging in come at random; the window is
+The module runs in another process. Faults, restarts, unplugging and plugging in come at random; the window is
 expected to come back each time by itself. In the end the line is healed, and then not one frame may be lost. Exit code
 1 for an exception, a frame lost on the healed line, a thread that stays, memory that grows, or a window that does not
-come back. "gestures": careless gestures at every button, then gestures and accidents in random order.
+come back.
 """
 
 import argparse
@@ -43,8 +43,6 @@ from tests.benchmarks.window import (
     turn_for,
     turn_until,
 )
-from tests.gestures.clumsy import run as run_clumsy
-from tests.gestures.gesture_table import run_table
 from tests.soak.chaos import Chaos
 from tests.support.terminals import RETURN_LIMIT_S
 from ui.core.port_watcher import PortWatcher
@@ -53,7 +51,6 @@ from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.port import Ports
 from ui.services.storage import Storage
 
-PARTS: Final = ("line", "gestures")
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""
 SHORTEST_S: Final = 5.0
@@ -277,45 +274,21 @@ def _run(seconds: float, seed: int) -> Outcome:
     return outcome
 
 
-def _try_gestures(outcome: Outcome, every: int, sequences: int, seed: int) -> None:
-    tallies = run_table(every, seed % every)
-    tries = sum(sum(tally.tries.values()) for tally in tallies)
-    left = [one for tally in tallies for one in tally.left]
-    outcome.say("careless gestures", f"{tries:,} tries, {len(left)} completed an act", "; ".join(left[:3]))
-    application = QApplication.instance() or QApplication(sys.argv[:1])
-    assert isinstance(application, QApplication)
-    report = run_clumsy(application, sequences, seed)
-    frames = sum(report.frames.values())
-    counts = f"{report.sequences:,} sequences, {report.events:,} events, {frames:,} frames by their whole gesture"
-    outcome.say("clumsy hands", counts, "; ".join(report.faults[:3]))
-
-
 def main() -> int:
     """Run from the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.soak", description="Everything that can go wrong on a line.")
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all of them by default")
-    parser.add_argument("--seconds", type=float, default=60.0, help="of line, 5 at least (default: 60)")
+    parser.add_argument("--seconds", type=float, default=60.0, help="5 at least (default: 60)")
     parser.add_argument("--seed", type=int, default=1, help="the same seed, the same troubles")
-    parser.add_argument("--every", type=int, default=997, help="one in so many careless gestures; 1 is the whole table")
-    parser.add_argument("--clumsy", type=int, default=200, help="so many sequences of clumsy hands")
     args = parser.parse_args()
-    if unknown := set(args.parts) - set(PARTS):
-        parser.error(f"no such part: {', '.join(sorted(unknown))}")
     if args.seconds < SHORTEST_S:
         parser.error("5 seconds at least")
     if sys.platform.startswith("linux") and not (os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}):
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    began, complaints = time.monotonic(), list[str]()
-    for part in args.parts or PARTS:
-        outcome = Outcome()
-        if part == "line":
-            outcome = _run(args.seconds, args.seed)
-        else:
-            _try_gestures(outcome, args.every, args.clumsy, args.seed)
-        print("\n".join(outcome.lines), flush=True)
-        complaints += outcome.complaints
-    print(f"{'; '.join(complaints) or 'all as it should be'} ({time.monotonic() - began:.0f} s, seed {args.seed})")
-    return 1 if complaints else 0
+    began, outcome = time.monotonic(), _run(args.seconds, args.seed)
+    print("\n".join(outcome.lines))
+    said = "; ".join(outcome.complaints) or "all as it should be"
+    print(f"{said} ({time.monotonic() - began:.0f} s, seed {args.seed})")
+    return 1 if outcome.complaints else 0
 
 
 if __name__ == "__main__":
