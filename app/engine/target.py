@@ -19,4 +19,9 @@ class Target(NamedTuple):
 
     @property
     def is_simulated(self) -> bool:
-        return self.device.startswith("sim:")
+        return is_simulated(self.device)
+
+
+def is_simulated(port: str) -> bool:
+    """Whether the port is a simulated module's, by its address."""
+    return port.lower().startswith("sim:")

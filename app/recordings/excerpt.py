@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.engine.target import is_simulated
 from app.recordings.markers import Marker, MarkerKind
 from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Seconds, Window
@@ -98,7 +99,7 @@ def event_text(marker: Marker) -> str:
     names_port = marker.kind in (MarkerKind.CONNECTED, MarkerKind.RECONNECTED, MarkerKind.PORT_LOST)
     if not names_port or not marker.port:
         return marker.kind.value
-    simulated = " (simulated)" if marker.port.startswith("sim:") else ""
+    simulated = " (simulated)" if is_simulated(marker.port) else ""
     return f"{marker.kind.value}: {marker.port}{simulated}"
 
 

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from app.engine.target import is_simulated
 from app.recordings.session_format import SUFFIX
 from app.recordings.session_reader import read_heading
 from app.system.files import lock, private_opener
@@ -20,7 +21,6 @@ from protocol.translatable import marked
 MAX_BYTES = 5 * 1024**3 // 2
 TRASH = ".trash"
 """Folder of the originals of what was converted; earlier versions moved recordings there before they deleted them."""
-SIMULATED = "sim:"
 _PINNED: Final = ".kept"
 _DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
@@ -65,7 +65,7 @@ class RecordingEntry(NamedTuple):
 
     @property
     def is_simulated(self) -> bool:
-        return self.port.startswith(SIMULATED)
+        return is_simulated(self.port)
 
 
 class RecordingLibrary:

@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from app.engine.identity import IdentityEvidence, went_back
+from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
 from app.limits.service import DueService, due_services
@@ -19,7 +20,7 @@ from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
-from app.records.record import NOT_STORED, Record, RecordContext, is_simulated, make_record
+from app.records.record import NOT_STORED, Record, RecordContext, make_record
 from app.settings.profiles import Profile
 from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.engine.device import STATUS_KEYS
+from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
 from app.preflight.evidence import FlagState, FrameLog
 from app.preflight.findings import Case, CheckResult
@@ -163,11 +164,6 @@ def contract_of(assessment: Assessment) -> dict[str, object]:
 
 def _why(why: str, result: CheckResult, shown: str) -> str:
     return why if result is CheckResult.PASS else f"{why} Found: {shown}."
-
-
-def is_simulated(port: str) -> bool:
-    """Whether the port is a simulated module's, by its name."""
-    return port.lower().startswith("sim://")
 
 
 def caveats(record: Mapping[str, object]) -> list[UserMessage]:

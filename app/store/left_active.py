@@ -3,6 +3,7 @@
 from datetime import datetime
 from typing import NamedTuple
 
+from app.engine.target import is_simulated
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
@@ -11,7 +12,6 @@ from app.store.store_journal import KnownAs, detail_of
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 
-_SIMULATED = "sim:"
 _LEAVES_ACTIVE = {
     Act.ACTIVATE: (Outcome.CONFIRMED, Outcome.UNKNOWN),
     Act.LOCK: (Outcome.REFUSED, Outcome.UNKNOWN),
@@ -50,7 +50,7 @@ def left_active(store: Store) -> tuple[LeftActive, ...]:
     """The last first. A name follows a module, a port or an adapter does not."""
     left: dict[tuple[str, ...], LeftActive] = {}
     for entry in reversed(store.audit(Act.ACTIVATE, Act.LOCK, Act.SHUTDOWN)):
-        if entry.port.startswith(_SIMULATED):
+        if is_simulated(entry.port):
             continue
         name, adapter, run = (str(entry.detail.get(key, "")) for key in ("module", "adapter", "run"))
         known_as = KnownAs(name, run, is_in_doubt=bool(entry.detail.get("is_in_doubt")))

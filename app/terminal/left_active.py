@@ -6,6 +6,7 @@ from contextlib import closing, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
+from app.engine.target import is_simulated
 from app.system.folders import data_folder
 from app.terminal.console import note, notify
 from app.text.i18n import tr
@@ -17,14 +18,12 @@ if TYPE_CHECKING:
     from app.store.store import Store
     from app.terminal.connection import Conversation
 
-_NO_MODULE = ("sim:", "loop:")
-
 
 @contextmanager
 def notify_left_active(ports: Sequence[str], module: str, *, is_locking: bool) -> Iterator[str]:
     """Says it before anything is sent; LOCK waits for nothing, so that it is said behind what is `is_locking`, whose
     own entries have the run that this yields, "" for others."""
-    ports = [port for port in ports if not port.startswith(_NO_MODULE)]
+    ports = [port for port in ports if not is_simulated(port)]
     run = ""
     if ports and is_locking:
         from app.store.store_journal import new_run

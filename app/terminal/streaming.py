@@ -6,6 +6,7 @@ from contextlib import closing, contextmanager, nullcontext
 
 from app.engine.device import DeviceView
 from app.engine.identity import UNKNOWN, Identity, Trust, evidence_of, same_module
+from app.engine.target import is_simulated
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
 from app.settings.identity_words import identity_question
@@ -131,7 +132,7 @@ def _has_just_slept(conversation: Conversation) -> bool:
 @contextmanager
 def _stream_memory(port: str) -> Iterator[StreamMemory]:
     """Remembers that the serial output is switched on; not for simulated modules."""
-    store = None if port.startswith(("sim:", "loop:")) else open_store_or_notify()
+    store = None if is_simulated(port) else open_store_or_notify()
     with nullcontext() if store is None else closing(store):
         memory = StreamMemory(store, "" if store is None else adapter_of(port) or port)
         yield memory

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.ports import NOT_LISTED
-from app.engine.target import Target
+from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
@@ -90,7 +90,7 @@ class ConnectPanel(QScrollArea):
         self._last = last
         if last is not None:
             self.rate.setCurrentIndex(max(0, self.rate.findData(last.baud_rate)))
-            if not last.identity and not last.device.startswith("sim:"):
+            if not last.identity and not is_simulated(last.device):
                 self.other.setText(last.device)
             self.options.setChecked(bool(self.other.text()) or self.rate.currentIndex() > 0)
         self.refresh()

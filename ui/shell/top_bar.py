@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWi
 
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.device import DeviceView
-from app.engine.target import Target
+from app.engine.target import Target, is_simulated
 from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -49,7 +49,7 @@ def port_title(state: LinkState, target: Target | None) -> str:
     if state.phase is Phase.CLOSED or (not state.port and target is None):
         return tr("Not connected")
     device = target.device if target is not None else state.port
-    if device.startswith("sim:"):
+    if is_simulated(device):
         return tr("Simulated module")
     name = device.removeprefix("/dev/")
     return f"{name} · {state.baud_rate}" if state.baud_rate else name

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.engine.setting_changes import READABLE_SETTINGS
+from app.engine.target import is_simulated
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.read import undisturbed
 from app.procedures.settings_reading import read_settings
@@ -95,7 +96,7 @@ def text_of(module: ModuleSettings, name: str) -> str:
         f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",
         f"Port: {clean(module.port)}, {module.baud_rate} baud",
         f"Adapter: {clean(adapter)}" if adapter else "",
-        "SIMULATED MODULE" if module.port.startswith("sim:") else "",
+        "SIMULATED MODULE" if is_simulated(module.port) else "",
         f"Boot count: {'unknown' if module.boot_count is None else module.boot_count}",
         f"Settings code: {code.code}" if code.is_complete else "",
         *(f"{key}: {why}" for key, why in module.missing.items()),

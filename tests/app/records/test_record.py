@@ -17,9 +17,10 @@ from typing import Any
 import pytest
 
 from app import version
+from app.engine.target import is_simulated
 from app.records.check_store import measured_in
 from app.records.labels import MAX_NAME_LENGTH, Label, Paper, label_body
-from app.records.record import Record, RecordContext, as_text, canonical, is_simulated, seal
+from app.records.record import Record, RecordContext, as_text, canonical, seal
 from app.records.report_files import check_target, suggested_name, write_report
 from app.records.report_html import body
 from app.records.verification import CONTENT, Chain, RecordState, Verification
