@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QLabel, QScrollAr
 
 from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics
 from app.text.i18n import tr
-from app.text.sentences import in_brackets
+from app.text.sentences import in_brackets, labelled
 from protocol.frame import Reason
 from protocol.translatable import marked
 from ui.core.texts import Texts
@@ -125,7 +125,7 @@ class LinkStatisticsView(QScrollArea):
         for key in ("lost", "lag", "restarts", "losses") if recorded else ():
             shown[key].show_figure("–")
         self.trips.show_classes(statistics.round_trips())
-        counts = [f"{tr(REASON_WORDS[why])}: {count:,}" for why, count in totals.rejected_bytes.most_common() if count]
+        counts = (labelled(tr(REASON_WORDS[why]), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n)
         self.reasons.setText("\n".join(counts) or tr("none"))
         now, slices = self._connector.clock(), statistics.seconds
         if recorded and slices:

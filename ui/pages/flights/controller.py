@@ -116,6 +116,8 @@ class FlightsWork(QObject):
         super().__init__(parent)
         self.flights: dict[str, Flight] = {}
         """By name."""
+        self._passing: set[str] = set()
+        """Names of recordings that are here only to try thresholds on them."""
         self.limits = TriggerLimits()
         self.reading = RuleReading.DIRECT
         """Of the map; lists and proposal use both."""
@@ -183,15 +185,20 @@ class FlightsWork(QObject):
             self._begin()
 
     def read_again(self, path: Path) -> None:
-        """A recording that may have grown; it stays in its list."""
-        known = self.flights.get(str(path), Flight(str(path)))
+        """A recording that may have grown; it stays in its list, and is not there at the next start unless it was, or
+        a person moves it."""
+        known = self.flights.get(str(path))
+        if known is None:
+            known = Flight(str(path))
+            self._passing.add(known.name)
         self.flights[known.name] = Flight(known.name, known.group)
         self.open([path])
 
     @property
     def kept_lists(self) -> tuple[str, ...]:
         """For the next start: the list and the path of each flight."""
-        return tuple(f"{flight.group.name} {name}" for name, flight in self.flights.items())
+        kept = (flight for name, flight in self.flights.items() if name not in self._passing)
+        return tuple(f"{flight.group.name} {flight.name}" for flight in kept)
 
     def restore(self, kept: Iterable[str]) -> None:
         """Reads the flights of the last start into their lists."""
@@ -250,6 +257,7 @@ class FlightsWork(QObject):
     def move(self, names: Iterable[str], group: FlightGroup) -> None:
         for name in names:
             self.flights[name] = self.flights[name]._replace(group=group)
+            self._passing.discard(name)
         self._change()
 
     def remove(self, names: Iterable[str]) -> None:

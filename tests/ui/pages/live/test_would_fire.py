@@ -53,7 +53,9 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         assert flights.work.limits == TriggerLimits(60, 0.5, 1.6)
         assert row.outcome is not None
         assert not row.outcome.direct.sources
+        assert flights.work.kept_lists == ()
         flights.work.move([row.name], FlightGroup.MUST)
+        assert flights.work.kept_lists == (f"MUST {path}",)
         bench.set_tilt(80)
         qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 80, timeout=WAIT_MS)
         qtbot.wait(600)  # until it is written
