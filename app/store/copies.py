@@ -14,6 +14,7 @@ from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from app.store.schema import check_copy
 from app.system.files import draft_of, write_whole
 
 _log = logging.getLogger(__name__)
@@ -31,10 +32,6 @@ PAGES_AT_ONCE = 256
 REST_S = 0.005
 CLOSING_LIMIT_S = 0.3
 _STAMP = "%Y%m%d-%H%M%S"
-
-
-class _BrokenOff(Exception):
-    """The program closes."""
 
 
 def copies_of(store: Path, now: datetime) -> list[Path]:
@@ -57,36 +54,27 @@ def copied_at(copy: Path) -> datetime | None:
         return None
 
 
-def copy_store(
-    store: Path,
-    now: datetime,
-    *,
-    is_good: Callable[[sqlite3.Connection], None],
-    is_wanted: Callable[[], bool] = lambda: True,
-) -> Path | None:
-    """A copy of the open store, whole or not at all; None where it was broken off. Raises OSError or `sqlite3.Error`,
-    also where the copy is not good: then the store itself is not, and the older copies stay."""
+def copy_store(store: Path, now: datetime, *, is_wanted: Callable[[], bool] = lambda: True) -> Path:
+    """A copy of the open store, whole or not at all. Raises OSError, also where it is not wanted any more, or
+    `sqlite3.Error`, also where the copy is not good: then the store itself is not, and the older copies stay."""
 
-    def check(_status: int, _remaining: int, _total: int) -> None:
+    def go_on(_status: int, _remaining: int, _total: int) -> None:
         if not is_wanted():
-            raise _BrokenOff
+            raise InterruptedError("the program closes")
 
     target = store.parent / FOLDER / _name(store, now)
     target.parent.mkdir(exist_ok=True)
-    try:
-        with (
-            draft_of(target) as draft,
-            closing(sqlite3.connect(f"{store.as_uri()}?mode=ro", uri=True)) as source,
-            closing(sqlite3.connect(draft)) as copy,
-        ):
-            # One snapshot for all lots: else SQLite starts again whenever another connection has written.
-            source.execute("BEGIN")
-            source.execute("SELECT 1 FROM sqlite_schema").fetchone()
-            source.backup(copy, pages=PAGES_AT_ONCE, progress=check, sleep=REST_S)
-            copy.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
-            is_good(copy)
-    except _BrokenOff:
-        return None
+    with (
+        draft_of(target) as draft,
+        closing(sqlite3.connect(f"{store.as_uri()}?mode=ro", uri=True)) as source,
+        closing(sqlite3.connect(draft)) as copy,
+    ):
+        # One snapshot for all lots: else SQLite starts again whenever another connection has written.
+        source.execute("BEGIN")
+        source.execute("SELECT 1 FROM sqlite_schema").fetchone()
+        source.backup(copy, pages=PAGES_AT_ONCE, progress=go_on, sleep=REST_S)
+        copy.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
+        check_copy(copy)
     for old in to_drop(copies_of(store, now)):
         old.unlink(missing_ok=True)
     return target
@@ -107,12 +95,12 @@ def to_drop(copies: Sequence[Path]) -> list[Path]:
     return drop
 
 
-def restore(store: Path, now: datetime, *, is_good: Callable[[sqlite3.Connection], None]) -> Path | None:
+def restore(store: Path, now: datetime) -> Path | None:
     """Put the newest good copy in the store's place, which is free; which one it was, None where there is none."""
     for copy in copies_of(store, now):
         try:
             with closing(sqlite3.connect(f"{copy.as_uri()}?mode=ro", uri=True)) as connection:
-                is_good(connection)
+                check_copy(connection)
             write_whole(store, copy.read_bytes())
         except (sqlite3.Error, OSError, ValueError) as error:
             _log.warning("The copy %s cannot be used: %s", copy, error)
@@ -124,10 +112,8 @@ def restore(store: Path, now: datetime, *, is_good: Callable[[sqlite3.Connection
 class Copier:
     """Copies an open store in a thread of its own."""
 
-    def __init__(
-        self, store: Path, clock: Callable[[], datetime], *, is_good: Callable[[sqlite3.Connection], None]
-    ) -> None:
-        self._store, self._clock, self._is_good = store, clock, is_good
+    def __init__(self, store: Path, clock: Callable[[], datetime]) -> None:
+        self._store, self._clock = store, clock
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -154,6 +140,6 @@ class Copier:
 
     def _run(self) -> None:
         try:
-            copy_store(self._store, self._clock(), is_good=self._is_good, is_wanted=lambda: not self._stop.is_set())
+            copy_store(self._store, self._clock(), is_wanted=lambda: not self._stop.is_set())
         except (sqlite3.Error, OSError, ValueError) as error:  # ValueError: a folder whose name is no address
             _log.warning("The store could not be copied: %s", error)

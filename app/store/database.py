@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from app.store.copies import AT_OPENING_S, Copier, copied_at, restore
-from app.store.schema import APPLICATION_ID, StoreLayout, make_tables
+from app.store.schema import APPLICATION_ID, StoreLayout, check, make_tables
 from app.system.files import draft_of
 from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
@@ -174,14 +174,14 @@ def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, 
     try:
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            if not _has_content(path) and (copy := restore(path, clock(), is_good=_check_copy)) is not None:
+            if not _has_content(path) and (copy := restore(path, clock())) is not None:
                 return _open(path, clock, layout, _kept_aside(copy))
             return _open(path, clock, layout)
         except sqlite3.OperationalError:
             raise  # a lock, a full disk or a missing permission: the file itself is not bad
         except sqlite3.DatabaseError:
             kept = message(marked("The records cannot be read and are kept as {path}."), path=_set_aside(path, clock))
-            return _open(path, clock, layout, _kept_aside(restore(path, clock(), is_good=_check_copy), kept))
+            return _open(path, clock, layout, _kept_aside(restore(path, clock()), kept))
     except sqlite3.Error as error:
         raise trouble_of(error, path) from error
     except OSError as error:
@@ -228,13 +228,6 @@ def _kept_aside(copy: Path | None, *before: UserMessage) -> UserMessage:
     return joined((*before, message(text, when=f"{at.astimezone():%Y-%m-%d %H:%M}")), " ")
 
 
-def _check_copy(connection: sqlite3.Connection) -> None:
-    """Raises `sqlite3.Error` for a copy that is damaged or not ours."""
-    _check(connection)
-    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-        raise sqlite3.DatabaseError("empty")
-
-
 def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | None = None) -> Database:
     had_content = path.exists() and path.stat().st_size > 0
     if had_content:
@@ -243,7 +236,7 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | N
                 raise sqlite3.DatabaseError("no database")
     connection = _connect(path)
     try:
-        _check(connection)
+        check(connection)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         _migrate(connection, path, layout)
@@ -251,7 +244,7 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | N
     except BaseException:
         connection.close()
         raise
-    copies = Copier(path.absolute(), clock, is_good=_check_copy) if path.name == FILE_NAME else None
+    copies = Copier(path.absolute(), clock) if path.name == FILE_NAME else None
     if had_content and copies is not None:
         copies.start_if_due(AT_OPENING_S)
     return Database(path, connection, clock, reading=reading, copies=copies, notice=notice)
@@ -259,15 +252,6 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | N
 
 def _connect(path: Path) -> sqlite3.Connection:
     return sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
-
-
-def _check(connection: sqlite3.Connection) -> None:
-    tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-    application = connection.execute("PRAGMA application_id").fetchone()[0]
-    if tables and application != APPLICATION_ID:
-        raise sqlite3.DatabaseError("of another program")
-    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
-        raise sqlite3.DatabaseError("quick_check")
 
 
 def _migrate(connection: sqlite3.Connection, path: Path, layout: StoreLayout) -> None:

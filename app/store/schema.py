@@ -47,6 +47,23 @@ class StoreLayout(NamedTuple):
     convert: Callable[[sqlite3.Connection], None]
 
 
+def check(connection: sqlite3.Connection) -> None:
+    """Raises `sqlite3.Error` for a file that is damaged or another program's."""
+    tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    if tables and application != APPLICATION_ID:
+        raise sqlite3.DatabaseError("of another program")
+    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+        raise sqlite3.DatabaseError("quick_check")
+
+
+def check_copy(connection: sqlite3.Connection) -> None:
+    """An empty one is not good either."""
+    check(connection)
+    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+        raise sqlite3.DatabaseError("empty")
+
+
 def make_tables(connection: sqlite3.Connection) -> None:
     for statement in TABLES:
         connection.execute(statement)

@@ -17,7 +17,7 @@ from app.engine.identity import IdentityEvidence
 from app.records.check_store import CheckStore
 from app.store import copies
 from app.store.copies import FOLDER, copied_at, copies_of, copy_store, restore, to_drop
-from app.store.database import FILE_NAME, _check_copy
+from app.store.database import FILE_NAME
 from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
 from tests.support.journals import begin_baud
@@ -231,7 +231,7 @@ def filled(folder: Path, clock: Clock, *modules: str) -> Path:
             copier._thread.join()  # that of the opening, which has the same name and holds less
         for one in modules:
             store.register_module(one)
-        copy = copy_store(folder / FILE_NAME, clock(), is_good=_check_copy)
+        copy = copy_store(folder / FILE_NAME, clock())
         assert copy is not None
         return copy
 
@@ -307,7 +307,7 @@ def test_a_damaged_store_is_never_copied_over_a_good_copy(folder: Path, clock: C
     data[4096 : 3 * 4096] = b"\xa5" * (2 * 4096)
     path.write_bytes(data)
     with pytest.raises(sqlite3.Error):
-        copy_store(path, START + timedelta(hours=1), is_good=_check_copy)
+        copy_store(path, START + timedelta(hours=1))
     assert len(copies_of(path, START)) == 1
     assert [one.suffix for one in (folder / FOLDER).iterdir()] == [".sqlite"]
 
@@ -315,7 +315,7 @@ def test_a_damaged_store_is_never_copied_over_a_good_copy(folder: Path, clock: C
 def test_an_empty_store_is_no_copy_to_come_back_to(folder: Path) -> None:
     (folder / FOLDER).mkdir(parents=True)
     sqlite3.connect(folder / FOLDER / "dps-s.20260102-120000.sqlite").close()
-    assert restore(folder / FILE_NAME, START, is_good=_check_copy) is None
+    assert restore(folder / FILE_NAME, START) is None
     assert not (folder / FILE_NAME).exists()
 
 
@@ -361,8 +361,7 @@ def test_a_store_that_is_written_all_the_time_is_copied_as_it_was_at_the_beginni
             store.register_module(f"M-{lots}")
             return lots < 500
 
-        copy = copy_store(folder / FILE_NAME, clock(), is_good=_check_copy, is_wanted=write_between_lots)
-        assert copy is not None
+        copy = copy_store(folder / FILE_NAME, clock(), is_wanted=write_between_lots)
         assert lots > 2
         with closing(sqlite3.connect(copy)) as copied:
             assert copied.execute("SELECT module FROM facts").fetchall() == [("M-0",)]
@@ -395,5 +394,6 @@ def test_a_command_that_opens_the_store_for_a_moment_lets_the_copy_end(
 def test_closing_breaks_a_copy_off(folder: Path, clock: Clock) -> None:
     filled(folder, clock, "M-07")
     path = folder / FILE_NAME
-    assert copy_store(path, START + timedelta(hours=1), is_good=_check_copy, is_wanted=lambda: False) is None
+    with pytest.raises(InterruptedError):
+        copy_store(path, START + timedelta(hours=1), is_wanted=lambda: False)
     assert len(list((folder / FOLDER).iterdir())) == 1
