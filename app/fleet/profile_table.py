@@ -9,10 +9,10 @@ from app.engine.procedure import Cancelled
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteReport
 from app.safety.interlocks import Refusal
-from app.settings.profiles import Match, Profile, ProfileRow, compare
+from app.settings.profiles import Profile, ProfileRow, compare
 from app.text.i18n import tr
 from app.text.sentences import join_names, join_sentences
-from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Command
+from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.translatable import marked
 
 LEFT_OUT = (BAUD_RATE, SERIAL_OUTPUT)
@@ -40,8 +40,7 @@ class Column(NamedTuple):
 
 def settings_in(profile: Profile) -> tuple[Command, ...]:
     """Settings that are compared and written, in the catalogue's order."""
-    rows = compare(profile, DeviceView(), 0.0)
-    return tuple(row.command for row in rows if row.match is not Match.NOT_IN_PROFILE and row.command not in LEFT_OUT)
+    return tuple(command for command in SETTINGS if command.key in profile.settings and command not in LEFT_OUT)
 
 
 def column(
