@@ -66,10 +66,10 @@ class PortButton(QPushButton):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
         self._sign = IconLabel("port_sign", 20, keeps_place=True)
         self.title, self.word = named(ElidedLabel(), "port_title", "strong"), named(ElidedLabel(), "port_state")
-        arrow = IconLabel("port_arrow", 12, keeps_place=True)
-        arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
+        self._arrow = IconLabel("port_arrow", 12, keeps_place=True)
+        self._arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
         lines = in_column(1, self.title, self.word, 1, spacing=0, margins=0)
-        self._row = in_row(self._sign, (lines, 1), arrow, of=self, spacing=Space.S, margins=(Space.S, 0))
+        self._row = in_row(self._sign, (lines, 1), self._arrow, of=self, spacing=Space.S, margins=(Space.S, 0))
 
     def show_link(self, title: str, phase: Phase, words: LinkText) -> None:
         if (title, phase, words) == self._shown:
@@ -78,7 +78,7 @@ class PortButton(QPushButton):
         picture, meaning = _PHASES[phase]
         self._sign.show_icon(picture, meaning)
         self._whole_title = title
-        self._fit()
+        self.fit()
         self.word.setText(words.word)
         self.word.setVisible(words.word != title)
         set_role(self.word, "attention" if meaning is Meaning.ATTENTION else "small")
@@ -95,14 +95,22 @@ class PortButton(QPushButton):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._fit()
+        self.fit()
 
-    def _fit(self) -> None:
-        """The title, or a shorter one without the baud rate where it has no room."""
-        whole, room = self._whole_title, self.width() - self._row.minimumSize().width()
+    def fit(self) -> None:
+        """The title; where it has no room a shorter one and no arrow, at last in small letters."""
+        whole = self._whole_title
         short = tr("Simulator") if whole == tr("Simulated module") else whole.partition(" · ")[0]
-        has_room = QFontMetrics(font(is_bold=True)).horizontalAdvance(whole) <= room
+        self._arrow.show()
+        set_role(self.title, "strong")
+        has_room = self._has_room(whole)
         self.title.setText(whole if has_room else short)
+        self._arrow.setVisible(has_room)
+        if not has_room and not self._has_room(short):
+            set_role(self.title, "caption")
+
+    def _has_room(self, title: str) -> bool:
+        return self._row.minimumSize().width() + self.title.fontMetrics().horizontalAdvance(title) <= self.width()
 
 
 class TopBar(QFrame):
@@ -150,6 +158,7 @@ class TopBar(QFrame):
         """Sets the heights and widths that depend on theme and text size; where one line has no room for all, the
         states are on a second one."""
         self.menu.setFixedWidth(scaled(36))
+        self.port.fit()
         self._fit_name()
         self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
         widgets = (self.menu, self.port, self._states, self.lock)

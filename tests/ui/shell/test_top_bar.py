@@ -105,9 +105,7 @@ def test_nothing_is_cut_off_or_moves_when_the_language_or_the_theme_is_switched(
                 assert cut_off(bar) == [], (language, theme)
 
 
-def test_the_port_is_named_whole_in_sunlight_on_a_narrow_window(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_the_port_is_named_whole_on_a_narrow_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("narrow"), window(qapp, tmp_path) as assembly:
         main = assembly.window
         assembly.appearance.choose(Choice.SUNLIGHT)
@@ -118,6 +116,11 @@ def test_the_port_is_named_whole_in_sunlight_on_a_narrow_window(
             main.top_bar.port.grab()
         assert [one.text for one in drawn] == ["Simulator", "Connected"]
         assembly.appearance.choose(Choice.LIGHT)
+        main.resize(1024, 600)
+        for percent in (125, 150, 200, 100):
+            assembly.appearance.zoom(percent)
+            let_lay_out(main)
+            assert main.top_bar.port.title.toolTip() == "", percent  # not elided
 
 
 FIRES = r"(?:fires?|deploys?)\b"
