@@ -6398,6 +6398,10 @@
         <translation>{tip}（{key}）</translation>
     </message>
     <message>
+        <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
+        <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
+    </message>
+    <message>
         <source>{uptime} after power-on, boot {boot}</source>
         <translation>开机后 {uptime}，第 {boot} 次开机</translation>
     </message>

@@ -71,6 +71,8 @@ class CheckLine(NamedTuple):
     aircraft: str
     fingerprint: str | None
     hash: str
+    measured: Mapping[str, float]
+    """See `MEASURED`."""
     station: str = ""
     is_altered: bool = False
     """The record differs from what was sealed, where that was looked at."""
@@ -299,7 +301,7 @@ def check_line(record: Record, at: str, *, station: str = "", is_altered: bool =
         at=at, module=text("module") or None, number=number_of(record), verdict=text("verdict"),
         is_void=record.get("void") is not None, is_simulated=record.get("is_simulated") is True, who=text("who"),
         aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
-        station=station, is_altered=is_altered,
+        measured=measured_in(record), station=station, is_altered=is_altered,
     )  # fmt: skip
 
 

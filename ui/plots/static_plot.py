@@ -23,6 +23,8 @@ class StaticPlot(PaintedWidget):
     accessible_role: ClassVar = QAccessible.Role.Chart
     usual: ClassVar = QSize(320, 130)
     least: ClassVar = QSize(220, 90)
+    head_rows: ClassVar = 0
+    """Of `column`, above the view."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -57,7 +59,7 @@ class StaticPlot(PaintedWidget):
             axis.setCacheMode(axis.CacheMode.NoCache)
         canvas.addItem(self.axes["left"], 0, 0)
         canvas.addItem(self.axes["bottom"], 1, 1)
-        self.column.insertWidget(0, canvas, 1)
+        self.column.insertWidget(self.head_rows, canvas, 1)
 
     def redraw(self) -> None:
         """Draws all again, in the theme and language in use; a hidden chart is drawn when it is shown."""

@@ -12,7 +12,7 @@ import pytest
 
 import app.__main__ as program
 from app.preflight.verdict import CHECKS
-from app.records.check_store import CheckStore, measured_in
+from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.database import FILE_NAME
@@ -122,8 +122,7 @@ def test_the_report_is_written_kept_chained_and_verified(
     store = CheckStore(kept.database)
     assert [(one.number, one.verdict) for one in store.checks("M-07")] == [(2, "READY"), (1, "NO-GO")]
     assert [one.number for one in store.checks(aircraft="B-1234")] == [2, 1]
-    records = [store.record(check.hash) or {} for check in store.checks("M-07")]
-    assert [measured_in(record)["cell_voltage_v"] for record in records] == [3.9, 3.9]
+    assert [check.measured["cell_voltage_v"] for check in store.checks("M-07")] == [3.9, 3.9]
     assert [one.outcome for one in kept.audit(Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 

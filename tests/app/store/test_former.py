@@ -13,7 +13,7 @@ from app.archive.archive import Archive, open_archive
 from app.archive.chains import chains_in
 from app.guided.guided_store import last_tests
 from app.guided.results import GuidedKind, GuidedVerdict
-from app.records.check_store import CheckStore, measured_in
+from app.records.check_store import CheckStore
 from app.records.record import hash_of
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -71,9 +71,8 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
             (*row, utc_time(at))
             for *row, at in rows(f"SELECT number, hash, verdict, at FROM preflight_checks {of_module} ORDER BY id DESC")
         ]
-        measured = [measured_in(checks.record(check.hash) or {}) for check in reversed(checks.checks(name))]
         for value in ("light_v", "cell_voltage_v"):
-            assert [values[value] for values in measured if value in values] == [
+            assert [check.measured[value] for check in reversed(checks.checks(name)) if value in check.measured] == [
                 row[0] for row in rows(f"SELECT value FROM measured_values JOIN preflight_checks c ON c.id = check_id "
                                        f"{of_module} AND name = '{value}' ORDER BY c.id")
             ]  # fmt: skip

@@ -1,16 +1,19 @@
-"""Past checks of a module or an aircraft, and the known stations."""
+"""Past checks of a module or an aircraft, with trends of the measured values."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final, NamedTuple
 
-from PySide6.QtCore import Signal
-from PySide6.QtGui import QIcon
+import pyqtgraph as pg
+from PySide6.QtCore import QSize, Signal
+from PySide6.QtGui import QColor, QIcon
 from PySide6.QtWidgets import (
     QComboBox,
+    QGridLayout,
     QLabel,
     QPushButton,
+    QSizePolicy,
     QWidget,
 )
 
@@ -29,18 +32,93 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
+from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, Space, scaled
+from ui.style.theme import Meaning, Space, Theme, is_text_large, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
+_DOT_PX: Final = 7
+
+
+class Trend(StaticPlot):
+    """Equal distances between the checks, since days or minutes may lie between them."""
+
+    usual: ClassVar = QSize(240, 96)
+    least: ClassVar = QSize(160, 88)
+    head_rows: ClassVar = 1
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self._unit, self._decimals = "", 0
+        self.values: tuple[float, ...] = ()
+        self._title, self._last = named(QLabel(), f"{name}_title", "small"), named(QLabel(), f"{name}_last", "small")
+        self.column.addLayout(in_row(self._title, 1, self._last))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def show_values(self, title: str, unit: str, values: Sequence[float], *, decimals: int) -> None:
+        """`values` from the oldest to the newest."""
+        self._unit, self._decimals = unit, decimals
+        self.values = tuple(values)
+        self._title.setText(title)
+        self._last.setText(self._shown(values[-1]) if values else "")
+        if values:
+            text = tr(
+                "{title}: {low} to {high}, last {last}; checks: {count}",
+                title=title,
+                count=len(values),
+                low=self._shown(min(values)),
+                high=self._shown(max(values)),
+                last=self._last.text(),
+            )
+        else:
+            text = labelled(title, tr("not measured yet"))
+        self.setToolTip(text)
+        self.announce(text)
+        self.redraw()
+
+    def _shown(self, value: float) -> str:
+        gap = "" if self._unit in ("°", "") else " "
+        return f"{value:.{self._decimals}f}{gap}{self._unit}"
+
+    def draw(self, theme: Theme) -> None:
+        values = self.values
+        if not values:
+            self.show_nothing(tr("not measured yet"))
+            return
+        low, high, colour = min(values), max(values), QColor(theme.curves[0])
+        edge = (high - low) / 5 or 1.0  # room for the symbols
+        self.set_range((-0.2, len(values) - 0.8), (low - edge, high + edge))
+        line = pg.mkPen(colour, width=theme.line_px + 0.5)
+        self.add(pg.PlotDataItem(values, pen=line, symbol="o", symbolSize=scaled(_DOT_PX), symbolBrush=colour,
+                                 symbolPen=None, antialias=True))  # fmt: skip
+        self.show_ticks("left", [(value, self._shown(value)) for value in sorted({low, high})])
+
+
 _ROW_PX: Final = 26
 _TABLE_PX: Final = 110
+
+
+class _TrendedValue(NamedTuple):
+    name: str
+    title: str
+    unit: str
+    decimals: int
+
+
+TRENDED: Final = (
+    _TrendedValue("cell_voltage_v", marked("Cell voltage"), "V", 2),
+    _TrendedValue("light_v", marked("Light"), "V", 1),
+    _TrendedValue("tilt_deg", marked("Tilt"), "°", 0),
+    _TrendedValue("acceleration_spread_g", marked("Acceleration: steady"), "g", 1),
+    _TrendedValue("round_trip_ms", marked("Link: response time"), "ms", 1),
+    _TrendedValue("heartbeats_lost", marked("Link: loss"), "", 0),
+)
 
 
 _STYLES: Final = {
@@ -100,6 +178,7 @@ class CheckHistory(QWidget):
         self.count = named(QLabel(), "check_history_count", "muted")
         self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.hash,
                                _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
+        self.trends = {quantity.name: Trend(f"trend_{quantity.name}") for quantity in TRENDED}
         self.back = control(QPushButton(), texts, "check_history_back", "Back",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
         self.print = control(QPushButton(), texts, "check_history_print", "Export report…", picture=Icon.SAVE,
@@ -112,8 +191,11 @@ class CheckHistory(QWidget):
         self._fit_table()
 
     def _fit_table(self) -> None:
-        """Some rows are in sight however large the text."""
+        """Some rows are in sight however large the text: the page scrolls below them."""
         self.table.setMinimumHeight(scaled(_TABLE_PX))
+        columns = 2 if is_text_large() else 3
+        for number, trend in enumerate(self.trends.values()):
+            self._grid.addWidget(trend, number // columns, number % columns)
 
     def open(self) -> None:
         """Reload everything and select the named module."""
@@ -147,7 +229,7 @@ class CheckHistory(QWidget):
         self.filter.addItem(tr("Unnamed"), ("module", None))
         entries = [self.filter.itemData(place) for place in range(self.filter.count())]
         self.filter.setCurrentIndex(entries.index(chosen) if chosen in entries else self.filter.count() - 1)
-        self._show(checks)
+        self._show(checks, is_of_module=chosen[0] == "module")
 
     def _fail(self, error: Exception) -> None:
         if not isinstance(error, StoreTrouble):
@@ -155,13 +237,18 @@ class CheckHistory(QWidget):
         self._show(())
         self.count.setText(error.sentence)
 
-    def _show(self, checks: Sequence[CheckLine]) -> None:
+    def _show(self, checks: Sequence[CheckLine], *, is_of_module: bool = True) -> None:
         self.checks = tuple(checks)
         self.count.setText(tr("Checks: {count}", count=len(checks)))
         self.table.show_rows(self.checks)
         if checks:
             select_row(self.table, 0)
         self._enable()
+        for quantity in TRENDED:
+            values = [check.measured[quantity.name] for check in reversed(checks) if quantity.name in check.measured]
+            trend = self.trends[quantity.name]
+            trend.show_values(tr(quantity.title), quantity.unit, values, decimals=quantity.decimals)
+            trend.setVisible(is_of_module)
 
     def _enable(self) -> None:
         chosen = self._chosen()
@@ -178,8 +265,16 @@ class CheckHistory(QWidget):
     def _lay_out(self) -> None:
         title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")
         head = in_row(title, 1, self.count, self.filter, spacing=Space.M)
+        self._grid = QGridLayout()
+        self._grid.setSpacing(Space.M)
+        for trend in self.trends.values():
+            trend.hide()  # until its values are known: an axis that grows is drawn cut off
+        content = named(QWidget(), "check_history_content")
+        in_column((self.table, 1), self._grid, self.stations, of=content, spacing=Space.S, margins=0)
+        scroll = scroll_area(content, self._services.texts, "check_history_scroll", "Past checks",
+                             is_vertical=True)  # fmt: skip
         foot = in_row(self.back, 1, self.print, spacing=Space.S)
-        in_column(head, (self.table, 1), self.stations, foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        in_column(head, (scroll, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
 
 class StationsRow(QWidget):

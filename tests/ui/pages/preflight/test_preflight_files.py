@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QWidget
+from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.guided.results import GuidedKind
@@ -94,7 +94,7 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         bench.until(lambda: "UNKNOWN STATION" in said(bench))
 
 
-def test_past_checks(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
     with on_bench(qtbot, qapp, tmp_path, "past", "preflight", cell=3.6) as bench:
         page = bench.preflight
         name_module(bench, "M-07")
@@ -105,6 +105,10 @@ def test_past_checks(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: No
         bench.click(page.buttons.history)
         history = page.history
         bench.until(lambda: [one.verdict for one in history.checks] == ["READY", "NO-GO"])
+        assert history.trends["cell_voltage_v"].values == (3.6, 4.0)
+        assert "3.60 V to 4.00 V" in history.trends["cell_voltage_v"].accessibleName()
+        axes = history.trends["cell_voltage_v"].axes.values()  # a kept picture cut off the first figure of the labels
+        assert {axis.cacheMode() for axis in axes} == {QGraphicsItem.CacheMode.NoCache}
         target = tmp_path / "again.pdf"
         page.files.ask_path = choosing(target)
         history.table.selectRow(1)
@@ -115,7 +119,8 @@ def test_past_checks(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: No
         bench.until(lambda: box.findText("Aircraft: H6-12") >= 0)
         box.setCurrentIndex(box.findText("Aircraft: H6-12"))
         box.activated.emit(box.currentIndex())
-        bench.until(lambda: len(history.checks) == 2)
+        trend = history.trends["cell_voltage_v"]
+        bench.until(lambda: trend.isHidden() and len(history.checks) == 2)
         bench.assembly.language_switch.use(CHINESE)
         bench.until(lambda: box.currentText() == labelled(tr("Aircraft"), "H6-12") != "Aircraft: H6-12")
         assert not history.stations.own.text().startswith("This station")
