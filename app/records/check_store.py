@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from app.engine.target import is_simulated
 from app.limits.past import LastAnswer, Past
 from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
@@ -124,6 +125,11 @@ class CheckStore:
             records = self.records(module)
             new = None if last is None else frozenset(record.id for record in records[len(known) :])
             return Visit(records, new)
+
+    def is_kept_apart(self, module: str, port: str) -> bool:
+        """Whether what was kept of this name is of a simulated module, and `port` leads to a real one, or reversely."""
+        last = self._facts.last_visit(module)
+        return last is not None and is_simulated(str(last.content.get("port"))) is not is_simulated(port)
 
     def records(self, module: str | None) -> tuple[SeenRecord, ...]:
         """Every stored record of this module, the oldest first."""

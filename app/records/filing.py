@@ -147,6 +147,7 @@ def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str)
     history, boots = evidence.history, evidence.values.get("boot_count")
     # The records may be another module's: they must not become part of this one's history.
     is_one_module = assessment.result("undisturbed") is CheckResult.PASS
+    is_one_module &= name is None or not checks.is_kept_apart(name, evidence.port)
     if history is not None and is_one_module and assessment.result("boot_count") is not CheckResult.FAIL:
         now = IdentityEvidence(None if boots is None else int(boots), evidence.settings(FINGERPRINT_KEYS))
         slots = [record.raw for record in history.records]

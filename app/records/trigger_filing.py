@@ -75,6 +75,8 @@ def file_triggers(
     slots = [record.raw for record in history.records]
     now = IdentityEvidence(reading.boot_count, reading.settings)
     with store.database.transaction():
+        if checks.is_kept_apart(name, port):
+            return PossiblyOther((tr("simulated"),))
         if store.module_named(name) is not None and not is_same_module:
             past = checks.past(name, slots, is_confirmed=history.is_confirmed)
             befores = (now,) if is_compared else (IdentityEvidence(past.boot_count), store.evidence(name))

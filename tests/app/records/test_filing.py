@@ -160,6 +160,20 @@ def test_the_next_check_knows_what_a_person_said_of_the_one_before(tmp_path: Pat
         assert store.evidence("M-07").settings["freefall_time_s"] == 0.2
 
 
+def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(tmp_path: Path) -> None:
+    reading = TriggersReading(History((RECORD,), is_confirmed=True, is_answered=True), 7, DEFAULTS)
+    with closing(open_store(tmp_path)) as store:
+        file = partial(file_triggers, store, reading, is_same_module=False)
+        for name, first, other in (("M-07", "sim://", "/dev/ttyUSB0"), ("M-08", "/dev/ttyUSB0", "sim://x?seed=1")):
+            assert isinstance(file(name, port=first), Visit)
+            assert file(name, port=other) == PossiblyOther(("simulated",))
+            assert isinstance(file(name, port=first), Visit)
+        for module in ("M-07", "M-08"):
+            visits = len(store.facts.select(FactKind.VISIT, "AND module = ?", (module,)))
+            file_one(store, module, port="/dev/ttyUSB0" if module == "M-07" else "sim://", is_same_module=True)
+            assert len(store.facts.select(FactKind.VISIT, "AND module = ?", (module,))) == visits
+
+
 @pytest.mark.parametrize(("boots", "result"), [(36, CheckResult.PASS), (50, CheckResult.FAIL)])
 def test_a_check_knows_the_boot_count_that_was_read_last(tmp_path: Path, boots: int, result: CheckResult) -> None:
     """By the window, or with the trigger records: it is newer than that of the last visit."""
