@@ -40,14 +40,15 @@ class LabelActions(QObject):
         self._folder = Path.home()
         menu = window.menus.add_menu("label", marked("Print label"))
         for key, title in _TITLES.items():
-            when = (
-                (lambda: bool(services.connector.current.module.known))
-                if key == _SHEET
-                else (lambda: bool(services.connector.current.module.name))
-            )
+            when = None if key == _SHEET else lambda: bool(services.connector.current.module.name)
             window.menus.add("label", MenuEntry(f"label_{key}", title, partial(self.print_on, key), when=when))
-        menu.aboutToShow.connect(window.menus.refresh)
+        menu.aboutToShow.connect(self._refresh)
         services.connector.label_wanted.connect(lambda: menu.popup(QCursor.pos()))
+
+    def _refresh(self) -> None:
+        """Only for the menu: which modules are known is read from the store."""
+        self._window.menus.refresh()
+        self._window.menus[f"label_{_SHEET}"].setEnabled(bool(self._services.connector.current.module.known))
 
     def print_on(self, key: str, _is_checked: bool = False) -> None:
         """Asks for a file, then writes the label of the shown module, or those of all."""

@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QMenu
 from pytestqt.qtbot import QtBot
 
 from app.store.store import Store
 from tests.support.window.fakes_ui import window
+from tests.support.window.steps import find
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.preflight.page import PreflightPage
@@ -93,3 +94,23 @@ def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
         qtbot.waitUntil(lambda: not actions._printing.is_running)
         assert "A label takes a name, of this length at most: 60" in main.status_bar.passing.text()
         assert not asked[-1].exists()
+
+
+def test_the_modules_are_counted_for_the_menu_only(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with window(qapp, tmp_path, entries=()) as assembly:
+        store = with_modules(assembly, qtbot)
+        reads: list[Store] = []
+
+        def none_of(read: Store) -> tuple[()]:
+            reads.append(read)
+            return ()
+
+        monkeypatch.setattr(Store, "modules", none_of)
+        assembly.connector.changed.emit()  # many times a second while a value changes
+        assert reads == []
+        menus = assembly.window.menus
+        find(assembly.window, QMenu, "menu_label").aboutToShow.emit()
+        assert reads == [store]
+        assert not menus["label_A4"].isEnabled()
