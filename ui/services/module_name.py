@@ -166,12 +166,12 @@ class ModuleName(QObject):
     def _evidence_of(self, name: str) -> IdentityEvidence:
         if name in self._read:
             return self._read[name]
-        store, module = self._store, next((known for known in self.known if known.name == name), None)
+        store = self._store
         try:
-            return IdentityEvidence() if store is None or module is None else store.evidence(module.name)
+            return UNKNOWN if store is None else store.evidence(name)
         except StoreTrouble as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
-            return IdentityEvidence()
+            return UNKNOWN
 
     def _watch_identity(self) -> None:
         if self._port.target is None or not self._port.is_open:

@@ -69,7 +69,7 @@ class PortButton(QPushButton):
         self._arrow = IconLabel("port_arrow", 12, keeps_place=True)
         self._arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
         lines = in_column(1, self.title, self.word, 1, spacing=0, margins=0)
-        self._row = in_row(self._sign, (lines, 1), self._arrow, of=self, spacing=Space.S, margins=(Space.S, 0))
+        in_row(self._sign, (lines, 1), self._arrow, of=self, spacing=Space.S, margins=(Space.S, 0))
 
     def show_link(self, title: str, phase: Phase, words: LinkText) -> None:
         if (title, phase, words) == self._shown:
@@ -101,16 +101,13 @@ class PortButton(QPushButton):
         """The title; where it has no room a shorter one and no arrow, at last in small letters."""
         whole = self._whole_title
         short = tr("Simulator") if whole == tr("Simulated module") else whole.partition(" · ")[0]
-        self._arrow.show()
         set_role(self.title, "strong")
-        has_room = self._has_room(whole)
+        metrics, room = self.title.fontMetrics(), self.width() - self._sign.minimumWidth() - 3 * Space.S
+        has_room = metrics.horizontalAdvance(whole) <= room - self._arrow.minimumWidth() - Space.S
         self.title.setText(whole if has_room else short)
         self._arrow.setVisible(has_room)
-        if not has_room and not self._has_room(short):
+        if not has_room and metrics.horizontalAdvance(short) > room:
             set_role(self.title, "caption")
-
-    def _has_room(self, title: str) -> bool:
-        return self._row.minimumSize().width() + self.title.fontMetrics().horizontalAdvance(title) <= self.width()
 
 
 class TopBar(QFrame):
