@@ -978,6 +978,14 @@
         <translation>日期</translation>
     </message>
     <message>
+        <source>Drawing (*.svg)</source>
+        <translation>矢量图 (*.svg)</translation>
+    </message>
+    <message>
+        <source>Drop flight logs here: would it have fired?</source>
+        <translation>把飞行日志拖到这里：是否会触发？</translation>
+    </message>
+    <message>
         <source>Drop {height} m</source>
         <translation>坠落 {height} m</translation>
     </message>

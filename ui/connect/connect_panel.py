@@ -1,9 +1,10 @@
 """Panel for choosing a port and connecting. It replaces the page, so that the module's state stays visible above it."""
 
 from functools import partial
+from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
@@ -42,6 +43,20 @@ FIND_RATE = 0
 """Data of the entry "Find the baud rate"."""
 
 
+class FlightDrop(QToolButton):
+    """A button onto which flight logs can be dropped."""
+
+    dropped = Signal(list)
+    """Of `Path`."""
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        event.setAccepted(event.mimeData().hasUrls())
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        event.acceptProposedAction()
+        self.dropped.emit([Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()])
+
+
 class ConnectPanel(QScrollArea):
     """A card in the middle, which refreshes itself while it is open and never blocks on a port."""
 
@@ -71,6 +86,10 @@ class ConnectPanel(QScrollArea):
         self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
         self.options = control(QToolButton(), texts, "connect_options", "Other port or baud rate",
                                picture=Icon.CHEVRON_DOWN, role="quiet", is_checkable=True)  # fmt: skip
+        self.flights = control(FlightDrop(), texts, "connect_flights", "Drop flight logs here: would it have fired?",
+                               picture=Icon.MAP, role="quiet")  # fmt: skip
+        self.flights.setAcceptDrops(True)
+        self.flights.clicked.connect(lambda: self.flights.dropped.emit([]))
         self._close = control(QToolButton(), texts, "connect_close", says="Close", key="Esc", picture=Icon.CROSS,
                               role="quiet", slot=self.hide)  # fmt: skip
         WheelGuard(self).guard(self.rate)
@@ -152,7 +171,8 @@ class ConnectPanel(QScrollArea):
         head = in_row((title, 1), self._close)
         buttons = in_row(1, self.disconnect_button, self.connect_button, spacing=Space.S)
         options = in_row(self.options, 1)
-        parts = head, self.list, self.empty, options, self._form, self.state_label, buttons
+        flights = in_row(self.flights, 1)
+        parts = head, self.list, self.empty, options, self._form, self.state_label, buttons, flights
         card = named(QFrame(), "connect_card", "card")
         self._card = card
         in_column(*parts, of=card, spacing=Space.M, margins=(Space.XL, Space.L, Space.XL, Space.XL))
@@ -218,6 +238,7 @@ class ConnectPanel(QScrollArea):
         self.state_label.setText(next_step if is_closed else f"{words.what} {words.next_step}".strip())
         self.state_label.setVisible(bool(self.state_label.text()))
         self.disconnect_button.setVisible(self._connector.current.is_requested)
+        self.flights.setVisible(not self._connector.current.is_requested)
         self.connect_button.setEnabled(has_chosen)
 
     # Qt

@@ -174,6 +174,16 @@ class FileOpener(QObject):
         self._preferences.add_file(path)
         return True
 
+    def open_in(self, key: str, paths: Iterable[Path]) -> None:
+        """Shows a page; opens folders in it, and files in the page of their type, this one first."""
+        self._go_to(key)
+        for path in paths:
+            page = next((page for page in self._pages() if page.key == key), None)
+            if page is not None and path.is_dir():
+                page.open_file(path)
+            else:
+                self.open(path)
+
     def ask(self) -> None:
         """Lets the user choose a file, and opens it."""
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)

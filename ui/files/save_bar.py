@@ -109,11 +109,15 @@ class SaveNote(QWidget):
     ) -> None:
         """Asks for a path beginning with `place`. `parts` is iterated in the background, `count` of them; `saved` makes
         the message."""
-        self._ask(tr("Save values…"), place, tr("Table (*.csv)"), parts, count, saved)
+        self._ask(tr("Save values…"), place, tr("Table (*.csv)"), lambda _path: parts, count, saved)
 
-    def save_picture(self, place: Path, image: QImage) -> None:
-        """As PNG."""
-        self._ask(tr("Save picture…"), place, tr("Picture (*.png)"), png_parts(image))
+    def save_picture(self, place: Path, image: QImage, drawing: bytes) -> None:
+        """As PNG, or the drawing as SVG where that is chosen."""
+
+        def parts(path: Path) -> Iterable[bytes]:
+            return (drawing,) if path.suffix.lower() == ".svg" else png_parts(image)
+
+        self._ask(tr("Save picture…"), place, f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}", parts)
 
     def stop(self) -> None:
         self._saving.stop()
@@ -130,12 +134,12 @@ class SaveNote(QWidget):
             self._show(lambda: tr("{what}: {percent} %", what=tr("Saving…"), percent=percent))
 
     def _ask(
-        self, title: str, place: Path, kinds: str, parts: Iterable[bytes], count: int = 1,
+        self, title: str, place: Path, kinds: str, make_parts: Callable[[Path], Iterable[bytes]], count: int = 1,
         saved: Callable[[Path], str] | None = None,
     ) -> None:  # fmt: skip
         def save(path: Path) -> None:
             def write(running: Running) -> None:
-                write_parts(path, parts, count, running.set_progress_or_end)
+                write_parts(path, make_parts(path), count, running.set_progress_or_end)
 
             def fail(error: Exception) -> None:
                 meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION
@@ -170,7 +174,8 @@ class SaveNote(QWidget):
 
 
 class SaveBar(QWidget):
-    """`take_excerpt` and `take_picture` return what is shown when saving starts, before the file dialog opens."""
+    """`take_excerpt`, `take_picture` and `take_drawing` (the plots as SVG) return what is shown when saving starts,
+    before the file dialog opens."""
 
     def __init__(
         self,
@@ -178,11 +183,13 @@ class SaveBar(QWidget):
         *,
         take_excerpt: Callable[[], Excerpt],
         take_picture: Callable[[str], QImage],
+        take_drawing: Callable[[], bytes],
         find_origin: Callable[[], Origin],
     ) -> None:
         super().__init__()
         self.setObjectName("live_save")
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
+        self._take_drawing = take_drawing
         self.note = SaveNote("live_note")
         retain_size(self.note)  # the row knows by it when it needs two lines
         self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
@@ -217,7 +224,7 @@ class SaveBar(QWidget):
         if not self.note.is_saving:
             origin = self._find_origin()
             image = self._take_picture(footer_text(origin, datetime.now().astimezone()))
-            self.note.save_picture(_place(origin, ".png"), image)
+            self.note.save_picture(_place(origin, ".png"), image, self._take_drawing())
 
 
 def _saved_text(excerpt: Excerpt, path: Path) -> str:

@@ -116,7 +116,8 @@ class FlightPlot(QWidget):
         self.retranslate()
 
     def _save_picture(self, path: Path, plot: TimePlot) -> None:
-        self.saved.save_picture(path.with_name(f"{path.stem}-plot.png"), plot.canvas.grab().toImage())
+        image, drawing = plot.canvas.grab().toImage(), plot.canvas.svg()
+        self.saved.save_picture(path.with_name(f"{path.stem}-plot.png"), image, drawing)
 
     def _save_values(self, path: Path, plot: TimePlot, log: FlightLog) -> None:
         self.saved.save_values(path.with_name(f"{path.stem}-plot.csv"), values_csv(log, plot.time_range.span))

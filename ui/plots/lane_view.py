@@ -70,6 +70,8 @@ class Curve(pg.PlotCurveItem):  # type: ignore[misc]
 
     def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
         ratio, path = painter.device().devicePixelRatioF(), self.getPath()
+        if path.isEmpty():  # in a drawing it would be a path that no reader accepts
+            return
         painter.setPen(self.opts["pen"])
         painter.drawPath(path)
         # To the right, then down: diagonally, lines that rise would have gaps and lines that fall would stay thin.

@@ -5,17 +5,19 @@ from collections.abc import Sequence
 from typing import ClassVar, Final
 
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QAccessible,
     QColor,
     QKeyEvent,
     QMouseEvent,
+    QPainter,
     QPen,
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsView, QWidget
+from PySide6.QtSvg import QSvgGenerator
+from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsItem, QGraphicsView, QWidget
 
 from app.system.wall_clock import clock_text
 from app.text.i18n import tr
@@ -165,6 +167,24 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.overlay.clear(self.bounds, has_focus=self.hasFocus())
         self._write(marks)
         self.times.keep_off(QRectF() if cursor_s is None else self._write_cursor(cursor_s))
+
+    def svg(self) -> bytes:
+        """All as lines and texts, without the pictures that axes are kept as. The exporter of pyqtgraph 0.14 fails at
+        each path that Qt 6.11 closes."""
+        data, drawing = QByteArray(), QSvgGenerator()
+        drawing.setOutputDevice(QBuffer(data))
+        drawing.setSize(self.size())
+        drawing.setResolution(self.logicalDpiX())  # the labels of the axes would be scaled by that
+        drawing.setViewBox(self.rect())
+        axes = (self.times, *(lane.values for lane in self.all_lanes))
+        for axis in axes:
+            axis.setCacheMode(QGraphicsItem.CacheMode.NoCache)
+        painter = QPainter(drawing)
+        self.render(painter)
+        painter.end()
+        for axis in axes:
+            axis.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        return bytes(data.data())
 
     def _time_text(self, cursor_s: float, marks: Sequence[Mark]) -> str:
         decimals = 1 if self.time_range.span.length_s > 3 else 3

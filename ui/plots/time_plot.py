@@ -115,7 +115,7 @@ class TimePlot(QWidget):
 
     def _show_menu(self, place: QPoint) -> None:
         """Made again each time, in the language in use."""
-        menu = self.menu
+        menu, time_range = self.menu, self.time_range
         menu.clear()
         menu.addAction(tr("Save picture…"), self.save_picture_wanted.emit)
         menu.addAction(tr("Save values…"), self.save_values_wanted.emit)
@@ -123,6 +123,13 @@ class TimePlot(QWidget):
         menu.addSeparator()
         fit = menu.addAction(tr("Fit vertically"), self.canvas.fit)
         fit.setShortcut(QKeySequence(Qt.Key.Key_Home))
+        live = menu.addAction(tr("All") if time_range.is_recorded else tr("Live"), time_range.back_to_live)
+        live.setShortcut(QKeySequence(Qt.Key.Key_End))
+        live.setEnabled(not (time_range.is_live or time_range.is_whole))
+        if not time_range.is_recorded:
+            clock = menu.addAction(tr("Time of day"), self._head.clock.toggle)
+            clock.setCheckable(True)
+            clock.setChecked(self._head.clock.isChecked())
         menu.popup(self.canvas.viewport().mapToGlobal(place))
 
 

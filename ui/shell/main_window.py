@@ -136,6 +136,7 @@ class MainWindow(QMainWindow):
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
         self.panel.shown.connect(self._share_room)
+        self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
         self.closing.connect(LockAbove(connector, self.top_bar.lock, self).stop)
         self._services.exchange.limits_used.connect(self.top_bar.refresh)

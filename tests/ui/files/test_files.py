@@ -328,7 +328,7 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
 
 
 def test_the_buttons_take_two_lines_only_where_one_has_no_room(qtbot: QtBot) -> None:
-    bar = SaveBar(Texts(), take_excerpt=Mock(), take_picture=Mock(), find_origin=Mock())
+    bar = SaveBar(Texts(), take_excerpt=Mock(), take_picture=Mock(), take_drawing=Mock(), find_origin=Mock())
     qtbot.addWidget(bar)
     bar.show()
     needed = bar.csv.sizeHint().width() + bar.png.sizeHint().width() + 2 * Space.S

@@ -5,7 +5,8 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QContextMenuEvent, QGuiApplication, QMouseEvent
+from PySide6.QtGui import QColor, QContextMenuEvent, QGuiApplication, QImage, QMouseEvent, QPainter
+from PySide6.QtSvg import QSvgRenderer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -139,12 +140,41 @@ def test_the_menu_is_our_own(bench: Bench, qtbot: QtBot) -> None:
     assert menu.isVisible()
     actions = {action.text(): action for action in menu.actions() if action.text()}
     menu.close()
-    assert list(actions) == ["Save picture…", "Save values…", "Copy picture", "Fit vertically"]
+    assert list(actions) == [
+        "Save picture…", "Save values…", "Copy picture", "Fit vertically", "Live", "Time of day",
+    ]  # fmt: skip
+    assert not actions["Live"].isEnabled()
     for text, signal in (("Save values…", "save_values_wanted"), ("Save picture…", "save_picture_wanted")):
         with qtbot.waitSignal(getattr(bench.plot, signal)):
             actions[text].trigger()
     actions["Copy picture"].trigger()
     assert QGuiApplication.clipboard().pixmap().size() == bench.plot.canvas.grab().size()
+    actions["Time of day"].trigger()
+    assert bench.button("time-plot-clock").isChecked()
+
+
+def test_the_drawing_is_the_picture_as_svg(bench: Bench) -> None:
+    svg = bench.plot.canvas.svg()
+    assert all(word in svg.decode() for word in ("60° fires", "Tilt", "−30 s", "90"))
+    picture = bench.plot.canvas.grab().toImage()
+    drawing = QImage(picture.size(), QImage.Format.Format_RGB32)
+    drawing.fill(QColor(LIGHT.window))
+    painter = QPainter(drawing)
+    QSvgRenderer(svg).render(painter)
+    painter.end()
+
+    def inked_rows(image: QImage) -> list[int]:
+        """Those of the labels of the values."""
+        columns, rows = range(round(bench.lane.box.left()) - 2), range(round(bench.lane.box.bottom()))
+        return [y for y in rows if any(image.pixelColor(x, y).lightness() < 150 for x in columns)]
+
+    at = bench.at(0.5).x(), round(bench.lane.y(12))
+    assert drawing.pixelColor(2, 2).name().upper() == LIGHT.surface
+    assert drawing.pixelColor(*at).hue() == picture.pixelColor(*at).hue() == QColor(LIGHT.curves[0]).hue()
+    drawn, seen = inked_rows(drawing), inked_rows(picture)
+    assert seen
+    assert all(any(abs(row - other) <= 1 for other in seen) for row in drawn)
+    assert all(any(abs(row - other) <= 1 for other in drawn) for row in seen)
 
 
 # The cursor

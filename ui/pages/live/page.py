@@ -133,7 +133,7 @@ class LivePage(StreamPage):
         self.banner = RecordedBanner(texts)
         self.save = SaveBar(
             texts, take_excerpt=self._excerpt, take_picture=lambda foot: picture_with_footer(self._seen, foot),
-            find_origin=self._origin,
+            take_drawing=self._drawing, find_origin=self._origin,
         )  # fmt: skip
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
@@ -325,6 +325,9 @@ class LivePage(StreamPage):
             return origin_of(self.recording)
         port = self._connector.current
         return Origin(port.connection.port, port.connection.baud_rate, self.wall.offset_s, module=port.module.name)
+
+    def _drawing(self) -> bytes:
+        return self.plot.canvas.svg()
 
     def _toggle_pause(self) -> None:
         self.plot.time_range.toggle_pause()  # of the plots in sight

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent, QImage
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -151,17 +151,31 @@ def test_flights_already_read_keep_their_list(desk: Desk, tmp_path: Path) -> Non
     assert desk.notice() == "No new flight logs."
 
 
-def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_without_port", [False, True])
+def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path, is_without_port: bool) -> None:
+    """On the page, and beside the ports, where somebody without a module begins."""
     write_logs(tmp_path / "logs")
     single = write_csv(tmp_path / "single.csv", tilted("", 20))
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(tmp_path / "logs")), QUrl.fromLocalFile(str(single))])
     action, button, no_key = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    QApplication.sendEvent(desk.page, QDragEnterEvent(QPoint(5, 5), action, data, button, no_key))
-    QApplication.sendEvent(desk.page, QDropEvent(QPointF(5, 5), action, data, button, no_key))
+    panel = desk.assembly.window.panel
+    panel.setVisible(is_without_port)
+    target = panel.flights if is_without_port else desk.page
+    QApplication.sendEvent(target, QDragEnterEvent(QPoint(5, 5), action, data, button, no_key))
+    QApplication.sendEvent(target, QDropEvent(QPointF(5, 5), action, data, button, no_key))
     desk.wait_read()
+    assert not panel.isVisible()
     assert str(single) in desk.shown(MUST_NOT)
     assert len(desk.page.work.flights) == 4
+
+
+def test_without_a_port_a_click_leads_to_flight_logs(desk: Desk) -> None:
+    panel = desk.assembly.window.panel
+    panel.show()
+    desk.qtbot.mouseClick(panel.flights, Qt.MouseButton.LeftButton)
+    assert not panel.isVisible()
+    assert desk.page.isVisible()
 
 
 def test_flights_move_by_button_key_and_menu(desk: Desk) -> None:
@@ -294,7 +308,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert plot.time_range.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
     assert plot.time_range.span.start_s < outcome.direct.at_s < plot.time_range.span.end_s
     suggested: list[Path] = []
-    for name, signal in (("v.csv", plot.save_values_wanted), ("p.png", plot.save_picture_wanted)):
+    for name, signal in (("v.csv", plot.save_values_wanted), ("p.svg", plot.save_picture_wanted)):
         saved = tmp_path / name
 
         def choose(saved: Path, _parent: QWidget, _title: str, place: Path, _kinds: str, then: ThenPath) -> None:
@@ -312,7 +326,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
     assert plot.time_range.span.start_s <= times[0] < plot.time_range.span.start_s + 0.1
     assert plot.time_range.span.end_s - 0.1 < times[-1] <= plot.time_range.span.end_s + 0.1
     assert max(float(row["tilt_deg"]) for row in rows if row["tilt_deg"]) > 60
-    assert not QImage(str(tmp_path / "p.png")).isNull()
+    assert (tmp_path / "p.svg").read_text("utf-8").startswith("<?xml")
     assert page.on_escape()
     assert page.flight.chart.plot is None
     assert page.map.isVisible()
