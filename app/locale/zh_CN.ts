@@ -1882,8 +1882,16 @@
         <translation>制造商</translation>
     </message>
     <message>
+        <source>Mark</source>
+        <translation>标记</translation>
+    </message>
+    <message>
         <source>Mark as reviewed</source>
         <translation>标为已复核</translation>
+    </message>
+    <message>
+        <source>Marked</source>
+        <translation>已标记</translation>
     </message>
     <message>
         <source>Meaning</source>

@@ -20,7 +20,7 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.table_kit import list_rows, select_row
-from ui.pages.diagnosis.traffic_model import Column, Filter, TrafficModel
+from ui.pages.diagnosis.traffic_model import MAX_MARKS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import TrafficSearch
 from ui.pages.diagnosis.traffic_texts import hex_of, meaning_of, shown
 from ui.services.context import Services
@@ -41,6 +41,7 @@ _FILTERS = (
     (Filter.ALL, marked("All")),
     (Filter.WITHOUT_STREAM, marked("Without stream")),
     (Filter.REJECTED, marked("Invalid bytes")),
+    (Filter.MARKED, marked("Marked")),
 )
 
 
@@ -69,14 +70,17 @@ class TrafficPage(QWidget):
         texts = self._texts
         self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", key="Ctrl+P", picture=Icon.PAUSE,
                              is_checkable=True)  # fmt: skip
+        self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", key="Ctrl+M", picture=Icon.BOOKMARK,
+                            slot=self.mark_rows)  # fmt: skip
         self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", key="Ctrl+C", picture=Icon.COPY,
                             slot=self.copy_rows)  # fmt: skip
         self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", key="Ctrl+Shift+X", picture=Icon.ERASE,
                              slot=self.model.clear)  # fmt: skip
-        for button in (self.copy, self.clear):
+        for button in (self.mark, self.copy, self.clear):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         self.pause.toggled.connect(self._pause)
         Shortcut("traffic_pause_key", self, self.pause, self.pause.toggle)
+        Shortcut("traffic_mark_key", self, self.mark)
         Shortcut("traffic_search_key", self, self.search.field, self._go_to_search)
         Shortcut("traffic_copy_key", self, self.copy)
         Shortcut("traffic_clear_key", self, self.clear)
@@ -157,7 +161,7 @@ class TrafficPage(QWidget):
     def _make_bar(self) -> FlowRow:
         bar = FlowRow()
         bar.add(self.filter, self.search)
-        bar.add_right(self.pause, self.copy, self.clear)
+        bar.add_right(self.pause, self.mark, self.copy, self.clear)
         return bar
 
     def copy_rows(self) -> None:
@@ -168,6 +172,13 @@ class TrafficPage(QWidget):
         count = sum(map(len, ranges))
         if count > len(rows):
             self.detail.setText(tr("{n} of {all} rows copied.", n=f"{len(rows):,}", all=f"{count:,}"))
+
+    def mark_rows(self) -> None:
+        """Marks or unmarks the selected rows, at most `MAX_MARKS`."""
+        rows = list(islice(chain.from_iterable(self._selected()), MAX_MARKS))
+        if rows:
+            self.model.mark(rows)
+        self._show_count()
 
     def _selected(self) -> list[range]:
         """The selected rows as ranges."""
@@ -246,7 +257,8 @@ class TrafficPage(QWidget):
         self.model.bytes_font = fixed
         metrics = self.table.fontMetrics()
         width = metrics.horizontalAdvance
-        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000") + Space.XL)
+        mark_px = self.table.iconSize().width() + Space.S
+        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000") + mark_px + Space.L)
         self.table.setColumnWidth(Column.KIND.value, 14 + width("rejected, again") + Space.XL)
         eight_bytes = QFontMetrics(fixed).horizontalAdvance("00 " * 8)
         self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)

@@ -12,6 +12,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.captures.rows import CaptureRows
 from app.system.wall_clock import WallClock, clock_text
+from app.text.i18n import tr
+from app.text.sentences import in_brackets
 from protocol.events import Answered, Event, Rejected
 from protocol.frame import Noise
 from protocol.translatable import marked
@@ -29,8 +31,11 @@ from ui.pages.diagnosis.traffic_texts import (
     since_start,
     words_of,
 )
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning
 
 MAX_ROWS = 10_000
+MAX_MARKS = 1000
 MAX_ROW_BYTES = 1024
 """A longer run of rejected bytes takes several rows, which bounds the memory."""
 SHOWN_BYTES = 32
@@ -48,19 +53,20 @@ class Filter(Enum):
     ALL = "all"
     WITHOUT_STREAM = "without_stream"
     REJECTED = "rejected"
+    MARKED = "marked"
 
 
 _COLUMNS = tuple(Column)
-_ROLE = Qt.ItemDataRole
-_DECORATION, _FONT, _FOREGROUND, _TOOLTIP = map(
-    int, (_ROLE.DecorationRole, _ROLE.FontRole, _ROLE.ForegroundRole, _ROLE.ToolTipRole)
+_DECORATION, _FONT, _FOREGROUND = (
+    int(role) for role in (Qt.ItemDataRole.DecorationRole, Qt.ItemDataRole.FontRole, Qt.ItemDataRole.ForegroundRole)
 )
-_TEXTS = map(int, (_ROLE.DisplayRole, _ROLE.AccessibleTextRole))
-_ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, _TOOLTIP, *_TEXTS))
+_SPOKEN = int(Qt.ItemDataRole.AccessibleTextRole)
+_TOOLTIP = int(Qt.ItemDataRole.ToolTipRole)
+_ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOOLTIP))
 
 
 def is_shown(row: Row, row_filter: Filter) -> bool:
-    """Whether the row passes the filter."""
+    """Whether the row passes the filter; ignores marks."""
     if row_filter is Filter.REJECTED:
         return is_rejected(row)
     return row_filter is not Filter.WITHOUT_STREAM or not is_streamed(row)
@@ -86,6 +92,9 @@ class TrafficModel(RowsModel[Row]):
         self._live: deque[Row] = deque(maxlen=MAX_ROWS)
         """The rows of the live traffic."""
         self.rows = self._live
+        self._keys: Sequence[int] | None = None
+        """Keys of marked rows; None: their `id`."""
+        self._marks: dict[int, Row] = {}
         self._unseen = 0
         self._filter = Filter.ALL
         self.wall = WallClock()
@@ -109,7 +118,7 @@ class TrafficModel(RowsModel[Row]):
 
     def show_new(self) -> int:
         """Adds rows for the events since the last call; returns how many rows were dropped at the top."""
-        if self._recorded is not None:
+        if self._recorded is not None or self._filter is Filter.MARKED:
             return 0
         unseen = self.unseen
         self._unseen = 0
@@ -141,33 +150,62 @@ class TrafficModel(RowsModel[Row]):
         """Makes all rows from the stored events."""
         self.beginResetModel()
         self._live.clear()
-        if self._recorded is not None:
-            self.rows = self._passing(self._recorded)
+        if self._filter is Filter.MARKED:
+            marks = sorted(self._marks.items(), key=lambda mark: at_of(mark[1]))
+            self._keys, self.rows = [key for key, _ in marks], [row for _, row in marks]
+        elif self._recorded is not None:
+            self._keys, self.rows = self._passing(self._recorded)
         else:
             self._unseen = 0
             self._live.extend(event for event in self._stored if is_shown(event, self._filter))
-            self.rows = self._live
+            self._keys, self.rows = None, self._live
         self.endResetModel()
 
-    def _passing(self, recorded: CaptureRows) -> CaptureRows:
-        """The rows of a capture that pass the filter."""
+    def _passing(self, recorded: CaptureRows) -> tuple[Sequence[int], Sequence[Row]]:
+        """The rows of a capture that pass the filter, and their positions in it."""
         if self._filter is Filter.ALL:
-            return recorded
-        return recorded.chosen(recorded.rejected() if self._filter is Filter.REJECTED else recorded.without_status())
+            return range(len(recorded)), recorded
+        places = recorded.rejected() if self._filter is Filter.REJECTED else recorded.without_status()
+        return places.data, recorded.chosen(places)
 
     def clear(self) -> None:
-        """Removes the live traffic; a capture stays as it is."""
+        """Removes the live traffic with its marks; a capture stays as it is."""
         self._stored.clear()
         if self._recorded is None:
+            self._marks.clear()
             self.rebuild()
 
     def show_recorded(self, rows: CaptureRows | None) -> None:
-        """Shows the rows of a capture; None returns to the live traffic."""
+        """Shows the rows of a capture; None returns to the live traffic. Removes all marks."""
         self._recorded = rows
+        self._marks.clear()
         self.rebuild()
 
     def event_at(self, row: int) -> Row:
         return self.rows[row]
+
+    # Marks
+
+    def is_marked(self, row: int) -> bool:
+        return self._key(row) in self._marks
+
+    def _key(self, row: int) -> int:
+        return id(self.rows[row]) if self._keys is None else self._keys[row]
+
+    def mark(self, rows: Sequence[int]) -> None:
+        """Marks these rows, or unmarks them where all are marked. A marked row outlives its place in the list."""
+        keys = [self._key(row) for row in rows]
+        if all(key in self._marks for key in keys):
+            for key in keys:
+                del self._marks[key]
+        else:
+            new = [(key, row) for key, row in zip(keys, rows, strict=True) if key not in self._marks]
+            for key, row in new[: MAX_MARKS - len(self._marks)]:
+                self._marks[key] = self.rows[row]
+        if self._filter is Filter.MARKED:
+            self.rebuild()
+        elif rows:
+            self.dataChanged.emit(self.index(min(rows), 0), self.index(max(rows), len(self.columns) - 1))
 
     # Texts
 
@@ -203,7 +241,7 @@ class TrafficModel(RowsModel[Row]):
         row = self.rows[index.row()]
         column = _COLUMNS[index.column()]
         if role == _DECORATION:
-            return icon_of(row) if column is Column.KIND else None
+            return self._picture(row, column, is_marked=self._key(index.row()) in self._marks)
         if role == _FONT:
             return self.bytes_font if column is Column.BYTES else None
         if role == _FOREGROUND:
@@ -211,7 +249,17 @@ class TrafficModel(RowsModel[Row]):
         text = self.columns[index.column()].text(row)
         if role == _TOOLTIP and column is Column.BYTES:
             return hex_of(shown(row).raw)
+        if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
+            return f"{text}{in_brackets(tr('Marked'))}"
         return text
+
+    def _picture(self, row: Row, column: Column, *, is_marked: bool) -> Any:
+        if column is Column.KIND:
+            return icon_of(row)
+        return _MARK if column is Column.TIME and is_marked else None
+
+
+_MARK = icon(Icon.BOOKMARK, Meaning.INFORMATION)
 
 
 def _rows_of(events: Iterable[Event]) -> Iterator[Event]:

@@ -1,4 +1,4 @@
-"""Captures in the window: search, save and open, decoded without a module."""
+"""Captures in the window: search and marks, save and open, decoded without a module."""
 
 import threading
 from pathlib import Path
@@ -20,10 +20,10 @@ from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from ui.core.background_task import Running
 from ui.pages.diagnosis.capture_files import SUFFIX, Opened, load_capture
 from ui.pages.diagnosis.traffic import MAX_COPIED
-from ui.pages.diagnosis.traffic_model import Column, Filter
+from ui.pages.diagnosis.traffic_model import MAX_MARKS, MAX_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import hex_part, matches
 
-# Search
+# Search and marks
 
 
 def test_bytes_and_words_are_found() -> None:
@@ -61,6 +61,39 @@ def test_search_wraps_around_and_reports_no_match(qtbot: QtBot, qapp: QApplicati
         traffic.search.field.clear()
         qtbot.keyClicks(traffic.search.field, "FF FF FF")
         qtbot.waitUntil(lambda: traffic._count.text() == "No matches")
+
+
+def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> None:
+    model = TrafficModel()
+    model.append([sent("light"), *streamed(5)])
+    model.show_new()
+    model.mark([0, 2])
+    assert model.is_marked(0)
+    spoken = model.index(0, Column.TIME.value).data(Qt.ItemDataRole.AccessibleTextRole)
+    assert "Marked" in spoken
+    assert not model.index(0, Column.TIME.value).data(Qt.ItemDataRole.DecorationRole).isNull()
+    assert model.index(1, Column.TIME.value).data(Qt.ItemDataRole.DecorationRole) is None
+    model.mark([2])
+    assert not model.is_marked(2)
+    model.append(streamed(MAX_ROWS))
+    model.show_new()
+    model.use_filter(Filter.MARKED)
+    assert model.rowCount() == 1
+    assert "light" in cell(model, 0, Column.MEANING)
+    model.mark([0])
+    assert model.rowCount() == 0
+
+
+def test_mark_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.go_to("traffic")
+        page.traffic.model.append([sent("light"), sent("boot_count")])
+        page.traffic.draw()
+        page.traffic.table.selectRow(1)
+        qtbot.keyClick(page.traffic.table, Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier)
+        assert page.traffic.model.is_marked(1)
+        press(qtbot, page.traffic.mark)
+        assert not page.traffic.model.is_marked(1)
 
 
 # Files
@@ -172,13 +205,28 @@ def test_all_rows_of_a_long_capture_are_shown_and_a_few_of_them_copied(
         qtbot.keyClick(traffic.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
         assert len(QApplication.clipboard().text().split("\n")) == MAX_COPIED
         assert traffic.detail.text() == f"{MAX_COPIED:,} of {traffic.model.rowCount():,} rows copied."
+        traffic.mark_rows()
+        traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.MARKED))
+        assert traffic.model.rowCount() == MAX_MARKS
 
 
-def test_a_capture_is_filtered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_marks_of_a_capture_stay_with_their_rows(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with opened(qtbot, qapp, tmp_path) as (_assembly, page, _path):
         model = page.traffic.model
+        last = model.rowCount() - 1
+        model.mark([0, last])
+        assert model.is_marked(last)
+        assert not model.is_marked(1)
         model.use_filter(Filter.REJECTED)
-        assert [cell(model, row, Column.KIND) for row in range(model.rowCount())] == ["invalid"]
+        assert model.rowCount() == 1
+        assert model.is_marked(0)
+        assert cell(model, 0, Column.KIND) == "invalid"
+        model.mark([0])
+        model.use_filter(Filter.MARKED)
+        assert [cell(model, row, Column.MEANING) for row in range(model.rowCount())] == ["heartbeat"]
+        model.use_filter(Filter.ALL)
+        assert not model.is_marked(last)
+        assert model.is_marked(0)
 
 
 def test_opening_shows_progress_and_can_be_cancelled(

@@ -105,7 +105,7 @@ def test_events_of_the_link_are_rows(qapp: QApplication, event: Event, word: str
     assert word in cell(model, 0, Column.MEANING)
 
 
-def test_filters(qapp: QApplication) -> None:
+def test_filters(qapp: QApplication, qtbot: QtBot) -> None:
     model = TrafficModel()
     asked = Received(Frame(Direction.MODULE_TO_HOST, STREAMED), decode(STREAMED), Role.ANSWER, 1.0)
     model.append([sent(), asked, *streamed(10), *rejected(b"\x00\x01")])
@@ -120,6 +120,11 @@ def test_filters(qapp: QApplication) -> None:
     assert model.rowCount() == 2
     model.use_filter(Filter.ALL)
     assert model.rowCount() == 19
+    model.use_filter(Filter.MARKED)
+    model.append(streamed(3))
+    with qtbot.assertNotEmitted(model.rowsInserted):
+        model.show_new()
+    assert (model.rowCount(), model.unseen) == (0, 3)
 
 
 def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
@@ -297,7 +302,9 @@ def test_another_module_ends_a_pause_and_a_search_and_leaves_a_capture_as_it_is(
         assert (traffic._count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
         traffic.show_recorded(CaptureRows(explained([CaptureEntry(0.0, Way.IN, STREAMED)])))
         traffic.table.selectRow(0)
+        traffic.mark.click()
         assembly.connector.invalidated.emit()
+        assert traffic.model.is_marked(0)
         assert traffic.table.selectionModel().hasSelection()
 
 
