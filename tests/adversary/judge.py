@@ -298,7 +298,7 @@ def _fit(case: Case, verdict: str, read: Mapping[str, Any], checks: Sequence[Map
     if now.tilt_deg > MOST_TILT_DEG:
         yield Finding(Breach.FALSE_VERDICT, f"{verdict} at a tilt of {now.tilt_deg}°")
     lost = set(now.records) - {one.raw[4:-1] for one in truth.heard.get(0x35, [])}
-    is_said = {one["id"]: one["result"] for one in checks}["trigger_records"] == "warn"  # confirmed by a person
+    is_said = {check["id"]: check["result"] for check in checks}["trigger_records"] == "warn"  # confirmed by a person
     if lost and not (case.withholds or is_said):
         yield Finding(Breach.FALSE_VERDICT, f"{verdict}, and {len(lost)} trigger records were never seen")
     for flag in ("attitude_trigger", "freefall_trigger"):

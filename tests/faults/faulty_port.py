@@ -83,7 +83,9 @@ class FakePort:
         if baud_rate != self._baudrate:
             # What is still on its way was sent at the old rate.
             self._arrivals = deque(
-                Arrival(one.at_s, self.random.randbytes(len(one.data))) for one in self._arrivals if one.data
+                Arrival(arrival.at_s, self.random.randbytes(len(arrival.data)))
+                for arrival in self._arrivals
+                if arrival.data
             )
         self._baudrate = self.bench.wire.host_baud = baud_rate
 

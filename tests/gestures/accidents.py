@@ -25,7 +25,7 @@ CALM_S: Final = 4.0
 """Nothing late arrives after this time without a fault."""
 ONLINE_WITHIN_S: Final = 8.0
 OF_LINE: Final = tuple(one.options for one in LINE.values() if one.options and not one.forges)
-_OF_MODULE: Final = tuple(one.options for one in LIES.values() if one.options and not one.forges)
+_OF_MODULE: Final = tuple(lie.options for lie in LIES.values() if lie.options and not lie.forges)
 _LIES_OF_LINE: Final = ("min_gap_ms", "half_duplex")
 BASIS: Final = {"uptime": "60", "noise": "0", "drain": "0"}
 CONFIRMED_WITHIN_S: Final = 3.0

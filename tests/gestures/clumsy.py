@@ -213,7 +213,7 @@ class Clumsy:
 
     def _whole_gesture(self) -> None:
         """Complete a gesture properly now and then, which proves that the rest tests something."""
-        buttons = [one for one in self.bench.buttons() if one.isEnabled() and one.objectName() in WATCHED]
+        buttons = [button for button in self.bench.buttons() if button.isEnabled() and button.objectName() in WATCHED]
         if not buttons or self._is_down or self._key is not None:
             return
         self.do_whole(self.dice.choice(buttons))

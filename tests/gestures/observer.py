@@ -267,7 +267,7 @@ class Observer:
         for kind in (*GO.values(), DEPLOY):
             if text.startswith(kind):
                 self._gone[frame] += 1
-                intended = sum(one[1] == frame for one in self.bench.journal.intents)
+                intended = sum(intent[1] == frame for intent in self.bench.journal.intents)
                 is_intended = self._gone[frame] <= intended
                 return kind, "" if self._take(kind) and is_intended else "without a whole gesture, or not in the log"
         is_checking = self.bench.preflight.work.standing is Standing.CHECKING

@@ -75,7 +75,7 @@ def test_a_part_without_a_licence_text_stops_the_build(
 def test_texts_that_the_inventory_names_are_there(made: dict[str, ModuleType]) -> None:
     inventory, enclosed = made["inventory"], made["enclosed_parts"]
     paths = [inventory.LICENCE_FOLDER / name for names in inventory.TEXTS.values() for name in names]
-    named = [*enclosed.CRATES.values(), *(text for one in enclosed.LIBRARIES for text in one.texts)]
+    named = [*enclosed.CRATES.values(), *(text for library in enclosed.LIBRARIES for text in library.texts)]
     for path in (*paths, *map(enclosed.text, named)):
         assert path.stat().st_size > 500, path
 
@@ -103,7 +103,7 @@ def test_the_notices_are_of_the_series_of_qt_that_is_installed(made: dict[str, M
 
 def test_every_licence_is_an_spdx_expression(made: dict[str, ModuleType]) -> None:
     inventory, enclosed = made["inventory"], made["enclosed_parts"]
-    stated = {one["licence"] for one in notices(made)[1]} | {one.licence for one in enclosed.LIBRARIES}
+    stated = {one["licence"] for one in notices(made)[1]} | {library.licence for library in enclosed.LIBRARIES}
     stated |= {*inventory.LICENCES.values(), *inventory.OF_THE_SYSTEM.values()}
     plain = {re.sub(r"LicenseRef-[\w.-]+", "MIT", one) for one in stated}
     wrong = {one: found for one in plain if (found := get_spdx_licensing().validate(one).errors)}
@@ -127,7 +127,7 @@ def test_what_is_built_into_qt_depends_on_system_and_library(
     source.write_bytes(b"...\0libpng version 9.8.7\0")
     monkeypatch.setattr("sys.platform", system)
     entry = made["bundle_contents"].Entry(file, str(source), "BINARY")
-    found = {one.name: one for one in made["enclosed_parts"].enclosed_parts([entry])}
+    found = {enclosed_part.name: enclosed_part for enclosed_part in made["enclosed_parts"].enclosed_parts([entry])}
     assert holds <= found.keys()
     assert not lacks & found.keys()
     if "LibPNG" in found:
@@ -152,7 +152,10 @@ def test_a_distribution_that_states_no_licence_is_named_by_us_or_stops_the_build
 
 def test_the_crates_of_cryptography_are_listed_with_their_texts(made: dict[str, ModuleType]) -> None:
     entry = made["bundle_contents"].Entry("cryptography/hazmat/bindings/_rust.pyd", "_rust.pyd", "EXTENSION")
-    found = {(one.name, one.folder): one for one in made["enclosed_parts"].enclosed_parts([entry])}
+    found = {
+        (enclosed_part.name, enclosed_part.folder): enclosed_part
+        for enclosed_part in made["enclosed_parts"].enclosed_parts([entry])
+    }
     inside = "inside-cryptography"
     assert {("openssl", f"{inside}/openssl"), ("openssl", f"{inside}/crate-openssl")} <= found.keys()
     assert {"asn1", "pem", "pyo3"} <= {name for name, _ in found}
@@ -165,7 +168,7 @@ def test_every_library_that_psycopg_brings_is_named(made: dict[str, ModuleType],
 
     def named(*places: str) -> dict[str, str | None]:
         entries = [entry(place, str(tmp_path / "library"), "BINARY") for place in places]
-        return {one.name: one.version for one in enclosed.enclosed_parts(entries)}
+        return {enclosed_part.name: enclosed_part.version for enclosed_part in enclosed.enclosed_parts(entries)}
 
     (tmp_path / "library").write_bytes(b"OpenSSL 3.6.5 29 Sep 2026\0keyutils-1.5.8")
     names = ("libcrypto-3-x64-cf63.dll", "libpq-f339.dll", "libssl-3-x64-4e7c.dll")

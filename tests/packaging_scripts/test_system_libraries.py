@@ -160,7 +160,7 @@ def test_a_variable_answers_the_question(machine: Machine, variable: str) -> Non
 @pytest.mark.parametrize("user", [0, 1000])
 def test_other_package_managers_are_named(machine: Machine, manager: str, user: int) -> None:
     machine.manager, machine.user = manager, user
-    machine.lacking = {one.name for one in qt_libraries.ALWAYS} | {"objdump"}
+    machine.lacking = {alway.name for alway in qt_libraries.ALWAYS} | {"objdump"}
     said = machine.refused(packaging=True)
     command = f"Type: {'sudo ' if user else ''}{qt_libraries.INSTALL[manager]} "
     names = said.partition(command)[2].split()

@@ -93,7 +93,7 @@ def test_every_other_request_changes_the_module() -> None:
     others = {without_sum(one) for one in every_request() if one.hazard is Hazard.CHANGES}
     assert not others & (DANGEROUS | REPEATABLE)
     assert others == {without_sum(one) for one in every_request()} - DANGEROUS - REPEATABLE
-    assert {one.split()[2] for one in others} == {"10", "13", "15", "16", "17", "20", "21", "22"}
+    assert {other.split()[2] for other in others} == {"10", "13", "15", "16", "17", "20", "21", "22"}
 
 
 def test_a_loop_over_all_queries_would_be_a_mistake_and_can_be_asked_prevents_it() -> None:
@@ -160,7 +160,11 @@ def test_a_default_is_a_value_that_follows_the_advice(command: Command) -> None:
 
 
 def test_the_defaults_of_the_table() -> None:
-    defaults = {one.name: one.write.decode(one.default) for one in COMMANDS if one.write and one.default is not None}
+    defaults = {
+        command.name: command.write.decode(command.default)
+        for command in COMMANDS
+        if command.write and command.default is not None
+    }
     assert defaults == {
         "attitude_trigger": True,
         "freefall_trigger": True,

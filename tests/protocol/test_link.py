@@ -112,14 +112,14 @@ def test_a_lock_beside_the_request_in_flight_is_sent_and_counted(bench: Bench) -
 def test_what_is_no_frame_is_told_with_its_bytes(bench: Bench) -> None:
     bench.hear(b"AT\r")
     bench.wait(1)
-    assert b"".join(one.noise.raw for one in bench.events if isinstance(one, Rejected)) == b"AT\r"
+    assert b"".join(event.noise.raw for event in bench.events if isinstance(event, Rejected)) == b"AT\r"
 
 
 def test_after_its_answer_a_voltage_is_no_longer_expected(bench: Bench) -> None:
     bench.ask(named("cell_voltage").query())
     bench.hear(encode_reply(0x35, 0xC8))
     bench.hear(TRAP)
-    *_, heard = (one for one in bench.events if isinstance(one, Received))
+    *_, heard = (event for event in bench.events if isinstance(event, Received))
     assert isinstance(heard.message, TriggerRecord)
 
 

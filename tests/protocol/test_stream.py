@@ -72,7 +72,7 @@ def test_cuts_change_neither_frames_nor_rejected_bytes(
 ) -> None:
     whole = parse(data, asked=asked, follows_host=follows_host)
     pieces = parse(*cut(data, places), asked=asked, follows_host=follows_host)
-    assert [one for one in pieces if isinstance(one, Frame)] == [one for one in whole if isinstance(one, Frame)]
+    assert [piece for piece in pieces if isinstance(piece, Frame)] == [one for one in whole if isinstance(one, Frame)]
     assert rejected(pieces) == rejected(whole)
 
 

@@ -109,9 +109,9 @@ def agrees(data: bytes, asked: int | None, *, follows_host: bool, source: random
     command = next((one for one in COMMANDS if one.code == asked), None)
     parser = StreamParser(asked=None if command is None else command.query(), follows_host=follows_host)
     pieces = parsed(data, parser, source)
-    found = [(one.offset, one.raw) for one in pieces if isinstance(one, Frame)]
+    found = [(piece.offset, piece.raw) for piece in pieces if isinstance(piece, Frame)]
     expected = reference_decoder.frames(data, asked=asked, follows_host=follows_host)
-    is_whole = b"".join(one.raw for one in pieces) == data
+    is_whole = b"".join(piece.raw for piece in pieces) == data
     return len(found) if is_whole and found == expected else None
 
 

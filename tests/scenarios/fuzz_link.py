@@ -139,7 +139,7 @@ class Conversation:
         elif choose((True, False)):  # a few, again and again: what can be mistaken for each other
             few = [choose(REQUESTS), choose(REQUESTS), choose((STATUS.query(), HEARTBEAT.query(), LOCK))]
             code = choose(few).command
-            few += [one for one in REQUESTS if one.command.reply_codes & code.reply_codes]
+            few += [request for request in REQUESTS if request.command.reply_codes & code.reply_codes]
             self._to_ask = [choose(few) for _ in range(count)]
         if self.kind in (Kind.HONEST, Kind.ADVERSE):
             self._abandons = choose((0.0, 0.0, 0.05, 0.3))

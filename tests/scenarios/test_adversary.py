@@ -122,7 +122,7 @@ def one_pass(patch: pytest.MonkeyPatch) -> None:
     def once() -> Procedure[History]:
         outcome = yield Ask(BY_NAME["trigger_records"].query())
         messages = outcome.messages if isinstance(outcome, Answered) else ()
-        records = tuple(one for one in messages if isinstance(one, TriggerRecord))
+        records = tuple(message for message in messages if isinstance(message, TriggerRecord))
         return History(records, is_confirmed=True, is_answered=True)
 
     patch.setattr("app.records.trigger_filing.read_history", once)

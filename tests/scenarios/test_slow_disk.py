@@ -78,7 +78,7 @@ def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store)
     store.queue.submit(int).result(LIMIT_S)
     rig.step_until(lambda: acting.is_done)
     assert acting.result is not None
-    assert [one.condition for one in acting.result.refusals] == [Interlock.CONFIRMED]
+    assert [refusal.condition for refusal in acting.result.refusals] == [Interlock.CONFIRMED]
     assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
     store.queue.submit(int).result(LIMIT_S)
     newest, oldest = store.audit()
@@ -98,7 +98,7 @@ def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) 
             store.queue.submit(int).result(LIMIT_S)
             rig.step_for(0.02)
         assert acting.result is not None
-        assert [one.condition for one in acting.result.refusals] == [Interlock.INTENT_DURABLE]
+        assert [refusal.condition for refusal in acting.result.refusals] == [Interlock.INTENT_DURABLE]
         assert store.audit() == ()  # reading waits for nobody
         other.execute("ROLLBACK")
     journal.begin(Act.ZERO, b"", {}).result(LIMIT_S)
@@ -116,11 +116,11 @@ def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
 
     writing = store.queue.submit(write_slowly)
     assert inside.wait(LIMIT_S)
-    assert [one.name for one in store.modules()] == ["M-07"]
+    assert [module.name for module in store.modules()] == ["M-07"]
     assert not writing.done()
     release.set()
     writing.result(LIMIT_S)
-    assert {one.name for one in store.modules()} == {"M-07", "M-08"}
+    assert {module.name for module in store.modules()} == {"M-07", "M-08"}
 
 
 def test_writes_keep_their_order(store: Store) -> None:

@@ -71,7 +71,7 @@ def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
         return monotonic() + skipped_s
 
     def stepped(session: Session, longest_s: float = MAX_STEP_S) -> None:
-        waits_for_disk = any(one.waiting_since() is not None for one in session._runs())
+        waits_for_disk = any(run.waiting_since() is not None for run in session._runs())
         (workers.add if session.is_busy and not waits_for_disk else workers.discard)(threading.get_ident())
         step(session, longest_s)
 

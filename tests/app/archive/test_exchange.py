@@ -271,7 +271,7 @@ def test_a_chain_is_verified_after_an_exchange_and_a_missing_link_is_counted(
     _import(other, stick)
     assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED, Chain.LINKED]
     chains = chains_in(other.facts, other.station)
-    assert sorted((one.is_audit, one.count, one.missing, one.faults) for one in chains) == [
+    assert sorted((chain.is_audit, chain.count, chain.missing, chain.faults) for chain in chains) == [
         (False, 3, 0, ()), (False, 3, 0, ()), (True, 4, 0, ()), (True, 10, 0, ())
     ]  # fmt: skip
 
@@ -323,7 +323,7 @@ def test_all_stations_ask_the_same_questions_in_the_same_order() -> None:
 
     def asked(order: Any) -> list[tuple[ConflictKind, Any]]:
         records: Any = {members[0]: order, members[1]: ("x",), members[2]: ("y",)}
-        return [(one.kind, one.pair) for one in _names(members, {}, records).conflicts]
+        return [(conflict.kind, conflict.pair) for conflict in _names(members, {}, records).conflicts]
 
     questions = [asked(order) for order in permutations(("x", "y"))]
     assert len(questions[0]) == 2

@@ -72,7 +72,7 @@ def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence() -> 
     ],
 )  # fmt: skip
 def test_each_reason_of_libpq_is_told_once(attempts: list[str], why: str) -> None:
-    raw = "\n".join(f'connection to server at "db" (10.1.2.3), port 5432 failed: {one}' for one in attempts)
+    raw = "\n".join(f'connection to server at "db" (10.1.2.3), port 5432 failed: {attempt}' for attempt in attempts)
     trouble = postgres._trouble(server_url("postgresql://db/x"), psycopg.OperationalError(f"connection failed: {raw}"))
     assert str(trouble) == f"The archive server postgresql://db/x cannot be used: {why}"
 
@@ -107,7 +107,7 @@ def test_the_sql_is_what_distributed_servers_take_too() -> None:
     assert len(asked.statements) == 6
     plain = r"SELECT [^;]+ FROM dps_s_facts\b[^;]*|INSERT INTO dps_s_facts [^;]+ VALUES [^;]+ ON CONFLICT DO NOTHING"
     table = r"CREATE TABLE IF NOT EXISTS dps_s_facts \(id TEXT PRIMARY KEY(, \w+ TEXT NOT NULL)+\)"
-    assert [one for one in asked.statements if not re.fullmatch(f"{plain}|{table}", one)] == []
+    assert [statement for statement in asked.statements if not re.fullmatch(f"{plain}|{table}", statement)] == []
     words = set(re.findall(r"[a-z0-9]+(?=\()", " ".join(asked.statements)))
     assert words <= {"count", "md5", "string", "substr", "agg", "length"}
     assert not re.search(r"\b(SERIAL|SEQUENCE|RETURNING|LOCK|FOR UPDATE|UPDATE|DELETE)\b", " ".join(asked.statements))

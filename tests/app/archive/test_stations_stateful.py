@@ -71,9 +71,9 @@ class Desk:
             self.stack.enter_context(archive_station(self.folder / name, clock=self._clock(number)))
             for number, name in enumerate("ABC")
         ]
-        for one in self.stations:  # whose decisions count
+        for station in self.stations:  # whose decisions count
             for other in self.stations:
-                Stations(one.folder).trust(other.station.public, other.folder.name)
+                Stations(station.folder).trust(other.station.public, other.folder.name)
 
     def _clock(self, number: int) -> Callable[[], datetime]:
         def now() -> datetime:
@@ -152,20 +152,20 @@ class Desk:
         for one in (*self.stations, *self.stations):
             self.archive(one).sync(self.server.url())
         everything = self.stations[0].content()
-        assert all(one.content() == everything for one in self.stations), "not all know the same"
+        assert all(station.content() == everything for station in self.stations), "not all know the same"
         rows = self.server.run("SELECT id, kind, station, made_at, payload, signature FROM dps_s_facts ORDER BY id")
         assert rows == everything, "the server knows something else"
-        recorded = sum(len(one.store.database.read("SELECT 1 FROM facts")) for one in self.stations)
+        recorded = sum(len(station.store.database.read("SELECT 1 FROM facts")) for station in self.stations)
         assert len(everything) == recorded, "something was lost or invented"
-        for one in self.stations:
-            assert one.store.facts.faults() == []
-            assert [chain.missing for chain in chains_in(one.facts, one.station)] == [0] * len(
-                chains_in(one.facts, one.station)
+        for station in self.stations:
+            assert station.store.facts.faults() == []
+            assert [chain.missing for chain in chains_in(station.facts, station.station)] == [0] * len(
+                chains_in(station.facts, station.station)
             )
-        names = [self.archive(one).names() for one in self.stations]
+        names = [self.archive(station).names() for station in self.stations]
         assert names[0] == names[1] == names[2]
-        for one in self.stations:
-            assert self.archive(one).status(self.server.url()).not_shared == 0
+        for station in self.stations:
+            assert self.archive(station).status(self.server.url()).not_shared == 0
 
 
 OFTEN = (Desk.record, Desk.record, Desk.record_much, Desk.sync, Desk.sync, Desk.set_clock, Desk.settle,

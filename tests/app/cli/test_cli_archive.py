@@ -255,7 +255,7 @@ def test_what_was_done_is_of_the_module_that_is_meant_whatever_name_it_has_there
     say(capsys, "settle", *pair, "--same", "--name", "M-07", "--who", "Li Wei")
     say(capsys, "service", "M-07", *words[:-1], "2999-01-01")
     assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
-    assert [one.name for one in here.store.modules()] == ["M-7"]
+    assert [module.name for module in here.store.modules()] == ["M-7"]
 
 
 def test_what_was_done_to_a_module_that_is_known_elsewhere_only_is_of_that_module(

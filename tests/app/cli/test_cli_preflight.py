@@ -164,7 +164,7 @@ def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_f
 
     def result(words: list[str], code: int) -> tuple[str, str]:
         checks = json.loads(run_here(capsys, words, code).out)["checks"]
-        (found,) = (one for one in checks if one["id"] == "trigger_records")
+        (found,) = (check for check in checks if check["id"] == "trigger_records")
         return found["result"], found["why"]
 
     assert result(named, 1)[0] == "unknown"

@@ -61,7 +61,7 @@ def test_activate_leads_in_one_connection_to_go(
     assert _sets(wire) == ["attitude_trigger", "freefall_trigger", "activation"]
     assert bench_of(port).state().is_active
     with closing(open_store()) as store:
-        kept = [one.verdict for one in CheckStore(store.database).checks("M-07")]
+        kept = [check.verdict for check in CheckStore(store.database).checks("M-07")]
         last = store.audit()[0]
     assert kept == ["GO", "READY"]
     assert (last.act, last.outcome) == (Act.ACTIVATE, Outcome.CONFIRMED)

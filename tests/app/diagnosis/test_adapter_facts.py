@@ -184,8 +184,8 @@ THRESHOLD = BY_NAME["attitude_threshold"]
 
 def ask(*requests: Ask) -> Procedure[list[object]]:
     outcomes: list[object] = []
-    for one in requests:
-        outcome = yield one
+    for request in requests:
+        outcome = yield request
         outcomes.append(outcome)
     return outcomes
 

@@ -64,7 +64,7 @@ def test_round_trips_fall_into_classes() -> None:
     figures = LinkStatistics()
     trips = (0.0005, 0.001, 0.0011, 0.016, 0.0161, 0.9, 1.0, 1.5, None)
     figures.on_batch(batch(1.0, view(), *(answered(trip) for trip in trips)))
-    classes = {one.up_to_ms: one.count for one in figures.round_trips() if one.count}
+    classes = {round_trip.up_to_ms: round_trip.count for round_trip in figures.round_trips() if round_trip.count}
     assert classes == {1: 2, 2: 1, 16: 1, 24: 1, 1000: 2, None: 1}
     assert len(figures.round_trips()) == len(BOUNDS_MS) + 1
     assert figures.quantile_s(0.5) == 0.0161
@@ -84,7 +84,7 @@ def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     assert figures.losses == 1
     assert figures.totals.sent == 14
     assert figures.totals.bytes_received == 109
-    assert sum(one.losses for one in figures.seconds) == 1
+    assert sum(second.losses for second in figures.seconds) == 1
 
 
 def test_a_reopened_port_without_a_batch_does_not_count_backwards() -> None:
@@ -117,7 +117,7 @@ def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
     assert figures.totals == counted
     assert figures.totals.by_role[Role.ANSWER] > 0
     assert figures.totals.bytes_received == rig.session.link_view().counters.bytes_received
-    assert sum(one.count for one in figures.round_trips()) > 5
+    assert sum(round_trip.count for round_trip in figures.round_trips()) > 5
 
 
 def test_reading_properties_does_not_change_the_statistics() -> None:
@@ -144,8 +144,14 @@ def test_what_was_recorded_is_counted_in_its_second() -> None:
     figures = LinkStatistics()
     figures.count(rows)
     assert [
-        (one.begins_s, one.counters.sent, one.counters.frames, one.counters.bytes_received, one.counters.rejected)
-        for one in figures.seconds
+        (
+            second.begins_s,
+            second.counters.sent,
+            second.counters.frames,
+            second.counters.bytes_received,
+            second.counters.rejected,
+        )
+        for second in figures.seconds
     ] == [
         (0.0, 1, 1, 8, 0),
         (3.0, 0, 0, 3, 3),

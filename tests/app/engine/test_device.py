@@ -117,7 +117,7 @@ def test_every_report_is_a_sample_and_the_last_one_the_value(device: Device) -> 
     device.take_samples()
     for number in range(5):
         device.apply(heard(status(number), Role.STREAMED, NOW + number / 100))
-    assert [one.tilt_deg for one in device.take_samples()] == [0, 1, 2, 3, 4]
+    assert [sample.tilt_deg for sample in device.take_samples()] == [0, 1, 2, 3, 4]
     assert device.take_samples() == []
     known = view(device).values["tilt_deg"]
     assert (known.value, known.how, known.at) == (4, How.STREAMED, NOW + 0.04)
@@ -332,7 +332,7 @@ def test_presence_follows_the_link(device: Device) -> None:
 @pytest.mark.parametrize(("role", "is_kept"), [(Role.LATE, True), (Role.UNSOLICITED, True), (Role.ANSWER, False)])
 def test_a_record_outside_an_answer_is_kept(device: Device, role: Role, is_kept: bool) -> None:
     device.apply(heard(RECORD, role))
-    assert [one.raw for one in view(device).stray_records] == [RECORD] * is_kept
+    assert [stray_record.raw for stray_record in view(device).stray_records] == [RECORD] * is_kept
 
 
 def test_a_view_does_not_change_any_more(device: Device) -> None:

@@ -182,7 +182,7 @@ def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
     rig.step_for(5)
     permit = Permit(act, Origin.RITUAL, rig.clock())
     done = rig.run(perform(act, FakeJournal(), permit=permit))
-    assert Interlock.IS_IDENTITY_SETTLED in [one.condition for one in done.refusals]
+    assert Interlock.IS_IDENTITY_SETTLED in [refusal.condition for refusal in done.refusals]
     assert NOT_PROVEN in done.sentence
     assert changes(rig) == []
 
@@ -193,7 +193,7 @@ def test_a_write_that_is_refused_for_it_says_so() -> None:
     rig.step_for(5)
     wanted, journal = SettingChange(BY_NAME["attitude_threshold"], 70), FakeJournal()
     report = rig.run(write_all([wanted], WriteContext(journal=journal, is_unlocked=True)))
-    assert [one.sentence for one in report.refusals] == [NOT_PROVEN]
+    assert [refusal.sentence for refusal in report.refusals] == [NOT_PROVEN]
     (written,) = report.results
     why = why_not_verified(written, report.refusals)  # what `dps-s set` prints
     assert why is not None

@@ -48,7 +48,7 @@ class Desk(Rig):
 
     @property
     def changes(self) -> list[Request]:
-        return [one for one in self.requests if not one.is_repeatable]
+        return [request for request in self.requests if not request.is_repeatable]
 
     @property
     def asked(self) -> str:

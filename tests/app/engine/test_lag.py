@@ -124,9 +124,11 @@ def test_beyond_a_second_acts_are_refused_with_the_reason(lag_ms: float, hz: flo
     rig = lagging(lag_ms, hz)
     done = rig.run(WAYS["zero"](rig))
     assert done.outcome is Outcome.NOT_SENT
-    assert Interlock.FRESH_STATUS in [one.condition for one in done.refusals]
+    assert Interlock.FRESH_STATUS in [refusal.condition for refusal in done.refusals]
     if hz is not None:
-        assert any("late" in one.sentence for one in done.refusals), [one.sentence for one in done.refusals]
+        assert any("late" in refusal.sentence for refusal in done.refusals), [
+            refusal.sentence for refusal in done.refusals
+        ]
 
 
 @pytest.mark.parametrize("hz", HZ)

@@ -191,7 +191,7 @@ def test_a_stream_with_jitter_never_flickers_to_stale(period_s: float) -> None:
         view = device.view(just_before)
         assert view.fresh("tilt_deg", just_before) == 1
         named = interlock_inputs(view, just_before, must_be_proven=False)
-        assert Interlock.FRESH_STATUS not in [one.condition for one in refusals(Act.SHUTDOWN, named)]
+        assert Interlock.FRESH_STATUS not in [refusal.condition for refusal in refusals(Act.SHUTDOWN, named)]
 
 
 @pytest.mark.parametrize(("period_s", "stale_after_s"), [(0.02, 1.0), (0.5, 1.0), (0.9, 1.35), (1.0, 1.5)])

@@ -371,7 +371,7 @@ def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch:
 
     monkeypatch.setattr("serial.tools.list_ports.comports", comports)
     assert list_ports() == [PortInfo("/dev/ttyS0")]
-    assert [(one.name, one.daemon) for one in threads] == [("dps-s ports", True)]
+    assert [(thread.name, thread.daemon) for thread in threads] == [("dps-s ports", True)]
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: 1 / 0)
     with pytest.raises(UserError):
         list_ports()

@@ -37,7 +37,11 @@ def test_everything_is_read_first_and_again_after_a_restart() -> None:
     watched(rig)
     for _ in range(2):
         rig.step_for(1)
-        asked = [one.command for one in rig.line.requests[sent:] if one.is_repeatable and one.command is not HEARTBEAT]
+        asked = [
+            request.command
+            for request in rig.line.requests[sent:]
+            if request.is_repeatable and request.command is not HEARTBEAT
+        ]
         assert [command for command in asked if command in READABLE][: len(READABLE)] == list(READABLE)
         rig.bench.restart()
         rig.step_until(lambda: rig.session.device.view(0).restarts == 1)

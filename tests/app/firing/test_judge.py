@@ -73,7 +73,7 @@ def test_acceleration_at_the_threshold_is_no_fall() -> None:
 def test_one_sample_of_weight_starts_the_fall_again() -> None:
     samples = fall(3.0)
     samples[200] = samples[200]._replace(acceleration_g=1.0)
-    assert [one.sample.at_s for one in firings(samples, TriggerLimits(freefall_time_s=1.6))] == [
+    assert [firing.sample.at_s for firing in firings(samples, TriggerLimits(freefall_time_s=1.6))] == [
         pytest.approx(2.01 + 1.6)
     ]
 
@@ -139,8 +139,8 @@ def test_the_same_firings_as_with_every_sample(rows: Rows, limits: TriggerLimits
     samples, active = drawn(rows), [row[3] or locked for row in rows]
     found = judge_samples(*samples_of(samples, active), limits)
     expected: dict[float, Source] = {}
-    for one in firings(samples, limits, active):  # at one time it fires once, whatever the number of reports
-        expected[one.sample.at_s] = expected.get(one.sample.at_s, Source(0)) | one.sources
+    for firing in firings(samples, limits, active):  # at one time it fires once, whatever the number of reports
+        expected[firing.sample.at_s] = expected.get(firing.sample.at_s, Source(0)) | firing.sources
     assert list(found.firings) == list(expected.items())
 
 

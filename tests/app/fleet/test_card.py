@@ -232,9 +232,9 @@ def test_a_profile_is_compared_written_and_verified_on_each() -> None:
     for port, rig in rigs.items():
         rig.run(read_everything())
         table = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port=port, title=port)
-        assert [one.command for one in table.rows] == list(settings_in(PROFILE))
+        assert [row.command for row in table.rows] == list(settings_in(PROFILE))
         assert BAUD_RATE not in settings_in(PROFILE)
-        assert {one.match for one in table.rows} <= {Match.DIFFERENT, Match.UNKNOWN}
+        assert {row.match for row in table.rows} <= {Match.DIFFERENT, Match.UNKNOWN}
         assert table._replace(is_reachable=False).changes == ()
         report = rig.run(write_all(table.changes, WriteContext(journal=FakeJournal())))
         results[port] = outcome_of(report)

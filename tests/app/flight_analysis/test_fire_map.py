@@ -265,7 +265,7 @@ def test_the_simulated_module_and_the_analysis_agree() -> None:
         )
         fired, log = module_fires(memory, *sensed_flight(random))
         limits = TriggerLimits(memory.attitude_threshold, memory.freefall_acceleration / 10, memory.freefall_time / 100)
-        assert [(one.at_s, one.sources) for one in judge_flight(log, limits).firings] == fired
+        assert [(firing.at_s, firing.sources) for firing in judge_flight(log, limits).firings] == fired
         first = firing_curves(log, RuleReading.DIRECT).first(limits)
         assert first == (fired[0] if fired else (np.inf, Source(0)))
         count += len(fired)

@@ -66,7 +66,7 @@ def test_a_crashed_process_costs_only_its_log(logs: list[Path]) -> None:
     logs[3].unlink()
     logs[3] = logs[3].with_suffix(".csv")
     logs[3].write_text("a,b\n1,2\n", encoding="utf-8")
-    found = {one.path: one for one in summarise_logs(logs, order, processes=2)}
+    found = {log.path: log for log in summarise_logs(logs, order, processes=2)}
     assert sorted(found) == logs
     assert [path for path, one in found.items() if one.flight is None] == [logs[3]]
     assert found[logs[3]].why_not is not None

@@ -138,7 +138,7 @@ def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_
     assert bool(judge_flight(log, TriggerLimits()).firings) is lies_on_its_side
     proposal = proposed([], [log])
     assert proposal.limits is None
-    assert [one.name for one in proposal.conflicts] == ["crash"]
+    assert [conflict.name for conflict in proposal.conflicts] == ["crash"]
 
 
 def test_a_flight_without_an_impact_that_fires_late_has_its_true_margin() -> None:
@@ -192,8 +192,8 @@ def test_the_moments_at_which_the_log_meets_the_record(
 ) -> None:
     match = match_record(made, log)
     assert match.why_none is None
-    assert [one.firing.at_s for one in match.moments] == pytest.approx(moments_s)
-    assert [measured_text(one.firing) for one in match.moments] == measured
+    assert [moment.firing.at_s for moment in match.moments] == pytest.approx(moments_s)
+    assert [measured_text(moment.firing) for moment in match.moments] == measured
     assert match.likeliest is match.moments[0]
 
 
@@ -245,7 +245,7 @@ def test_what_is_said_of_a_moment_is_a_proposal_with_what_speaks_against_it() ->
 def test_a_moment_before_which_the_other_trigger_would_have_fired_comes_after_one_without() -> None:
     log = flight(LEVEL, (2.0, 75.0, 0.1), LEVEL, FALLEN, LEVEL)
     match = match_record(record(FREEFALL), log)
-    assert [(one.firing.at_s, one.unnamed_s) for one in match.moments] == [(11.6, 10.0), (23.6, None)]
+    assert [(moment.firing.at_s, moment.unnamed_s) for moment in match.moments] == [(11.6, 10.0), (23.6, None)]
     assert match.likeliest is match.moments[1]
     against = moment_message(match.moments[0], record(FREEFALL)).in_english()
     assert against.endswith("Against it: at 10.0 s the other trigger was met; the record does not name it.")
@@ -276,7 +276,7 @@ def test_every_trigger_of_the_simulated_module_is_among_the_proposals_for_its_re
         for (at_s, sources), data in zip(fired[-9:], list(memory.records)[-9:], strict=True):
             match = match_record(record_of(record_frame(data)), log)
             assert match.has_more or at_s in [
-                one.firing.at_s for one in match.moments if RuleReading.DIRECT in one.readings
+                moment.firing.at_s for moment in match.moments if RuleReading.DIRECT in moment.readings
             ], (at_s, sources)
             count += 1
     assert count > FLIGHTS / 2
@@ -292,12 +292,12 @@ def test_a_proposal_holds_in_any_flight() -> None:
                       force=int(random.integers(1, 8)), fall=int(random.integers(0, 100)))  # fmt: skip
         match = match_record(made, log)
         assert (match.why_none is None) == bool(match.moments)
-        for one in match.moments:
-            assert one.firing.sources in (ATTITUDE, FREEFALL, ATTITUDE | FREEFALL)
-            assert log.is_judged[np.searchsorted(log.time_s, one.firing.at_s)]
-            if made.sources == ("attitude",) and RuleReading.DIRECT in one.readings:
-                assert one.firing.tilt_deg >= made.attitude_threshold_deg
-            if made.sources == ("freefall",) and RuleReading.DIRECT in one.readings:
-                assert one.firing.acceleration_g < made.freefall_acceleration_g
+        for moment in match.moments:
+            assert moment.firing.sources in (ATTITUDE, FREEFALL, ATTITUDE | FREEFALL)
+            assert log.is_judged[np.searchsorted(log.time_s, moment.firing.at_s)]
+            if made.sources == ("attitude",) and RuleReading.DIRECT in moment.readings:
+                assert moment.firing.tilt_deg >= made.attitude_threshold_deg
+            if made.sources == ("freefall",) and RuleReading.DIRECT in moment.readings:
+                assert moment.firing.acceleration_g < made.freefall_acceleration_g
             count += 1
     assert count > FLIGHTS / 2

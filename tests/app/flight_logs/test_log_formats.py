@@ -37,7 +37,7 @@ def read(path: Path, data: bytes) -> FlightLog:
 
 
 def fires(log: FlightLog) -> list[tuple[float, Source]]:
-    return [(round(one.at_s, 6), one.sources) for one in judge_flight(log, TriggerLimits()).firings]
+    return [(round(firing.at_s, 6), firing.sources) for firing in judge_flight(log, TriggerLimits()).firings]
 
 
 EXPECTED = [(TIPS_S, Source.ATTITUDE), (FALLS_S + 1.6, Source.FREEFALL)]
@@ -118,7 +118,7 @@ def test_a_csv_file_without_acceleration_is_judged_for_its_attitude_alone(tmp_pa
     log = read_flight_log(write_csv(tmp_path / "a.csv", "t_s,tilt_deg", FAST, TILT))
     assert fires(log) == EXPECTED[:1]
     assert log.not_judged_s == log.duration_s
-    assert [one.in_english() for one in log.problems] == ["No acceleration: free-fall trigger not judged."]
+    assert [problem.in_english() for problem in log.problems] == ["No acceleration: free-fall trigger not judged."]
 
 
 def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
@@ -136,7 +136,7 @@ def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
     (tmp_path / "b").mkdir()
     for name in ("b/2.BIN", "a.ulg", "readme.txt", "b/x.csv"):
         (tmp_path / name).write_bytes(b"")
-    found = [one.relative_to(tmp_path).as_posix() for one in find_logs([tmp_path])]
+    found = [log.relative_to(tmp_path).as_posix() for log in find_logs([tmp_path])]
     assert found == ["a.ulg", "b/2.BIN", "b/x.csv", folder.relative_to(tmp_path).as_posix()]
     assert list(find_logs([tmp_path / "readme.txt"])) == [tmp_path / "readme.txt"]
 
@@ -154,11 +154,11 @@ def raw_log(*forces: Channel, tilt: Channel | None = None) -> RawLog:
 
 
 def problems(log: FlightLog) -> list[str]:
-    return [one.in_english() for one in log.problems]
+    return [problem.in_english() for problem in log.problems]
 
 
 def first_fires(log: FlightLog) -> list[float]:
-    return [one.at_s for reading in RuleReading for one in judge_flight(log, TriggerLimits(), reading).firings]
+    return [firing.at_s for reading in RuleReading for firing in judge_flight(log, TriggerLimits(), reading).firings]
 
 
 def test_a_stuck_sensor_is_not_a_fall() -> None:

@@ -49,7 +49,7 @@ def test_a_module_in_order_passes(kind: GuidedKind, is_streaming: bool) -> None:
     done = result(guided(rig, kind))
     assert done.verdict is GuidedVerdict.PASSED, [one.shown.in_english() for one in done.measured]
     assert done.kind is kind
-    assert all(one.hazard is Hazard.NONE for one in rig.line.requests[sent:])
+    assert all(request.hazard is Hazard.NONE for request in rig.line.requests[sent:])
 
 
 def test_the_angle_at_which_it_fired_and_rearmed_is_measured_in_four_directions() -> None:
@@ -227,7 +227,7 @@ def test_a_restart_while_the_plug_is_shaken_is_seen_at_once_and_fails(
 def test_an_active_module_is_not_tested(kind: GuidedKind) -> None:
     rig = settled_rig(active=True)
     assert reason(guided(rig, kind)) == "The module is ACTIVE: lock it first."
-    assert all(one.hazard is Hazard.NONE for one in rig.line.requests)
+    assert all(request.hazard is Hazard.NONE for request in rig.line.requests)
 
 
 @pytest.mark.parametrize("kind", KINDS[1:])

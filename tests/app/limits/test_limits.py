@@ -110,7 +110,7 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     )  # fmt: skip
     record = checked.record(RecordContext(at=local_now(), program_version="1"), who="Li Wei", module="M", aircraft="B")
     assert record["softer_limits"] == ["tilt", "cell_voltage"]
-    assert [one.in_english() for one in caveats(record)] == ["Looser than advised: Tilt: level, Cell voltage."]
+    assert [caveat.in_english() for caveat in caveats(record)] == ["Looser than advised: Tilt: level, Cell voltage."]
     assert "Looser than advised: Tilt: level, Cell voltage." in body(record)
 
 

@@ -82,7 +82,7 @@ def test_go_is_of_an_active_module_whose_triggers_were_enabled_before() -> None:
     assessment = assess(replace(enabled.assessment.case, evidence=evidence))
     assert (assessment.verdict, assessment.open_checks) == (Verdict.GO, ())
     # Nothing is written on an active module.
-    assert not [one for one in enabled.rig.line.requests[before:] if one.hazard is not Hazard.NONE]
+    assert not [request for request in enabled.rig.line.requests[before:] if request.hazard is not Hazard.NONE]
 
 
 def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:

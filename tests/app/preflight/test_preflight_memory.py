@@ -110,7 +110,7 @@ def _filed(rig: NightRig, person: Person, expectations: Profile | None = None) -
     filed = file_check(
         evidence, expectations or NO_PROFILE, person, FrameLog(), store=None, program_version="1"
     )  # fmt: skip
-    return filed.assessment.verdict, [one.in_english() for one in caveats(filed.record)], body(filed.record)
+    return filed.assessment.verdict, [caveat.in_english() for caveat in caveats(filed.record)], body(filed.record)
 
 
 def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:

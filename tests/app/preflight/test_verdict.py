@@ -133,7 +133,7 @@ def test_a_limit_softer_than_advised_is_a_warning_with_the_advice() -> None:
     ):
         limits = {"round_trip_max_ms": most_ms}
         assessment = assess(Case(evidence=evidence(**status), profile=Profile(limits=limits), past=Past()))
-        finding = next(one.finding for one in assessment.checks if one.check.id == "round_trip")
+        finding = next(check.finding for check in assessment.checks if check.check.id == "round_trip")
         assert (finding.result, finding.limit.in_english()) == (result, limit)
         assert assessment.softened == (("round_trip",) if result is CheckResult.WARN else ())
 

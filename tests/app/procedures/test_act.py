@@ -332,8 +332,8 @@ def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
     journal.flush()
     rig.step_until(lambda: run.is_done)
     assert run.result is not None
-    assert Interlock.IS_LOCKED in {one.condition for one in run.result.refusals}
-    assert Interlock.FRESH_STATUS not in {one.condition for one in run.result.refusals}, "it was asked"
+    assert Interlock.IS_LOCKED in {refusal.condition for refusal in run.result.refusals}
+    assert Interlock.FRESH_STATUS not in {refusal.condition for refusal in run.result.refusals}, "it was asked"
     assert acts_sent(rig) == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
 
@@ -344,7 +344,7 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
     begun = rig.clock()
     done = do(rig, Act.DEPLOY, journal)
     assert rig.clock() - begun == pytest.approx(5.0, abs=0.3)
-    assert [one.condition for one in done.refusals] == [Interlock.INTENT_DURABLE]
+    assert [refusal.condition for refusal in done.refusals] == [Interlock.INTENT_DURABLE]
     assert "too slow" in done.sentence
     set_language(CHINESE)
     assert done.sentence.endswith("磁盘写入过慢。")

@@ -104,7 +104,7 @@ def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
         body = bytearray((0x35, 0x01, *[fill] * 11))
         body[place] ^= 1 << bit  # and the sum, which fits again
         slots.append(decode_record(b"Au" + body + bytes((sum(body) & 0xFF,))))
-    assert all(isinstance(one, TriggerRecord) for one in slots)
+    assert all(isinstance(slot, TriggerRecord) for slot in slots)
     reading, sight = _read_once(), engine_view()
     next(reading)
     reading.send(sight)

@@ -55,7 +55,7 @@ def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -
     if REQUESTS[act] in before:
         return
     assert performing.result.outcome is Outcome.NOT_SENT
-    assert [one.condition for one in performing.result.refusals] == [Interlock.CONFIRMED]
+    assert [refusal.condition for refusal in performing.result.refusals] == [Interlock.CONFIRMED]
     assert not rig.bench.module.state.is_active
 
 
@@ -104,7 +104,7 @@ def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act, bef
     permit = Permit(act, Origin.CONFIRMATION, rig.session.opened_at - before_s)
     done = rig.run(perform(act, FakeJournal(), permit=permit))
     assert done.outcome is Outcome.NOT_SENT
-    assert [one.sentence for one in done.refusals] == ["Confirm again: port reopened."]
+    assert [refusal.sentence for refusal in done.refusals] == ["Confirm again: port reopened."]
     assert REQUESTS[act] not in rig.line.requests
 
 
@@ -223,4 +223,4 @@ def test_what_was_confirmed_before_a_lock_or_a_sleep_is_not_done_and_it_is_said_
     """The permit alone is good, and LOCK or the sleep came after it."""
     permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
     inputs = InterlockInputs(now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, **since)
-    assert [one.sentence for one in refusals(Act.SHUTDOWN, inputs)] == said
+    assert [refusal.sentence for refusal in refusals(Act.SHUTDOWN, inputs)] == said

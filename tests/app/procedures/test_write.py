@@ -274,10 +274,10 @@ def test_cross_talk_between_settings_is_named(name: str) -> None:
 )
 def test_what_happens_after_the_acknowledgement_is_found(lie: dict[str, Any], fault: WriteFault) -> None:
     report, _faults = write_to(lie, {"attitude_threshold": 130})
-    assert [(one.fault, one.verified) for one in report.results] == [(fault, False)]
+    assert [(result.fault, result.verified) for result in report.results] == [(fault, False)]
     assert fault is not WriteFault.REVERTED or report.results[0].read_back not in (None, 130)
 
 
 def test_a_flag_is_claimed_no_longer_after_a_silent_restart() -> None:
     report, _faults = write_to({"silent_restart_ms": 400}, {"attitude_trigger": False})
-    assert [(one.fault, one.verified) for one in report.results] == [(WriteFault.RESTARTED, None)]
+    assert [(result.fault, result.verified) for result in report.results] == [(WriteFault.RESTARTED, None)]

@@ -71,11 +71,11 @@ def test_on_a_good_line_everything_is_read_once_more_at_the_end_and_no_oftener()
 def test_a_trigger_that_the_module_refuses_is_logged_as_refused_whoever_sets_it() -> None:
     written, enabled = FakeJournal(), FakeJournal()
     report = write(Rig({"refuses": True}), WriteContext(journal=written), attitude_trigger=False)
-    assert [one.fault for one in report.results] == [WriteFault.REFUSED]
+    assert [result.fault for result in report.results] == [WriteFault.REFUSED]
     checked, rig = Evidence(port="sim"), Rig({"refuses": True})
     rig.bench.module.state.attitude_is_enabled = rig.bench.module.state.freefall_is_enabled = False
     rig.run(run_preflight(checked, is_enabling=True, journal=enabled))
-    assert [one.state for one in checked.flags.values()] == [FlagState.REFUSED] * 2
+    assert [flag.state for flag in checked.flags.values()] == [FlagState.REFUSED] * 2
     assert (written.outcomes, enabled.outcomes) == ({0: Outcome.REFUSED}, dict.fromkeys(range(2), Outcome.REFUSED))
     assert written.results[0] == enabled.results[0]
 

@@ -255,7 +255,7 @@ def test_a_report_has_the_time_of_its_last_byte(parts: list[bytes], cuts: list[i
         if is_joined:
             times = finder.feed(LinePart.of(messages)).times_ns.tolist()
         else:
-            times = [at for one in messages for at in finder.feed(LinePart.of([one])).times_ns.tolist()]
+            times = [at for message in messages for at in finder.feed(LinePart.of([message])).times_ns.tolist()]
         ends = [min(end for _, end in spans if end >= 8 * (number + 1)) * 10 for number in range(len(parts))]
         assert times == ends
 

@@ -29,7 +29,7 @@ def damage_heading(path: Path) -> None:
 
 def ages(library: RecordingLibrary) -> list[float]:
     """Ages in days."""
-    return [(NOON - one.started_at) / timedelta(days=1) for one in library.entries()]
+    return [(NOON - entry.started_at) / timedelta(days=1) for entry in library.entries()]
 
 
 def test_the_newest_comes_first(tmp_path: Path) -> None:
@@ -58,11 +58,11 @@ def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None
     library = RecordingLibrary(tmp_path)
     numbered(library, 6, 5, 4, -100, 3, 2, 1)
     assert library.prune() == ()
-    assert [one.sequence for one in library.entries()] == [7, 6, 5, 4, 3, 2, 1]
+    assert [entry.sequence for entry in library.entries()] == [7, 6, 5, 4, 3, 2, 1]
     with recorder_in(tmp_path) as bench:
         bench.clock.wall_offset_s += 100 * 86400
         bench.record(batch(1000.0, report(1000.0)))
-        assert [one.sequence for one in bench.library.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
+        assert [entry.sequence for entry in bench.library.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
 
 
 def test_what_an_earlier_version_moved_to_its_trash_is_listed_again(tmp_path: Path) -> None:
@@ -80,17 +80,17 @@ def test_a_full_disk_takes_the_oldest_fifth_before_recording_stops(tmp_path: Pat
     numbered(library, 9, 8, 7, 6, 5)
     (tmp_path / ".trash" / "of an earlier version").mkdir(parents=True)
     with recorder_in(tmp_path) as bench:
-        bench.library.max_bytes = sum(one.size_bytes for one in library.entries()) + 2000
+        bench.library.max_bytes = sum(entry.size_bytes for entry in library.entries()) + 2000
         bench.recorder._find_free_bytes = lambda _folder: 0 if len(library.entries()) == 5 else 1 << 40
         bench.record(batch(1000.0, report(1000.0)))
         assert bench.recorder.is_recording
-        assert [one.sequence for one in library.entries()] == [6, 5, 4, 3, 2]
+        assert [entry.sequence for entry in library.entries()] == [6, 5, 4, 3, 2]
     assert not (tmp_path / ".trash").exists()
 
 
 def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> None:
     library = library_of(tmp_path, 1, 2, 3, 4)
-    library.max_bytes = sum(one.size_bytes for one in library.entries()[:2])
+    library.max_bytes = sum(entry.size_bytes for entry in library.entries()[:2])
     library.prune()
     assert ages(library) == [1, 2]
 
@@ -100,7 +100,7 @@ def test_pinned_recordings_stay_and_do_not_count(tmp_path: Path) -> None:
     oldest = library.entries()[-1]
     assert library.set_pinned(oldest, is_pinned=True).is_pinned
     assert library.entries()[-1].is_pinned
-    library.max_bytes = sum(one.size_bytes for one in library.entries()[:2])
+    library.max_bytes = sum(entry.size_bytes for entry in library.entries()[:2])
     assert library.prune() == ()
     assert not library.set_pinned(oldest, is_pinned=False).is_pinned
     library.set_pinned(oldest, is_pinned=False)

@@ -51,12 +51,15 @@ INWARDS = (Received, Rejected)
 
 def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     batches = [batch(1000.0, events=(asked(1000.0),)), *stream(1000.0, 3.0)]
-    samples = [one for each in batches for one in each.samples]
+    samples = [sample for each in batches for sample in each.samples]
     with opened(recorded(tmp_path, 3.0)) as recording:
         excerpt = recording.excerpt(recording.start_s, recording.end_s)
-        assert excerpt.tilt.time_s.tolist() == pytest.approx([one.at for one in samples], abs=2e-9)
-        assert excerpt.tilt.value.tolist() == [one.tilt_deg for one in samples]
-        assert excerpt.acceleration.value.tolist() == np.array([one.acceleration_g for one in samples], "f4").tolist()
+        assert excerpt.tilt.time_s.tolist() == pytest.approx([sample.at for sample in samples], abs=2e-9)
+        assert excerpt.tilt.value.tolist() == [sample.tilt_deg for sample in samples]
+        assert (
+            excerpt.acceleration.value.tolist()
+            == np.array([sample.acceleration_g for sample in samples], "f4").tolist()
+        )
         assert not excerpt.is_triggered.any()
         assert not excerpt.is_active.any()
         assert excerpt.cell.time_s.tolist() == [1000.0, 1001.0, 1002.0]
@@ -65,10 +68,10 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
         traffic = list(traffic_of(recording.entry))
     bytes_of = directions([(one.way, one.raw) for one in traffic])
     assert bytes_of[Way.OUT] == asked(1000.0).raw
-    frames = [one.frame.raw for each in batches[1:] for one in each.events]  # type: ignore[union-attr]
+    frames = [event.frame.raw for each in batches[1:] for event in each.events]  # type: ignore[union-attr]
     assert bytes_of[Way.IN] == b"".join(frames)
     assert [recording.opening.start_s + one.at_s for one in traffic] == pytest.approx(
-        [1000.0, *(one.at for one in samples)], abs=1e-6
+        [1000.0, *(sample.at for sample in samples)], abs=1e-6
     )
 
 
@@ -84,7 +87,7 @@ def test_the_entry_of_a_session(tmp_path: Path) -> None:
         assert flags == (False, False, False, False)
         assert recording.start_s == 1000.0
         assert recording.start_s + recording.wall_offset_s == NOON.timestamp()
-        assert [(one.kind, one.time_s) for one in recording.markers] == [(MarkerKind.CONNECTED, 1000.0)]
+        assert [(marker.kind, marker.time_s) for marker in recording.markers] == [(MarkerKind.CONNECTED, 1000.0)]
         assert recording.missing_count == 0
 
 
@@ -104,7 +107,7 @@ def test_flags_and_markers(tmp_path: Path) -> None:
             excerpt = recording.excerpt(1000.0, 1010.0)
             assert excerpt.is_active.tolist() == [False, True, True, True, True]
             assert excerpt.is_triggered.tolist() == [False, False, True, False, False]
-            assert [(one.kind.value, one.time_s) for one in recording.markers] == [
+            assert [(marker.kind.value, marker.time_s) for marker in recording.markers] == [
                 ("connected", 1000.0),
                 ("activated", 1001.0),
                 ("triggered", 1001.5),
@@ -282,7 +285,7 @@ def test_unknown_events_of_a_later_version_are_skipped(tmp_path: Path) -> None:
         writer.note(1000.0, "reading", light_v=10**400)
         bench.settle()
         with opened(bench.path) as recording:
-            assert [one.kind for one in recording.markers] == [MarkerKind.CONNECTED]
+            assert [marker.kind for marker in recording.markers] == [MarkerKind.CONNECTED]
             assert len(recording.limits) == 1
             assert (len(recording.cell), len(recording.light)) == (0, 0)
             assert recording.entry.is_simulated

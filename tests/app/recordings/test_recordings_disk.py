@@ -275,11 +275,16 @@ def test_another_program_reads_the_session(recording: Recording, tmp_path: Path)
         assert (values["tilt_deg"], values["triggered"]) == (excerpt.tilt.value[row], bool(excerpt.is_triggered[row]))
     assert found["/events"][0] == (round(NOON.timestamp() * 1e9), {"event": "connected", "port": PORT})
     events = [values for _, values in found["/events"]]
-    assert [one["event"] for one in events if "port" in one] == ["connected", "activated", "triggered", "port lost"]
+    assert [event["event"] for event in events if "port" in event] == [
+        "connected",
+        "activated",
+        "triggered",
+        "port lost",
+    ]
     assert {"event": "reading", "cell_voltage_v": 3.01} in events
     assert (at_ns(recording, 1003.7), {"event": "reading", "light_v": 2.5}) in found["/events"]
-    assert [(one["fires_deg"], one["rearms_deg"], one["free_fall_g"], one["free_fall_s"])
-            for one in events if one["event"] == "limits"] == [
+    assert [(event["fires_deg"], event["rearms_deg"], event["free_fall_g"], event["free_fall_s"])
+            for event in events if event["event"] == "limits"] == [
         (60.0, 50.0, None, None), (45.0, 35.0, 0.3, 1.6), (None,) * 4
     ]  # fmt: skip
     with path.open("rb") as file:
@@ -288,7 +293,7 @@ def test_another_program_reads_the_session(recording: Recording, tmp_path: Path)
         about, end = reader.iter_metadata()
     assert summary is not None
     assert summary.statistics is not None
-    assert {one.topic for one in summary.channels.values()} == set(CHANNELS.values())
+    assert {channel.topic for channel in summary.channels.values()} == set(CHANNELS.values())
     assert (about.metadata["module"], about.metadata["port"]) == ("Bench 7", PORT)
     assert end.name == "dps-s end"
 
@@ -300,7 +305,7 @@ def test_what_changes_the_module_is_an_event(tmp_path: Path) -> None:
         bench.finish()
         events = [values for _, values in messages(bench.path)["/events"]]
     assert {"event": "sent", "command": "freefall_time", "set_s": 1.2} in events
-    assert not [one for one in events if one.get("command") == "status"]
+    assert not [event for event in events if event.get("command") == "status"]
 
 
 def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:

@@ -57,7 +57,7 @@ def test_after_a_day_the_next_recording_begins(tmp_path: Path) -> None:
         bench.record(batch(1000.0, report(1000.0)))
         bench.feed(batch(1001.0 + MAX_SESSION_S, report(1001.0 + MAX_SESSION_S)))
         bench.feed(batch(1002.0 + MAX_SESSION_S, report(1002.0 + MAX_SESSION_S)))
-        assert [(one.is_running, one.sample_count) for one in bench.library.entries()] == [(True, 1), (False, 2)]
+        assert [(entry.is_running, entry.sample_count) for entry in bench.library.entries()] == [(True, 1), (False, 2)]
 
 
 def test_a_clock_that_is_set_begins_a_recording_with_the_right_time(tmp_path: Path) -> None:
@@ -118,7 +118,7 @@ def test_an_empty_recording_is_not_begun(tmp_path: Path) -> None:
         bench.clock.wall_offset_s += 3600.0
         bench.feed(batch(1001.0))
         bench.finish()
-        assert [one.was_cut_off for one in bench.library.entries()] == [False]
+        assert [entry.was_cut_off for entry in bench.library.entries()] == [False]
 
 
 def test_a_file_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -171,7 +171,7 @@ def test_each_begin_starts_a_new_recording(tmp_path: Path) -> None:
             bench.clock.now_s = at
             bench.recorder.begin(f"P{number}", 115200)
             bench.feed(batch(at + 1, report(at + 1)))
-        assert [(one.port, one.is_running) for one in bench.library.entries()] == [
+        assert [(entry.port, entry.is_running) for entry in bench.library.entries()] == [
             ("P2", True), ("P1", False), ("P0", False)
         ]  # fmt: skip
 
@@ -191,9 +191,9 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(*HEADING)
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
-        bench.feed(*(batch(one.at, one) for one in samples))
+        bench.feed(*(batch(sample.at, sample) for sample in samples))
         bench.finish()
         with opened(bench.path) as recording:
             traffic = list(traffic_of(recording.entry))
-        assert b"".join(one.raw for one in traffic) == b"".join(received(one).frame.raw for one in samples)
+        assert b"".join(one.raw for one in traffic) == b"".join(received(sample).frame.raw for sample in samples)
         assert len(traffic) == 15

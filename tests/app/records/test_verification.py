@@ -59,7 +59,7 @@ def _verified(record: Mapping[str, object]) -> Verification:
 
 
 def _words(verification: Verification) -> str:
-    return " ".join(one.translated() for one in verification.sentences())
+    return " ".join(sentence.translated() for sentence in verification.sentences())
 
 
 # The forgeries

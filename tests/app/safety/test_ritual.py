@@ -328,7 +328,7 @@ def test_armed_again_while_armed_does_not_extend_the_ten_seconds() -> None:
     ],
 )  # fmt: skip
 def test_sentences(name: str, value: Value, sentences: list[str]) -> None:
-    assert [one.sentence for one in consequences(BY_NAME[name], value)] == sentences
+    assert [consequence.sentence for consequence in consequences(BY_NAME[name], value)] == sentences
 
 
 def test_a_threshold_that_counts_rest_as_falling_is_grave() -> None:
@@ -352,7 +352,7 @@ def test_a_free_fall_time_that_a_jolt_outlasts_needs_a_second_click() -> None:
     """Below what the pre-flight check allows."""
     bound = SETTING_BOUNDS["freefall_time_s"].advised_low
     weights = {
-        seconds: [one.weight for one in consequences(BY_NAME["freefall_time"], seconds)]
+        seconds: [consequence.weight for consequence in consequences(BY_NAME["freefall_time"], seconds)]
         for seconds in (bound, bound - 0.01)
     }
     assert weights == {bound: [Weight.PLAIN], bound - 0.01: [Weight.PLAIN, Weight.AGAINST_ADVICE]}

@@ -205,7 +205,7 @@ def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> Non
     assert say(module, "42 61 31 01 00 32", 2.0) == "41 75 31 01 01 33"
     module.world.tilt_deg = 50
     assert say(module, "42 61 31 01 00 32", 3.0) == "41 75 31 01 00 32"
-    assert [one.sources for one in records(module, 4.0)] == [("attitude",)]
+    assert [record.sources for record in records(module, 4.0)] == [("attitude",)]
 
 
 def test_a_locked_module_does_not_fire() -> None:
@@ -225,7 +225,7 @@ def test_a_drop_of_20_m_fires_by_free_fall_and_a_low_one_does_not() -> None:
     assert not module.is_triggered
     module.world.drop(20, 5.0)
     tick(module, 10.0)
-    assert [one.sources for one in records(module, 10.0)] == [("freefall",)]
+    assert [record.sources for record in records(module, 10.0)] == [("freefall",)]
     assert module.is_triggered
     assert say(module, "42 61 10 02 00 12", 10.0)
     assert not module.is_triggered
@@ -283,7 +283,7 @@ def test_triggers_at_the_same_moment_share_a_record() -> None:
     module.world.tilt_deg = 80
     module.world.drop(20, 0.0)
     tick(module, 1.0)
-    assert [one.sources for one in records(module, 1.0)] == [("attitude", "freefall")]
+    assert [record.sources for record in records(module, 1.0)] == [("attitude", "freefall")]
 
 
 def test_the_last_nine_records_are_kept_oldest_first() -> None:

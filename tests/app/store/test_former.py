@@ -90,7 +90,7 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
     acts = rows("SELECT id, at, act, coalesce(outcome, 'unknown') FROM audit ORDER BY id DESC")
     assert [(one.id, one.at, one.act.value, one.outcome.value) for one in store.audit()] == acts
     assert [one.at for one in left_active(store)] == [acts[1][1]]
-    assert [(one.old_rate, one.new_rate) for one in store.pending_bauds()] == [(9600, 19200)]
+    assert [(pending_baud.old_rate, pending_baud.new_rate) for pending_baud in store.pending_bauds()] == [(9600, 19200)]
     assert len(store.facts.select(FactKind.BAUD)) == 2
     stream = store.facts.state("stream:usb 9")
     assert stream is not None

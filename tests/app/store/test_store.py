@@ -145,7 +145,7 @@ def test_another_programs_database_is_set_aside(folder: Path) -> None:
     for _ in range(2):
         with closing(open_store(folder, clock=noon)) as store:
             assert store.audit() == ()
-    assert sum("damaged" in one.name for one in folder.iterdir()) == 1
+    assert sum("damaged" in path.name for path in folder.iterdir()) == 1
 
 
 def test_a_newer_versions_file_is_left_alone(folder: Path) -> None:

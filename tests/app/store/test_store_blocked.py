@@ -220,7 +220,7 @@ def clock() -> Clock:
 
 
 def names(store: Store) -> set[str]:
-    return {one.name for one in store.modules()}
+    return {module.name for module in store.modules()}
 
 
 def filled(folder: Path, clock: Clock, *modules: str) -> Path:
@@ -229,8 +229,8 @@ def filled(folder: Path, clock: Clock, *modules: str) -> Path:
         copier = store.database._copies
         if copier is not None and copier._thread is not None:
             copier._thread.join()  # that of the opening, which has the same name and holds less
-        for one in modules:
-            store.register_module(one)
+        for module in modules:
+            store.register_module(module)
         copy = copy_store(folder / FILE_NAME, clock())
         assert copy is not None
         return copy
@@ -321,7 +321,7 @@ def test_an_empty_store_is_no_copy_to_come_back_to(folder: Path) -> None:
 
 def test_four_copies_and_one_a_day_for_a_week_are_kept() -> None:
     hours = [START - timedelta(hours=one) for one in range(24 * 30)]
-    made = [Path(f"dps-s.{one:%Y%m%d-%H%M%S}.sqlite") for one in hours]
+    made = [Path(f"dps-s.{hour:%Y%m%d-%H%M%S}.sqlite") for hour in hours]
     dropped = set(to_drop(made))
     kept = [one for one in made if one not in dropped]
     assert kept[:4] == made[:4]

@@ -138,7 +138,7 @@ def test_the_tenth_trigger_removes_no_stored_record(database: Database) -> None:
     store.judge(first.records[0].id, Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
     life.append(raw(10, 3))
     second = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
-    assert [one.raw for one in second.records] == life
+    assert [record.raw for record in second.records] == life
     assert second.new == {second.records[-1].id}
     assert second.records[0].judgement is Judgement.BENCH_TEST
     assert second.records[0].note == "on the table [U+202E]=1+1"
@@ -153,7 +153,7 @@ def test_an_interrupted_visit_is_not_counted_twice(database: Database) -> None:
     store.store_visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
     Facts(database).add(FactKind.TRIGGER_RECORD, {"place": 1, "raw": raw(2, 2).hex()}, module=number)
     visit = store.store_visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
-    assert [one.raw for one in visit.records] == [raw(1, 1), raw(2, 2)]
+    assert [record.raw for record in visit.records] == [raw(1, 1), raw(2, 2)]
     assert len(visit.new or ()) == 1
 
 
@@ -163,7 +163,7 @@ def test_a_lossy_reading_removes_no_record(database: Database) -> None:
     store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
     store.store_visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
     visit = store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
-    assert [one.raw for one in visit.records] == life
+    assert [record.raw for record in visit.records] == life
 
 
 def test_modules_with_and_without_a_name_are_kept_apart(database: Database) -> None:

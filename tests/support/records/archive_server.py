@@ -31,7 +31,7 @@ def server_programs() -> Path | None:
     """Return the folder of PostgreSQL's programs, or None if no server is installed."""
     found = shutil.which("initdb")
     places = [*([Path(found).resolve().parent] if found else []), *_PLACES]
-    return next((one for one in places if (one / "initdb").exists() and (one / "postgres").exists()), None)
+    return next((place for place in places if (place / "initdb").exists() and (place / "postgres").exists()), None)
 
 
 needs_server = pytest.mark.skipif(

@@ -57,7 +57,7 @@ class ArchiveStation:
 
     def visit(self, module: str, *numbers: int) -> None:
         checks = CheckStore(self.store.database)
-        slots = [slot(one) for one in numbers]
+        slots = [slot(number) for number in numbers]
         checks.store_visit(self.meet(module), slots, port="p", boot_count=7, is_confirmed=True)
 
     def judge(self, module: str, judgement: Judgement) -> None:

@@ -59,7 +59,7 @@ def tab_chain(window: QWidget) -> list[QWidget]:
     would be garbage, and the collector would free visible widgets. So the loop ends before it returns to the window,
     and `findChildren` then restores the parents.
     """
-    to_come = {one for one in window.findChildren(QWidget) if one.window() is window}
+    to_come = {widget for widget in window.findChildren(QWidget) if widget.window() is window}
     chain = [window]
     while to_come:
         following = chain[-1].nextInFocusChain()

@@ -213,13 +213,13 @@ def _overlaps(parent: QWidget) -> Iterator[str]:
     if isinstance(parent, QAbstractScrollArea | QAbstractSpinBox | QComboBox | QHeaderView | QLineEdit):
         return
     children = [
-        one
-        for one in parent.children()
-        if isinstance(one, QWidget)
-        and one.isVisible()
-        and not one.isWindow()
-        and one.objectName() not in _OVER_THE_PAGE
-        and not one.objectName().startswith("qt_")
+        child
+        for child in parent.children()
+        if isinstance(child, QWidget)
+        and child.isVisible()
+        and not child.isWindow()
+        and child.objectName() not in _OVER_THE_PAGE
+        and not child.objectName().startswith("qt_")
     ]
     for number, one in enumerate(children):
         for other in children[number + 1 :]:

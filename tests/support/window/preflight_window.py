@@ -117,7 +117,7 @@ def kept(bench: OnBench, module: str = "") -> list[str]:
     store = bench.assembly.storage.store
     assert isinstance(store, Store)
     known = store.module_named(module)
-    return [one.verdict for one in CheckStore(store.database).checks(known.name if known is not None else None)]
+    return [check.verdict for check in CheckStore(store.database).checks(known.name if known is not None else None)]
 
 
 def said(bench: OnBench) -> str:

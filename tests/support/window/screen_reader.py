@@ -37,18 +37,20 @@ def _name(one: QAccessibleInterface) -> str:
 def unheard(root: QWidget) -> list[str]:
     """Return a line for every widget that a screen reader ignores, or that has no name or range."""
     found = []
-    for one in interfaces(root):
-        widget: Any = one.object()  # None for an item of a list
-        what = f"{widget.objectName() or type(widget).__name__} ({one.role().name})" if widget else _name(one)
-        if one.role() in _SKIPPED and widget is not None:
-            if _name(one):
-                found.append(f"{what} has a name that nobody hears: {_name(one)!r}")
-            if one.state().focusable:
+    for interface in interfaces(root):
+        widget: Any = interface.object()  # None for an item of a list
+        what = (
+            f"{widget.objectName() or type(widget).__name__} ({interface.role().name})" if widget else _name(interface)
+        )
+        if interface.role() in _SKIPPED and widget is not None:
+            if _name(interface):
+                found.append(f"{what} has a name that nobody hears: {_name(interface)!r}")
+            if interface.state().focusable:
                 found.append(f"{what} takes the focus and has no role")
-        if one.state().focusable and not _name(one) and widget is not None:
+        if interface.state().focusable and not _name(interface) and widget is not None:
             found.append(f"{what} takes the focus and has no name")
-        if one.role() in (QAccessible.Role.SpinBox, QAccessible.Role.Slider):
-            value: Any = one.valueInterface()  # None where Qt has none
+        if interface.role() in (QAccessible.Role.SpinBox, QAccessible.Role.Slider):
+            value: Any = interface.valueInterface()  # None where Qt has none
             if value is None or not value.minimumValue() < value.maximumValue():
                 found.append(f"{what} has no range")
     return found

@@ -52,10 +52,10 @@ class Desk(Rig):
     def changes(self, *names: str) -> list[bytes]:
         """Return the frames that were not queries; of the commands `names`, or of all but `serial_output`."""
         return [
-            one.encode()
-            for one in self.requests
-            if one.hazard is not Hazard.NONE
-            and (one.command.name in names if names else one.command.name != "serial_output")
+            request.encode()
+            for request in self.requests
+            if request.hazard is not Hazard.NONE
+            and (request.command.name in names if names else request.command.name != "serial_output")
         ]
 
     def held(self, name: str) -> Value:

@@ -66,7 +66,7 @@ def test_what_is_stopped_tells_its_end_and_what_is_cancelled_does_not(qtbot: QtB
     task.stop()
     assert task.is_running
     qtbot.waitUntil(lambda: not task.is_running)
-    assert [type(one) for one in stopped.errors] == [ExportCancelled]
+    assert [type(error) for error in stopped.errors] == [ExportCancelled]
     task.run(until_wanted_no_more, cancelled.then, cancelled.failed)
     task.cancel()
     assert not task.is_running

@@ -69,7 +69,7 @@ def screen_words() -> dict[str, str]:
 
 
 def test_each_language_has_a_guide() -> None:
-    assert {one.stem for one in GUIDE.glob("*.md")} == set(LANGUAGES)
+    assert {path.stem for path in GUIDE.glob("*.md")} == set(LANGUAGES)
 
 
 def test_bold_words_are_texts_of_the_window() -> None:

@@ -66,12 +66,12 @@ def help_window(
 def controls(root: QWidget) -> list[QWidget]:
     """What a person can use or read off; parts of a control that Qt made for itself are left out."""
     return [
-        one
-        for one in root.findChildren(QWidget)
-        if isinstance(one, CONTROLS)
-        and one.objectName()
-        and not isinstance(one, QScrollBar | QHeaderView)
-        and not any(fnmatchcase(one.objectName(), name) for name in NOT_OURS)
+        widget
+        for widget in root.findChildren(QWidget)
+        if isinstance(widget, CONTROLS)
+        and widget.objectName()
+        and not isinstance(widget, QScrollBar | QHeaderView)
+        and not any(fnmatchcase(widget.objectName(), name) for name in NOT_OURS)
     ]
 
 
@@ -250,10 +250,10 @@ def test_every_component_is_listed_with_version_and_licence(qtbot: QtBot) -> Non
     qtbot.addWidget(window)
     box = show_about(window)
     lines = box.informativeText().splitlines()
-    parts = lines[lines.index(next(one for one in lines if one.startswith("Python"))) :]
-    assert {"numpy", "mcap"} <= {one.split()[0] for one in parts}
-    for one in parts:
-        assert re.fullmatch(r"\S+ [\d.]+\S* \(.+\)", one), one
+    parts = lines[lines.index(next(line for line in lines if line.startswith("Python"))) :]
+    assert {"numpy", "mcap"} <= {part.split()[0] for part in parts}
+    for part in parts:
+        assert re.fullmatch(r"\S+ [\d.]+\S* \(.+\)", part), part
     assert "mcap" in parts[-1]
     assert parts[-1].endswith("(MIT)")
     box.close()

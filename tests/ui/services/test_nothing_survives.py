@@ -255,7 +255,7 @@ def _behind_its_port(rig: Rig) -> None:
 
 def _on_the_board(rig: Rig) -> None:
     connector = rig.connector
-    second = next((one for one in connector.connections if one is not connector.current), None)
+    second = next((connection for connection in connector.connections if connection is not connector.current), None)
     second = second or connector.add(rig.ports.make)
     second.connect_to(PORT_B)
     worker = rig.ports.workers[connector.connections.index(second)]

@@ -198,13 +198,13 @@ def test_lock_all_reaches_every_open_port_and_waits_for_none(qtbot: QtBot, ports
     for name in ("one", "two", "three"):
         ports.plug_in(f"/dev/{name}", active=True)
     connector = ports.connector
-    qtbot.waitUntil(lambda: all(one.is_open for one in connector.connections))
+    qtbot.waitUntil(lambda: all(connection.is_open for connection in connector.connections))
     assert connector.is_any_active
     connector.lock.press_all()  # none of the jobs ends: all three hang
-    assert [len(one.wanted(is_urgent=True)) for one in ports.workers] == [1, 1, 1]
+    assert [len(worker.wanted(is_urgent=True)) for worker in ports.workers] == [1, 1, 1]
     assert connector.current.lock.is_repeating
     connector.choose(connector.connections[1])
-    assert not any(job.run.is_done for one in ports.workers for job in one.wanted(is_urgent=True))
+    assert not any(job.run.is_done for worker in ports.workers for job in worker.wanted(is_urgent=True))
     ports.workers[0].unplug()
     qtbot.waitUntil(lambda: not connector.connections[0].is_open)
     assert connector.connections[0].lock.is_unproven  # it waits for the port

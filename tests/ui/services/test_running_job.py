@@ -70,7 +70,7 @@ def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
     notice = job.notice("Asking")
     assert notice is not None
     assert (notice.meaning, notice.text) == (Meaning.INFORMATION, "Reading: Deploy delay (2 of 5)")
-    assert [one.key for one in notice.choices] == ["cancel"]
+    assert [choice.key for choice in notice.choices] == ["cancel"]
     assert (job.notice("Asking", can_cancel=False) or notice).choices == ()
     with qtbot.waitSignal(job.changed):
         line.end()

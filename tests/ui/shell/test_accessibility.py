@@ -98,7 +98,9 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: st
             faults.setdefault(f"the collector would free {name}", "the end")
         for fault in nameless(walk.window):
             faults.setdefault(fault, "out of sight")
-        own = [one for one in walk.window.findChildren(QAbstractButton) if type(one).__module__.startswith("ui.")]
+        own = [
+            button for button in walk.window.findChildren(QAbstractButton) if type(button).__module__.startswith("ui.")
+        ]
     assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
     assert controls > 500
     assert texts > 300
@@ -185,30 +187,34 @@ def in_chinese(walk: Walk, size: QSize) -> list[str]:
 def sideways(root: QWidget) -> list[str]:
     """Lists whose last columns are only seen by scrolling."""
     tables = (one for one in root.findChildren(QTableView) if isinstance(one, RowsTable) and one.isVisible())
-    return [f"{one.objectName()} scrolls sideways" for one in tables if one.horizontalScrollBar().maximum() > 0]
+    return [f"{table.objectName()} scrolls sideways" for table in tables if table.horizontalScrollBar().maximum() > 0]
 
 
 def unnamed(root: QWidget) -> list[str]:
     """A name of its own for whoever automates the window, and one for whoever does not see it."""
     controls = controls_in(root)
-    found = [f"{type(one).__name__} {_spoken_name(one)!r} has no name" for one in controls if not one.objectName()]
-    found += [f"{one.objectName()} has no accessible name" for one in controls if not _spoken_name(one)]
-    found += [f"{one.objectName()} has no accessible name" for one in root.findChildren(QScrollArea)
-              if one.isVisible() and takes_tab(one) and not one.accessibleName()]  # fmt: skip
-    found += [f"the name of {one.objectName()} hides its text" for one in root.findChildren(QLabel)
-              if one.isVisible() and one.text() and one.accessibleName() and one.text() not in one.accessibleName()
-              and not one.text().startswith("<")]  # fmt: skip
-    names = Counter(one.objectName() for one in controls)
+    found = [
+        f"{type(control).__name__} {_spoken_name(control)!r} has no name"
+        for control in controls
+        if not control.objectName()
+    ]
+    found += [f"{control.objectName()} has no accessible name" for control in controls if not _spoken_name(control)]
+    found += [f"{area.objectName()} has no accessible name" for area in root.findChildren(QScrollArea)
+              if area.isVisible() and takes_tab(area) and not area.accessibleName()]  # fmt: skip
+    found += [f"the name of {part.objectName()} hides its text" for part in root.findChildren(QLabel)
+              if part.isVisible() and part.text() and part.accessibleName() and part.text() not in part.accessibleName()
+              and not part.text().startswith("<")]  # fmt: skip
+    names = Counter(control.objectName() for control in controls)
     return found + [f"{count} controls are called {name}" for name, count in names.items() if count > 1]
 
 
 def nameless(root: QWidget) -> list[str]:
     """Also the buttons that no stop has in sight."""
     return [
-        f"{one.objectName()!r} with {one.text() or one.toolTip()!r} has no name"
-        for one in root.findChildren(QAbstractButton)
-        if (one.text() or one.toolTip()) and not (one.objectName() and one.accessibleName())
-        and not one.objectName().startswith("qt_")
+        f"{button.objectName()!r} with {button.text() or button.toolTip()!r} has no name"
+        for button in root.findChildren(QAbstractButton)
+        if (button.text() or button.toolTip()) and not (button.objectName() and button.accessibleName())
+        and not button.objectName().startswith("qt_")
     ]  # fmt: skip
 
 
@@ -257,7 +263,7 @@ def silent_paint(root: QWidget) -> list[str]:
 
 def secret_keys(walk: Walk) -> list[str]:
     """A key that no menu and no tooltip tells of is as good as none."""
-    tips = [one.toolTip() for one in walk.window.findChildren(QWidget)]
+    tips = [widget.toolTip() for widget in walk.window.findChildren(QWidget)]
     tips += [bar.tabToolTip(tab) for bar in walk.window.findChildren(QTabBar) for tab in range(bar.count())]
     told = " ".join(tips)
     return [

@@ -138,7 +138,7 @@ SAVER = (PageEntry("saver", "Live", Icon.LIVE, Saver),)
 
 def entries(menu: QMenu) -> dict[str, QAction]:
     menu.aboutToShow.emit()
-    return {one.objectName(): one for one in menu.actions()}
+    return {action.objectName(): action for action in menu.actions()}
 
 
 def test_the_menu_offers_what_the_page_in_sight_can_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -152,7 +152,7 @@ def test_the_menu_offers_what_the_page_in_sight_can_do(qtbot: QtBot, qapp: QAppl
         offered = entries(menus.page)["saver_save_key"]
         assert (offered.text(), offered.shortcut().toString()) == ("Save values…", "Ctrl+S")
         offered.trigger()
-        file = next(one for one in main.findChildren(QMenu) if one.objectName() == "menu_file")
+        file = next(menu for menu in main.findChildren(QMenu) if menu.objectName() == "menu_file")
         assert (entries(file)["act_save"].isEnabled(), menus["export"].isEnabled()) == (True, False)
         menus["save"].trigger()
         menus["export"].trigger()
@@ -166,8 +166,8 @@ def test_the_menu_offers_what_the_page_in_sight_can_do(qtbot: QtBot, qapp: QAppl
 def test_f10_opens_the_menu_and_lock_is_in_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=SAVER) as assembly:
         main = assembly.window
-        in_menu = {one.objectName() for menu in main.findChildren(QMenu) for one in menu.actions()}
-        own = {one.objectName() for one in main.actions()}
+        in_menu = {action.objectName() for menu in main.findChildren(QMenu) for action in menu.actions()}
+        own = {action.objectName() for action in main.actions()}
         assert own <= in_menu  # no key without an entry
         assert any(main.menus["lock"] in menu.actions() for menu in main.findChildren(QMenu))
         bar = main.top_bar

@@ -50,7 +50,7 @@ ACTS = {step: lambda: None for step in NextStep}
 def test_the_main_button_of_a_link_notice_is_the_one_that_helps(state: LinkState, main: NextStep) -> None:
     notice = link_notice(state, 0.0, ACTS)
     assert notice is not None
-    assert [one.key for one in notice.choices if one.is_main] == [main.value]
+    assert [choice.key for choice in notice.choices if choice.is_main] == [main.value]
 
 
 def test_choices_take_several_lines_before_a_page_scrolls_sideways(qtbot: QtBot) -> None:

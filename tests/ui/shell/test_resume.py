@@ -265,16 +265,16 @@ def test_no_page_misses_data_of_a_port_opened_early(
         wait_online(qtbot, assembly)  # the last page is not waited for
         end(assembly.window)
         pages: dict[str, Any] = assembly.window._pages
-        events = [one for batch in batches for one in batch.events]
-        sent = [one.raw for one in events if isinstance(one, Sent)]
-        received = [one.frame.raw for one in events if isinstance(one, Received)]
+        events = [event for batch in batches for event in batch.events]
+        sent = [event.raw for event in events if isinstance(event, Sent)]
+        received = [event.frame.raw for event in events if isinstance(event, Received)]
         kept = pages["diagnosis"].traffic_buffer.entries()
         assert b"".join(one.raw for one in kept if one.way is Way.OUT) == b"".join(sent)
         assert b"".join(one.raw for one in kept if one.way is Way.IN) == b"".join(received)
         assert len(sent) > 5 < len(received)
         assert pages["live"].data.has_samples
         assert pages["settings"].work.can_write
-        assert [one.target for one in pages["fleet"].members.connections] == [connector.current.target]
+        assert [connection.target for connection in pages["fleet"].members.connections] == [connector.current.target]
 
 
 def test_a_sleep_withdraws_confirmations_and_is_shown(

@@ -55,7 +55,7 @@ class Foot(QWidget):
     def places(self, width: int) -> list[tuple[int, int]]:
         self.resize(width, 300)
         self.column.activate()
-        return [(one.x(), one.y()) for one in self.boxes]
+        return [(box.x(), box.y()) for box in self.boxes]
 
 
 def test_even_shares_hold_what_is_in_them(qtbot: QtBot) -> None:
@@ -236,12 +236,12 @@ ONE_NOTCH = 120
 
 def turned_by_wheel(root: QWidget) -> list[QWidget]:
     return [
-        one
-        for one in root.findChildren(QWidget)
-        if isinstance(one, TURNED)
-        and not isinstance(one, QScrollBar)
-        and not isinstance(one.parent(), QComboBox | QAbstractSpinBox)
-        and not one.objectName().startswith("qt_")
+        widget
+        for widget in root.findChildren(QWidget)
+        if isinstance(widget, TURNED)
+        and not isinstance(widget, QScrollBar)
+        and not isinstance(widget.parent(), QComboBox | QAbstractSpinBox)
+        and not widget.objectName().startswith("qt_")
     ]
 
 

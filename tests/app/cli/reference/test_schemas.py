@@ -128,8 +128,8 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
     yield parser
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            for one in action.choices.values():
-                yield from parsers(one)
+            for choice in action.choices.values():
+                yield from parsers(choice)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -205,7 +205,7 @@ def test_a_swinging_module_is_not_zeroed() -> None:
         rig.step_for(0.13)
     done = end(rig, run)
     assert done.outcome is Outcome.NOT_SENT
-    assert [one.condition for one in done.refusals] == [Interlock.IS_STILL]
+    assert [refusal.condition for refusal in done.refusals] == [Interlock.IS_STILL]
     assert "It moves: 2–8°" in done.sentence
     assert rig.bench.module.memory.zero_tilt_deg == 0
 
@@ -215,7 +215,7 @@ def test_only_a_small_mounting_error_is_zeroed(tilt: int) -> None:
     rig = settled_rig(tilt=tilt)
     done = end(rig, begin(rig))
     assert (done.outcome is Outcome.CONFIRMED) is (tilt == 10)
-    assert [one.condition for one in done.refusals] == ([] if tilt == 10 else [Interlock.IS_LEVEL])
+    assert [refusal.condition for refusal in done.refusals] == ([] if tilt == 10 else [Interlock.IS_LEVEL])
 
 
 def test_it_moves_at_the_last_moment() -> None:
@@ -226,7 +226,7 @@ def test_it_moves_at_the_last_moment() -> None:
     rig.step_for(1.9)
     rig.bench.set_tilt(7)
     done = end(rig, run)
-    assert [one.condition for one in done.refusals] == [Interlock.IS_STILL]
+    assert [refusal.condition for refusal in done.refusals] == [Interlock.IS_STILL]
     assert switch is not None
     end_watch(rig)
 
@@ -281,7 +281,7 @@ def test_the_deploy_panel_keeps_its_place_at_every_step(bench: GestureBench, the
         bench.refresh()
         bench.turn()
         steps = (ritual.choose, ritual.rehearse, ritual.arm, ritual.hold, ritual.cancel)
-        return place(ritual), [place(one).topLeft() for one in steps]
+        return place(ritual), [place(step).topLeft() for step in steps]
 
     bench.go_and_click(ritual.rehearse)
     bench.hand_s += 1.0

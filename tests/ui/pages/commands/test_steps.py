@@ -69,7 +69,7 @@ def test_the_steps_of_an_act_have_places_of_their_own(qapp: QApplication, tmp_pa
             first_button(bench, next(act for act in ACTS if act.name == "write to an active module"))
             strip = bench.settings.strip
             choices = [strip.button("not_now"), strip.button("write_anyway"), strip.button("unlock_once")]
-            groups = [[*(one for one in choices if one is not None), bench.settings.write]]
+            groups = [[*(choice for choice in choices if choice is not None), bench.settings.write]]
             assert len(groups[0]) == 4
             for one, other in combinations(groups[0], 2):
                 assert not place(one).intersects(place(other)), (one.objectName(), other.objectName(), size)

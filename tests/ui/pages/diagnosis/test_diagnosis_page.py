@@ -264,14 +264,14 @@ def test_a_hidden_page_costs_little_at_line_rate(qtbot: QtBot, qapp: QApplicatio
             counters = Counters(sent=part, frames=24 * part)
             events = tuple(Received(frame, message, Role.STREAMED, part / 60 + n / 1440) for n in range(24))
             batches.append(Batch(part / 60, opened, DeviceView(), link(counters), events=events))
-        for one in batches:
-            page.on_batch(one)
+        for batch in batches:
+            page.on_batch(batch)
         assert len(page.traffic_buffer) == 1440
 
         def again_in_s() -> float:
             began_s = time.process_time()
-            for one in batches:
-                page.on_batch(one)
+            for batch in batches:
+                page.on_batch(batch)
             return time.process_time() - began_s
 
         assert quickest(again_in_s, 0.15) <= 0.15  # of a second

@@ -51,7 +51,7 @@ class Bench(Rig):
 
     @property
     def sets(self) -> list[str]:
-        sets = [one for one in self.requests if one.hazard is not Hazard.NONE or not one.is_repeatable]
+        sets = [request for request in self.requests if request.hazard is not Hazard.NONE or not request.is_repeatable]
         return [one.command.name for one in sets if one.command is not SERIAL_OUTPUT]
 
     def asks_beside(self) -> bool:

@@ -50,7 +50,7 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
         worker.end_jobs(Cancelled())
     desk.wait(lambda: not desk.page.checks.is_running)
     results = desk.page.checks.results
-    assert {one.verdict for one in results.values()} <= {None}
+    assert {result.verdict for result in results.values()} <= {None}
     assert len(results) == 3
     desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
     desk.page.profile.apply(desk.page.members.connections)

@@ -94,7 +94,7 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     paths = write_logs(tmp_path / "logs")
     page.open_paths([tmp_path / "logs"])
     desk.wait_read()
-    assert sorted(desk.shown(MUST_NOT)) == sorted(str(one) for one in paths)
+    assert sorted(desk.shown(MUST_NOT)) == sorted(str(path) for path in paths)
     assert desk.shown(MUST) == []
     assert [flight.head for flight in page.work.unread()] == [("w", "a", "g", "h")]
     assert "1 not read. t1:" in desk.notice()
@@ -190,7 +190,7 @@ def test_flights_move_by_button_key_and_menu(desk: Desk) -> None:
     desk.qtbot.keyClick(second.table, Qt.Key.Key_M)
     assert sorted(desk.shown(MUST_NOT)) == ["a", "b"]
     first.table.choose(lambda row: row.name in {"a", "b"})
-    actions = {one.objectName().rpartition("_")[2]: one for one in first.table.actions()}
+    actions = {action.objectName().rpartition("_")[2]: action for action in first.table.actions()}
     assert not actions["open"].isEnabled()
     actions["move"].trigger()
     assert sorted(desk.shown(MUST)) == ["a", "b"]
@@ -255,7 +255,7 @@ def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
     assert proposal is not None
     assert proposal.limits is not None
     assert page.proposal.head.text().startswith("Proposal: ")
-    assert [one.text().partition(":")[0] for one in page.proposal.lines] == ["Must not fire", "Must fire"]
+    assert [line.text().partition(":")[0] for line in page.proposal.lines] == ["Must not fire", "Must fire"]
     page.work.choose(TriggerLimits(attitude_threshold_deg=30))
     page.proposal.take.click()
     assert page.work.limits == proposal.limits
@@ -385,4 +385,6 @@ def test_nothing_on_the_page_can_reach_a_module() -> None:
         names = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
         assert not names & {"connector", "lock"}, path.name
         modules = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-        assert not any(one.startswith(("app.engine", "app.procedures", "app.safety", "ui.acts")) for one in modules)
+        assert not any(
+            module.startswith(("app.engine", "app.procedures", "app.safety", "ui.acts")) for module in modules
+        )

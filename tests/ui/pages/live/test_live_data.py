@@ -76,10 +76,10 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     for first in range(0, 1440, 24):
         data.on_batch(batch(1.0, *samples[first : first + 24]))
     recording = data.excerpt(0.0, 1.0)
-    assert recording.tilt.time_s.tolist() == [one.at for one in samples]
-    assert recording.tilt.value.tolist() == [one.tilt_deg for one in samples]
-    assert recording.is_active.tolist() == [one.active for one in samples]
-    assert recording.is_triggered.tolist() == [one.triggered for one in samples]
+    assert recording.tilt.time_s.tolist() == [sample.at for sample in samples]
+    assert recording.tilt.value.tolist() == [sample.tilt_deg for sample in samples]
+    assert recording.is_active.tolist() == [sample.active for sample in samples]
+    assert recording.is_triggered.tolist() == [sample.triggered for sample in samples]
     assert recording.is_whole
 
 
@@ -217,7 +217,7 @@ def test_another_port_is_another_module() -> None:
         batch(3.0, report(3.0), connection=other),
     )
     assert marks == [(3.0, "connected")]
-    assert [(one.kind, one.port) for one in data.markers] == [
+    assert [(marker.kind, marker.port) for marker in data.markers] == [
         (MarkerKind.CONNECTED, "/dev/ttyUSB0"),
         (MarkerKind.CONNECTED, "/dev/ttyUSB1"),
     ]
@@ -231,7 +231,7 @@ def test_a_port_that_does_not_open_is_not_called_lost() -> None:
 def test_the_charger_is_marked_when_it_comes_and_goes() -> None:
     data = LiveData()
     views = [device(1.0, charging=False), device(2.0, charging=True), device(3.0, charging=False)]
-    assert take(data, *(batch(one.presence_since or 0.0, view=one) for one in views)) == [
+    assert take(data, *(batch(view.presence_since or 0.0, view=view) for view in views)) == [
         (2.0, "charger connected"),
         (3.0, "charger removed"),
     ]
@@ -347,4 +347,4 @@ def test_saving_can_be_cancelled(tmp_path: Path) -> None:
 
 
 def names_in(folder: Path) -> list[str]:
-    return [one.name for one in folder.iterdir()]
+    return [path.name for path in folder.iterdir()]

@@ -164,10 +164,10 @@ def test_nothing_moves_when_values_change(live: Bench) -> None:
     live.say()
     let_lay_out(live.page)
     widgets = [one for one in live.page.findChildren(PaintedWidget) if one.isVisible()]
-    before = {one.objectName(): one.geometry() for one in widgets}
+    before = {widget.objectName(): widget.geometry() for widget in widgets}
     live.say(tilt_deg=180, acceleration_g=16.0, cell_voltage_v=4.2, charging=True, boot_count=255, active=True)
     let_lay_out(live.page)
-    moved = [one.objectName() for one in widgets if one.geometry() != before[one.objectName()]]
+    moved = [widget.objectName() for widget in widgets if widget.geometry() != before[widget.objectName()]]
     assert moved == []
 
 
@@ -277,7 +277,7 @@ def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp
 
 
 def happened(page: LivePage) -> list[str]:
-    return [one.kind.value for one in page.data.markers]
+    return [marker.kind.value for marker in page.data.markers]
 
 
 def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -294,8 +294,8 @@ def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApp
         let_lay_out(assembly.window)
         tiles = [one for one in (panel.tilt, panel.acceleration, panel.light, panel.cell) if one.isVisible()]
         assert tiles[:3] == [panel.tilt, panel.acceleration, panel.light]  # the top bar has the cell voltage
-        assert len({one.y() for one in tiles}) == 1
-        assert all(panel.contentsRect().contains(one.geometry()) for one in tiles)
+        assert len({tile.y() for tile in tiles}) == 1
+        assert all(panel.contentsRect().contains(tile.geometry()) for tile in tiles)
         assembly.window.menus["simulator"].setChecked(False)
         qtbot.waitUntil(panel.gauge.isVisible)
         assembly.appearance.choose(Choice.LIGHT)

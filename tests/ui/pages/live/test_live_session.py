@@ -66,7 +66,7 @@ class Bench:
     def listed(self) -> list[tuple[str, str, int]]:
         """Port, module and number of reports of all recordings, oldest first."""
         assert self.sessions._recorder is None or self.sessions._recorder.settle(WAIT_S)
-        return [(one.port, one.module, one.sample_count) for one in reversed(self.sessions.library.entries())]
+        return [(entry.port, entry.module, entry.sample_count) for entry in reversed(self.sessions.library.entries())]
 
 
 @pytest.fixture
@@ -277,8 +277,8 @@ def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplicatio
         connect(qtbot, assembly, "sim://closed")
         qtbot.waitUntil(lambda: assembly.connector.current.recording.sign.since is not None)
         assembly.window.close_now()
-        qtbot.waitUntil(lambda: not any(one.is_running for one in library.entries()))
-        assert [one.was_cut_off for one in library.entries()] == [False]
+        qtbot.waitUntil(lambda: not any(entry.is_running for entry in library.entries()))
+        assert [entry.was_cut_off for entry in library.entries()] == [False]
 
 
 def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -99,7 +99,9 @@ def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
 
         def watched(data: bytes, now_s: float) -> None:
             frames = (data[at : at + 6] for at in range(0, len(data), 6))
-            changes.extend(one for one in frames if decode_request(one).hazard is not Hazard.NONE and one[2] != 0x13)
+            changes.extend(
+                frame for frame in frames if decode_request(frame).hazard is not Hazard.NONE and frame[2] != 0x13
+            )
             write(data, now_s)
 
         bench.wire.write = watched  # type: ignore[method-assign]

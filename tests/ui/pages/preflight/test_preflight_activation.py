@@ -54,7 +54,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, 
     rig.wait_standing(Standing.GO)
     assert len(pressed) == 3, pressed
     assert rig.bench.state().is_active
-    assert [one.command.name for one in rig.acts[2:]] == ["activation"]
+    assert [act.command.name for act in rig.acts[2:]] == ["activation"]
     assert not page.activation.isVisible()
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("GO", "Fit to fly")
@@ -134,7 +134,7 @@ def test_an_active_module_met_in_a_new_connection_takes_one_step_to_ready_and_it
         assert page.work.standing is Standing.READY
         assert not bench.bench.state().is_active
         assert set(bench.acts[:-2]) == {LOCK}
-        assert [one.command.name for one in bench.acts[-2:]] == ["attitude_trigger", "freefall_trigger"]
+        assert [act.command.name for act in bench.acts[-2:]] == ["attitude_trigger", "freefall_trigger"]
         assert page.buttons.enable.text() == "Enable triggers and check"
         activate(bench)
         bench.wait_standing(Standing.GO)
@@ -216,7 +216,9 @@ def test_it_stands_while_nothing_changes(
     with on_bench(qtbot, qapp, tmp_path, "stands", "preflight") as bench:
         assert bench.check() is Standing.READY
         before = len(bench.requests)
-        bench.until(lambda: [one.command.name for one in bench.requests[before:]].count("attitude_threshold") >= 6)
+        bench.until(
+            lambda: [request.command.name for request in bench.requests[before:]].count("attitude_threshold") >= 6
+        )
         assert bench.preflight.work.standing is Standing.READY
 
 

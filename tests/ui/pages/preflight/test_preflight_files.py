@@ -104,7 +104,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         assert bench.check() is Standing.READY
         bench.click(page.buttons.history)
         history = page.history
-        bench.until(lambda: [one.verdict for one in history.checks] == ["READY", "NO-GO"])
+        bench.until(lambda: [check.verdict for check in history.checks] == ["READY", "NO-GO"])
         assert history.trends["cell_voltage_v"].values == (3.6, 4.0)
         assert "3.60 V to 4.00 V" in history.trends["cell_voltage_v"].accessibleName()
         axes = history.trends["cell_voltage_v"].axes.values()  # a kept picture cut off the first figure of the labels

@@ -138,7 +138,7 @@ def test_a_recording_is_shown_whole_and_never_as_live(opened: Desk) -> None:
     assert live.banner.label.text().startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M} · ")
     assert live.banner.label.text().endswith("not live")
     assert "Left wing" in live.banner.label.text()
-    words = [one.word for one in live.plot.canvas.marks]
+    words = [mark.word for mark in live.plot.canvas.marks]
     assert words[0] == "connected"
     assert words[1:] == ["activated", "triggered", "trigger ended"]
 

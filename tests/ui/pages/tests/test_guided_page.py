@@ -249,7 +249,7 @@ def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot
         QTimer.singleShot(0, fail)
         qtbot.waitUntil(lambda: bool(errors))
         bench.wait(1.0)
-    assert [str(one[1]) for one in errors] == ["a mistake of ours"]
+    assert [str(error[1]) for error in errors] == ["a mistake of ours"]
     assert is_locked(bench)
     assert "program error" in bench.guided.result.verdict.text()
 
