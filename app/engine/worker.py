@@ -347,7 +347,6 @@ class Worker:
             self._jobs.remove(job)
             self._pending.finished.append(job)
             self._pending.is_urgent = True
-            job.finish()
 
     def _publish(self) -> None:
         now = self._clock()
@@ -359,15 +358,18 @@ class Worker:
         if self._session is not None:
             link, self._identity = self._session.link_view(), self._session.identity.identity
             self._connection = self._connection._replace(baud_rate=self._session.line.baud_rate)
-        self._callback(
-            Batch(
-                now,
-                self._connection,
-                self._device.view(now),
-                link,
-                tuple(pending.samples),
-                tuple(pending.events),
-                tuple(pending.finished),
-                self._identity,
-            )
+        batch = Batch(
+            now,
+            self._connection,
+            self._device.view(now),
+            link,
+            tuple(pending.samples),
+            tuple(pending.events),
+            tuple(pending.finished),
+            self._identity,
         )
+        try:
+            self._callback(batch)
+        finally:
+            for job in pending.finished:
+                job.finish()  # whoever waits for it has the batch with all that it read

@@ -61,6 +61,19 @@ def test_a_procedure_runs_and_its_result_comes_in_a_batch(worker: Worker, batche
     batches.until(lambda batch: job in batch.finished)
 
 
+def test_who_waits_for_a_job_goes_on_once_what_it_read_is_handed_over(sim: str) -> None:
+    """Else the last reading was missing, and called a restart of the module."""
+    handed_over: list[bool] = []
+    worker = Worker(lambda batch: handed_over.extend(job.is_done for job in batch.finished))
+    worker.start()
+    try:
+        worker.open(sim, 115200)
+        assert worker.submit(Job(read_everything())).wait(PATIENCE_S)
+        assert handed_over == [False]
+    finally:
+        assert worker.stop(PATIENCE_S)
+
+
 def test_a_job_without_a_port_ends_at_once(worker: Worker) -> None:
     job = worker.submit(Job(handshake()))
     assert job.wait(PATIENCE_S)
