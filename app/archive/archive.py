@@ -40,12 +40,14 @@ class Archive:
         self.facts = facts
         self.station = station
         self.known = Stations(store.database.path.parent)
-        self.close = facts.close
 
     @property
     def public(self) -> str:
         """This station's public key, as used in facts."""
         return encoded(self.station.public)
+
+    def close(self) -> None:
+        self.facts.close()
 
     def collect(self) -> int:
         """Sign what this station recorded; returns the number of new facts."""

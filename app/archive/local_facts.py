@@ -48,9 +48,11 @@ class LocalFacts:
         self.own = own
         self.others = others
         others.attach(own.database.path, "own")
-        self.close = others.close
-        """The store stays open."""
         self._unreadable: set[str] = set()
+
+    def close(self) -> None:
+        """The store stays open."""
+        self.others.close()
 
     # The set
 

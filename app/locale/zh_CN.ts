@@ -930,6 +930,10 @@
         <translation>禁用</translation>
     </message>
     <message>
+        <source>Disabled, judged as enabled: {names}.</source>
+        <translation>已禁用，按启用判断：{names}。</translation>
+    </message>
+    <message>
         <source>Disarmed: {why}. Nothing was sent.</source>
         <translation>已解除：{why}。未发送任何内容。</translation>
     </message>
@@ -4116,6 +4120,10 @@
     <message>
         <source>Unjudged trigger records: {count}.</source>
         <translation>未复核的触发记录：{count} 条。</translation>
+    </message>
+    <message>
+        <source>Unknown, tried with the vendor's default: {names}.</source>
+        <translation>未知，按厂家默认值试算：{names}。</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>

@@ -32,7 +32,7 @@ class Scale(NamedTuple):
 class Limit(NamedTuple):
     """A limit over time; `label` is English with `{value}`, `meaning` that of exceeding it.
 
-    A draft is a value being tried, not one of the module. `stale` is the last known value while it is not confirmed.
+    `stale` is the last known value while it is not confirmed.
     """
 
     steps: StepFunction

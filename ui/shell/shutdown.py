@@ -107,12 +107,12 @@ def values_seen(connector: Ports) -> dict[str, object]:
         "link": {"frames": 0 if port.last.link is None else port.last.link.counters.frames},
         "values": {
             key: {
-                "value": one.value,
-                "how": one.how.value,
-                "age_s": round(now - one.at, 3),
-                "doubt": None if one.stale_reason is None else one.stale_reason.value,
+                "value": reading.value,
+                "how": reading.how.value,
+                "age_s": round(now - reading.at, 3),
+                "doubt": None if reading.stale_reason is None else reading.stale_reason.value,
             }
-            for key, one in known.items()
+            for key, reading in known.items()
         },
     }
 

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.firing.judge import ASSUMPTIONS, RULES
+from app.firing.judge import ASSUMPTIONS, RULES, TriggerLimits
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.read_log import SUFFIXES
 from app.text.i18n import tr
@@ -30,7 +30,7 @@ from ui.pages.flights.fire_map import FireMapView
 from ui.pages.flights.flight_view import FlightView
 from ui.pages.flights.lists import FlightLists
 from ui.pages.flights.proposal_bar import ProposalBar
-from ui.pages.flights.texts import limits_text, short_name
+from ui.pages.flights.texts import assumed_text, limits_text, short_name
 from ui.pages.flights.thresholds import ThresholdPanel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -81,6 +81,8 @@ class FlightsPage(Page):
         self._are_kept_read = False
         self._tried = ""
         """The recording that thresholds are to be tried on, until it is read."""
+        self._tried_with: tuple[TriggerLimits, Mapping[str, Value]] | None = None
+        """The thresholds that were tried last, and the settings that they are of."""
         self._stack = named(QStackedWidget(), "flights_stack")
         self._overview = self._make_overview()
         for widget in (self.empty, self._overview, self.flight, self.form):
@@ -130,10 +132,11 @@ class FlightsPage(Page):
     def _try(self, values: Mapping[str, Value], path: Path | None) -> None:
         """These thresholds, on the flights that are there and on what was recorded."""
         self.work.choose(self.thresholds.nearest(values))
+        self._tried_with = self.work.limits, values
+        self.result.set_notice(self._assumed_notice)
         self._show_overview()
         if path is not None:
             self._tried = str(path)
-            self.result.dismiss()
             self.work.read_again(path)
         self.refresh()
 
@@ -208,7 +211,7 @@ class FlightsPage(Page):
         if ended.total == 0:
             return Notice(Meaning.INFORMATION, tr("No new flight logs."))
         if not unread:
-            return None
+            return self._assumed_notice()
         first = unread[0]
         text = tr("{count} not read. {name}: {why}", count=len(unread), name=short_name(first.name),
                   why=clean("" if first.why_not is None else first.why_not.translated()))  # fmt: skip
@@ -217,6 +220,12 @@ class FlightsPage(Page):
             Choice("columns", tr("Choose columns…"), partial(self._show_form, table)),
         )  # fmt: skip
         return Notice(Meaning.ATTENTION, text, choices, dismiss=self.result.dismiss)
+
+    def _assumed_notice(self) -> Notice | None:
+        """As long as these thresholds are the chosen ones."""
+        limits, values = self._tried_with or (None, {})
+        text = assumed_text(values) if limits == self.work.limits else ""
+        return Notice(Meaning.ATTENTION, text, dismiss=self.result.dismiss) if text else None
 
     def _show_overview(self) -> None:
         self._show(self.empty if self.work.is_empty else self._overview)

@@ -1,6 +1,7 @@
 """Verdicts and texts of the Flight logs page."""
 
 import math
+from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
 from typing import Final
@@ -9,10 +10,12 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import FlightGroup, FlightOutcome
 from app.flight_analysis.summary import FirstFire, moment_text
 from app.flight_logs.module_view import RuleReading
+from app.settings.profiles import SETTINGS_BY_KEY
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import capitalised, in_brackets, join_names, labelled
+from app.text.sentences import capitalised, in_brackets, join_names, join_sentences, labelled
+from protocol.fields import Value
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.pages.flights.controller import FlightRow
@@ -23,8 +26,23 @@ READING_WORDS: Final = {
     RuleReading.DIRECT: marked("Triggers at once"),
     RuleReading.DAMPED: marked("Triggers after 0.2 s"),
 }
+THRESHOLD_KEYS: Final = TriggerLimits._fields[:3]
+"""Of the settings, in the order of the sliders."""
+_TRIGGER_KEYS: Final = ("attitude_trigger", "freefall_trigger")
 MOVE_WORD: Final = marked("Move to the other list")
 OTHER_LIST: Final = {FlightGroup.MUST_NOT: FlightGroup.MUST, FlightGroup.MUST: FlightGroup.MUST_NOT}
+
+
+def assumed_text(values: Mapping[str, Value]) -> str:
+    """Of a module's settings, by key, that are tried: what is judged without them, or against them."""
+    unknown = [tr(SETTINGS_BY_KEY[key].title) for key in THRESHOLD_KEYS if key not in values]
+    disabled = [tr(SETTINGS_BY_KEY[key].title) for key in _TRIGGER_KEYS if values.get(key) is False]
+    parts = []
+    if unknown:
+        parts.append(tr("Unknown, tried with the vendor's default: {names}.", names=join_names(unknown)))
+    if disabled:
+        parts.append(tr("Disabled, judged as enabled: {names}.", names=join_names(disabled)))
+    return join_sentences(parts)
 
 
 class Verdict(Enum):

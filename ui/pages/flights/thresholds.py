@@ -13,7 +13,7 @@ from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.pages.flights.texts import READING_WORDS
+from ui.pages.flights.texts import READING_WORDS, THRESHOLD_KEYS
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.sliders import Dial, WheelGuard
@@ -23,8 +23,6 @@ _TILTS_DEG: Final = (0, 180)
 _ACCELERATIONS_G: Final = (0.0, 1.5)
 _TIMES_S: Final = (0.0, 2.55)
 """What a module can have; above 1.5 g all would be a fall."""
-_KEYS: Final = TriggerLimits._fields[:3]
-"""Of the settings, in the order of the sliders."""
 
 
 class ThresholdPanel(QWidget):
@@ -84,7 +82,7 @@ class ThresholdPanel(QWidget):
     def nearest(self, values: Mapping[str, Value]) -> TriggerLimits:
         """The vendor's defaults replaced by these, by the setting's key, as the sliders can show them."""
         dials = self.tilt, self.acceleration, self.time
-        for dial, key, usual in zip(dials, _KEYS, TriggerLimits(), strict=False):
+        for dial, key, usual in zip(dials, THRESHOLD_KEYS, TriggerLimits(), strict=False):
             dial.set_value(float(values.get(key, usual)))
         return TriggerLimits(self.tilt.value, self.acceleration.value, self.time.value)
 

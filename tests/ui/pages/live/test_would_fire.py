@@ -14,7 +14,7 @@ from protocol.catalogue import Hazard
 from protocol.frame import decode_request
 from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
-from tests.support.window.steps import find
+from tests.support.window.steps import find, notice_text
 from ui.pages.flights.controller import FlightRow
 from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
@@ -87,6 +87,11 @@ def test_a_recording_is_tried_with_its_own_thresholds(qtbot: QtBot, qapp: QAppli
         assert flights.work.limits == TriggerLimits(50, 0.4, 1.6)  # the time is not in it: the vendor's default
         assert row.outcome is not None
         assert row.outcome.direct.sources
+        qtbot.waitUntil(
+            lambda: notice_text(flights.strip) == "Unknown, tried with the vendor's default: Free-fall time."
+        )
+        flights.thresholds.tilt.turned.emit(51)
+        qtbot.waitUntil(lambda: notice_text(flights.strip) == "")  # they are the person's own now
         live.back_to_live()
 
 
@@ -112,9 +117,11 @@ def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
         qtbot.waitUntil(lambda: port.device.known("freefall_time_s", port.clock()) is not None, timeout=WAIT_MS)
         settings, flights = find(assembly.window, SettingsPage), find(assembly.window, FlightsPage)
         settings.work.edit(lambda: settings.work.form.choose("attitude_threshold_deg", 70))
+        settings.work.edit(lambda: settings.work.form.choose("freefall_trigger", False))
         settings.try_out.trigger()
         qtbot.waitUntil(flights.isVisible)
         assert flights.work.limits == TriggerLimits(70, 0.5, 1.6)
+        qtbot.waitUntil(lambda: notice_text(flights.strip) == "Disabled, judged as enabled: Free-fall trigger.")
         flights.work.choose(flights.work.limits._replace(attitude_threshold_deg=71))
         flights.proposal._use()
         qtbot.waitUntil(settings.isVisible)
