@@ -930,10 +930,6 @@
         <translation>禁用</translation>
     </message>
     <message>
-        <source>Disabled, judged as enabled: {names}.</source>
-        <translation>已禁用，按启用判断：{names}。</translation>
-    </message>
-    <message>
         <source>Disarmed: {why}. Nothing was sent.</source>
         <translation>已解除：{why}。未发送任何内容。</translation>
     </message>
@@ -1564,6 +1560,10 @@
     <message>
         <source>Judge it on the Triggers page.</source>
         <translation>在“触发记录”页面复核。</translation>
+    </message>
+    <message>
+        <source>Judged as enabled: {names}.</source>
+        <translation>按启用判断：{names}。</translation>
     </message>
     <message>
         <source>Judged with: {values}</source>
@@ -4122,8 +4122,8 @@
         <translation>未复核的触发记录：{count} 条。</translation>
     </message>
     <message>
-        <source>Unknown, tried with the vendor's default: {names}.</source>
-        <translation>未知，按厂家默认值试算：{names}。</translation>
+        <source>Unknown, default tried: {names}.</source>
+        <translation>未知，按默认值试算：{names}。</translation>
     </message>
     <message>
         <source>Unknown: {what}.</source>

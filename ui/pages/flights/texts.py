@@ -39,9 +39,9 @@ def assumed_text(values: Mapping[str, Value]) -> str:
     disabled = [tr(SETTINGS_BY_KEY[key].title) for key in _TRIGGER_KEYS if values.get(key) is False]
     parts = []
     if unknown:
-        parts.append(tr("Unknown, tried with the vendor's default: {names}.", names=join_names(unknown)))
+        parts.append(tr("Unknown, default tried: {names}.", names=join_names(unknown)))
     if disabled:
-        parts.append(tr("Disabled, judged as enabled: {names}.", names=join_names(disabled)))
+        parts.append(tr("Judged as enabled: {names}.", names=join_names(disabled)))
     return join_sentences(parts)
 
 

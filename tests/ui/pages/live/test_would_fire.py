@@ -87,9 +87,7 @@ def test_a_recording_is_tried_with_its_own_thresholds(qtbot: QtBot, qapp: QAppli
         assert flights.work.limits == TriggerLimits(50, 0.4, 1.6)  # the time is not in it: the vendor's default
         assert row.outcome is not None
         assert row.outcome.direct.sources
-        qtbot.waitUntil(
-            lambda: notice_text(flights.strip) == "Unknown, tried with the vendor's default: Free-fall time."
-        )
+        qtbot.waitUntil(lambda: notice_text(flights.strip) == "Unknown, default tried: Free-fall time.")
         flights.thresholds.tilt.turned.emit(51)
         qtbot.waitUntil(lambda: notice_text(flights.strip) == "")  # they are the person's own now
         live.back_to_live()
@@ -121,7 +119,7 @@ def test_edits_of_settings_are_tried_and_come_back_without_being_sent(
         settings.try_out.trigger()
         qtbot.waitUntil(flights.isVisible)
         assert flights.work.limits == TriggerLimits(70, 0.5, 1.6)
-        qtbot.waitUntil(lambda: notice_text(flights.strip) == "Disabled, judged as enabled: Free-fall trigger.")
+        qtbot.waitUntil(lambda: notice_text(flights.strip) == "Judged as enabled: Free-fall trigger.")
         flights.work.choose(flights.work.limits._replace(attitude_threshold_deg=71))
         flights.proposal._use()
         qtbot.waitUntil(settings.isVisible)
