@@ -141,10 +141,7 @@ class Counters:
 
     def copy(self) -> "Counters":
         """A copy that does not change."""
-        return Counters(
-            self.sent, self.frames, self.by_role.copy(), self.rejected_bytes.copy(), self.time_outs, self.retries,
-            self.restarts, self.bytes_received,
-        )  # fmt: skip
+        return self + Counters()
 
     def __add__(self, other: "Counters") -> "Counters":
         return Counters(*map(operator.add, _counts_of(self), _counts_of(other)))

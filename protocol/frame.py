@@ -106,8 +106,7 @@ def checksum(body: bytes) -> int:
 
 def encode_reply(code: int, value: int) -> bytes:
     """A six-byte module frame: 41 75 code 01 value sum."""
-    body = bytes((code, QUERY, value))
-    return MODULE_HEADER + body + bytes((checksum(body),))
+    return encode_long(code, bytes((QUERY, value)))
 
 
 def encode_long(code: int, data: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""State machines of the link as tables: (state, input) -> state. A missing key is a bug."""
+"""States of the link, and those of its exchange as a table: (state, input) -> state. A missing key is a bug."""
 
 from enum import Enum, auto
 
@@ -55,18 +55,3 @@ class Presence(Enum):
     UNKNOWN = "unknown"
     ONLINE = "online"
     OFFLINE = "offline"
-
-
-class Sign(Enum):
-    FRAME = auto()
-    HEARTBEAT_LOST = auto()
-
-
-PRESENCE: dict[tuple[Presence, Sign], Presence] = {
-    (Presence.UNKNOWN, Sign.FRAME): Presence.ONLINE,
-    (Presence.ONLINE, Sign.FRAME): Presence.ONLINE,
-    (Presence.OFFLINE, Sign.FRAME): Presence.ONLINE,
-    (Presence.UNKNOWN, Sign.HEARTBEAT_LOST): Presence.OFFLINE,
-    (Presence.ONLINE, Sign.HEARTBEAT_LOST): Presence.OFFLINE,
-    (Presence.OFFLINE, Sign.HEARTBEAT_LOST): Presence.OFFLINE,
-}

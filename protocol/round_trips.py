@@ -37,29 +37,19 @@ class Timing(NamedTuple):
 
 
 ENOUGH_SAMPLES = 8
+MAX_SAMPLES = 256
 
 
 class RoundTrips:
     """The last round trips, in seconds, of requests that were sent once."""
 
-    def __init__(self, kept: int = 256) -> None:
-        self._samples: deque[float] = deque(maxlen=kept)
+    def __init__(self) -> None:
+        self._samples: deque[float] = deque(maxlen=MAX_SAMPLES)
         self._ordered: list[float] | None = None
-
-    def __len__(self) -> int:
-        return len(self._samples)
 
     def add(self, round_trip_s: float) -> None:
         self._samples.append(round_trip_s)
         self._ordered = None
-
-    @property
-    def minimum_s(self) -> float | None:
-        return self.quantile_s(0.0)
-
-    @property
-    def median_s(self) -> float | None:
-        return self.quantile_s(0.5)
 
     def quantile_s(self, share: float) -> float | None:
         """The quantile `share` (0 ≤ share < 1) of the samples; None without samples."""

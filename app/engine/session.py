@@ -140,8 +140,8 @@ class Session:
         return bool(self._foreground)
 
     def link_view(self) -> LinkView:
-        trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
-        return LinkView(self._link.counters - self._counted_before, trips.minimum_s, trips.median_s, lag_s)
+        trip_s, lag_s = self._link.round_trips.quantile_s, self._link.lag.seconds(self.clock())
+        return LinkView(self._link.counters - self._counted_before, trip_s(0.0), trip_s(0.5), lag_s)
 
     def step(self, longest_s: float = MAX_STEP_S) -> None:
         """Wait at most `longest_s` for bytes, and do what is due."""

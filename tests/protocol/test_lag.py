@@ -9,7 +9,7 @@ from protocol.events import Answered, Received, Restarted, Role, Sent
 from protocol.frame import encode_reply
 from protocol.lag import MAX_S, STREAM_SHOWS_S, Lag
 from protocol.messages import Status
-from protocol.round_trips import ENOUGH_SAMPLES, RoundTrips, Timing
+from protocol.round_trips import ENOUGH_SAMPLES, MAX_SAMPLES, RoundTrips, Timing
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, Bench, named
 
 LIGHT = BY_NAME["light"].query()
@@ -127,15 +127,12 @@ def test_the_waits_grow_from_the_measured_round_trips(samples_s: list[float], wa
 
 
 def test_quantiles_of_the_latest_samples() -> None:
-    assert (measured().minimum_s, measured().median_s) == (None, None)
+    assert measured().quantile_s(0.0) is None
     three = measured(3.0, 1.0, 2.0)
-    assert (len(three), three.minimum_s, three.median_s) == (3, 1.0, 2.0)
+    assert (three.quantile_s(0.0), three.quantile_s(0.5)) == (1.0, 2.0)
     three.add(0.5)
-    assert (three.minimum_s, three.median_s, three.quantile_s(0.75)) == (0.5, 2.0, 3.0)
-    last_two = RoundTrips(kept=2)
-    for sample_s in (1.0, 3.0, 2.0):
-        last_two.add(sample_s)
-    assert (len(last_two), last_two.minimum_s) == (2, 2.0)
+    assert [three.quantile_s(share) for share in (0.0, 0.5, 0.75)] == [0.5, 2.0, 3.0]
+    assert measured(1.0, *[3.0] * (MAX_SAMPLES - 1), 2.0).quantile_s(0.0) == 2.0, "the oldest is forgotten"
 
 
 # What the link tells its measurements: how late frames are, and which pauses the module needs
