@@ -103,10 +103,6 @@ class StatusSample(NamedTuple):
     triggered: bool
     active: bool
 
-    @classmethod
-    def of(cls, status: Status, at: float) -> "StatusSample":
-        return cls(at, status.tilt_deg, status.acceleration_g, status.triggered, status.active)
-
 
 class Sleep(NamedTuple):
     """The computer slept. `ended_at`: monotonic seconds."""
@@ -197,7 +193,8 @@ class Device:
         self._restarts = self._breaks = 0
         self._restarts_not_read = 0
         """Restarts since the boot count was last read: it grows by these without a further restart."""
-        self._last_sleep: Sleep | None = None
+        self.last_sleep: Sleep | None = None
+        """For the view; its consequences come as events."""
         self._is_restart_suspected = False
         self._suspected: dict[str, Known] = {}
         """Values that are unknown until that is decided."""
@@ -260,10 +257,6 @@ class Device:
             former.clear()
         self._clear_suspicion()
 
-    def note_sleep(self, slept_s: float, at: float) -> None:
-        """Keep the sleep for the view; its consequences come as events."""
-        self._last_sleep = Sleep(at, slept_s)
-
     def take_samples(self) -> list[StatusSample]:
         """Return all status reports since the last call, oldest first."""
         samples, self._samples = self._samples, []
@@ -283,7 +276,7 @@ class Device:
             hz,
             self._restarts,
             self._breaks,
-            self._last_sleep,
+            self.last_sleep,
             self._is_restart_suspected,
             frozenset(self._suspected),
             self._motion.view(now),
@@ -308,7 +301,7 @@ class Device:
             return
         if event.role is Role.STREAMED:
             self._streamed_at.append(event.at)
-        self._samples.append(StatusSample.of(message, event.at))
+        self._samples.append(StatusSample(event.at, *message))
         self._motion.feed(message, event.at)
         self._latest = event
 
@@ -318,7 +311,7 @@ class Device:
         if event is None or not isinstance(event.message, Status):
             return
         how = How.READ if event.role is Role.ANSWER else How.STREAMED
-        for key, value in zip(STATUS_KEYS, StatusSample.of(event.message, event.at)[1:], strict=True):
+        for key, value in zip(STATUS_KEYS, event.message, strict=True):
             self._values[key] = Known(value, how, event.at, sent_after=event.sent_after)
         if len(self._streamed_at) > 1:
             self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])

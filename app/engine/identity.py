@@ -149,13 +149,9 @@ class IdentityCheck:
         """A person gave it the name: only readings that refute it make it a question."""
         self._expected: Expected | None = None
         self._answered_at: float | None = None
-        self._identity = Identity()
+        self.identity = Identity()
         if expected is not None:
             self._expect(expected, None)
-
-    @property
-    def identity(self) -> Identity:
-        return self._identity
 
     @property
     def since(self) -> float:
@@ -173,18 +169,18 @@ class IdentityCheck:
         if it differs from what the person had `seen`. A module that was settled then may only have been named since.
         `before`: what was last read of the module of that name."""
         is_renamed = is_named is not None and seen is not None and seen.is_settled
-        is_unbroken = self._is_said or self._identity.is_settled
-        if seen is None or self._identity.is_as_seen(seen) or (is_renamed and is_unbroken):
+        is_unbroken = self._is_said or self.identity.is_settled
+        if seen is None or self.identity.is_as_seen(seen) or (is_renamed and is_unbroken):
             self._expected = None
-            proven = Identity(Trust.PROVEN, is_named=self._identity.is_named if is_named is None else is_named)
-            self._identity = NO_EXPECTATION if is_named is False else proven
+            proven = Identity(Trust.PROVEN, is_named=self.identity.is_named if is_named is None else is_named)
+            self.identity = NO_EXPECTATION if is_named is False else proven
             if before != UNKNOWN:
                 self._expect(Expected(before), None)
                 self._is_said = True
 
     def _expect(self, expected: Expected, answered_at: float | None) -> None:
         self._expected, self._answered_at, self._is_said = expected, answered_at, False
-        self._identity = Identity(
+        self.identity = Identity(
             Trust.OPEN, expected.evidence, is_adapter_same=expected.is_adapter_same, is_named=expected.is_named
         )
 
@@ -199,15 +195,15 @@ class IdentityCheck:
         evidence = evidence_of(view.values, is_fresh=True)
         trust = same_module(expected.evidence, evidence, is_said=self._is_said and evidence.is_complete)
         if trust is not Trust.REFUTED and not evidence.is_complete:
-            if self._identity.trust is Trust.REFUTED:
+            if self.identity.trust is Trust.REFUTED:
                 return  # values that became stale take nothing back
             is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
             trust = trust if is_late else Trust.OPEN
         if trust is Trust.PROVEN:
             self.confirm(is_named=True)
             return
-        if (trust, evidence) != (self._identity.trust, self._identity.now):
-            self._identity = replace(self._identity, trust=trust, now=evidence)
+        if (trust, evidence) != (self.identity.trust, self.identity.now):
+            self.identity = replace(self.identity, trust=trust, now=evidence)
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
         """Call before the device takes the event in: what may be another module from now on."""
@@ -216,7 +212,7 @@ class IdentityCheck:
             return
         if not _may_tell(event):
             return
-        is_named, values = self._identity.is_named, device.view(now).values
+        is_named, values = self.identity.is_named, device.view(now).values
         known = evidence_of(values, is_fresh=False)
         match event:
             case Restarted():

@@ -173,4 +173,4 @@ def ask_report(waits_s: tuple[float, ...] | None = None, *, is_fenced: bool = Fa
     """Query the status once; None without an answer. Whether it is current: `app.procedures.ask_status`."""
     outcome = yield Ask(STATUS.query(), waits_s, is_fenced=is_fenced)
     answer = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return StatusSample.of(answer, outcome.at) if isinstance(answer, Status) else None
+    return StatusSample(outcome.at, *answer) if isinstance(answer, Status) else None

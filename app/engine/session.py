@@ -10,7 +10,7 @@ values fresh). The background has the line only while the foreground does not ne
 from collections.abc import Callable
 from typing import Any
 
-from app.engine.device import Device, StaleReason
+from app.engine.device import Device, Sleep, StaleReason
 from app.engine.identity import UNKNOWN, Expected, Identity, IdentityCheck, IdentityEvidence
 from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
@@ -63,7 +63,7 @@ class Session:
         self._link = Link(self.opened_at, timing=self._timing)
         self.device = Device(line.baud_rate, self._link.lag)
         self._foreground: list[Run[Any]] = []
-        self._background: Run[Any] | None = None
+        self.background: Run[Any] | None = None
         self._asking: Run[Any] | None = None
         self._overtaken_at: float | None = None
         self._rate_before: int | None = None
@@ -128,12 +128,8 @@ class Session:
         self.confirm_identity(None, is_named=is_named, before=before)
 
     def run_in_background(self, procedure: Procedure[None]) -> None:
-        self._background = Run(procedure)
-        self._background.start(self.clock())
-
-    @property
-    def background(self) -> Run[Any] | None:
-        return self._background
+        self.background = Run(procedure)
+        self.background.start(self.clock())
 
     @property
     def is_busy(self) -> bool:
@@ -181,12 +177,12 @@ class Session:
             for _ in range(8):  # its cleaning up may yield several times
                 run.throw(PortLost(), now)
         self._foreground.clear()
-        self._background = None
+        self.background = None
         self.device.mark_all_stale(StaleReason.LINK_LOST)
         self.line.close()
 
     def _runs(self) -> list[Run[Any]]:
-        return self._foreground + ([self._background] if self._background is not None else [])
+        return self._foreground + ([self.background] if self.background is not None else [])
 
     def _next_due(self, now: float) -> float:
         dues = [run.resume_at for run in self._runs() if run.resume_at is not None]
@@ -234,7 +230,7 @@ class Session:
         first = self._foreground[0] if self._foreground else None
         since = first.waiting_since() if first is not None else None
         is_slow = since is not None and now - since > AWAIT_GRACE_S
-        return self._background if first is None or is_slow else first
+        return self.background if first is None or is_slow else first
 
     def _locking(self, now: float) -> tuple[Run[Any], Ask] | None:
         """The run whose request may repeat LOCK: it is in flight, or waits for the link's own heartbeat."""
@@ -279,8 +275,8 @@ class Session:
             self._events.append(event)
             self.identity.on_event(event, self.device, now)
             self.device.apply(event)
-        self.device.note_sleep(slept_s, now)
-        if asking is not None and ask is not None and (asking.is_urgent or asking is self._background):
+        self.device.last_sleep = Sleep(now, slept_s)
+        if asking is not None and ask is not None and (asking.is_urgent or asking is self.background):
             asking.resume(gone[0] if gone else Unanswered(ask.request, 0, 0.0, now), now)
         for run in self._foreground:
             if not run.is_urgent:
@@ -359,5 +355,5 @@ class Session:
             for following in self._foreground[:1]:
                 if not following.is_started and not following.is_done:
                     following.start(now)
-        if self._background is not None and self._background.is_done:
-            self._background = None
+        if self.background is not None and self.background.is_done:
+            self.background = None

@@ -160,9 +160,22 @@ class Worker:
         """
         self._openings += 1
         connection = Connection(PortState.OPENING, port, baud_rate, opening=self._openings)
-        self._order(
-            lambda: self._enter(connection, background, expected, is_another=is_another, is_attended=is_attended)
-        )
+
+        def enter() -> None:
+            self._close_in_order()
+            self._read.clear()
+            if is_another:
+                self._device = Device()
+            self._set_connection(connection)
+            line = self._line = open_line(port, baud_rate)
+            asleep_s = SleepDetector(self._clock, self._with_sleep).poll
+            self._session = Session(line, self._clock, asleep_s=asleep_s, expected=expected, is_attended=is_attended)
+            self._device = self._session.device
+            self._set_connection(connection._replace(state=PortState.OPEN))
+            if background is not None:
+                self._session.run_in_background(background())
+
+        self._order(enter)
         return connection.opening
 
     def confirm_identity(
@@ -281,28 +294,6 @@ class Worker:
     def _end(self) -> None:
         self._close_in_order()
         self._is_stopping = True
-
-    def _enter(
-        self,
-        connection: Connection,
-        background: Callable[[], Procedure[None]] | None,
-        expected: Expected | None,
-        *,
-        is_another: bool,
-        is_attended: bool,
-    ) -> None:
-        self._close_in_order()
-        self._read.clear()
-        if is_another:
-            self._device = Device()
-        self._set_connection(connection)
-        line = self._line = open_line(connection.port, connection.baud_rate)
-        asleep_s = SleepDetector(self._clock, self._with_sleep).poll
-        self._session = Session(line, self._clock, asleep_s=asleep_s, expected=expected, is_attended=is_attended)
-        self._device = self._session.device
-        self._set_connection(connection._replace(state=PortState.OPEN))
-        if background is not None:
-            self._session.run_in_background(background())
 
     def _close_in_order(self) -> None:
         """Close the port after urgent procedures (LOCK) have run and the background has undone its changes."""

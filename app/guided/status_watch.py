@@ -103,7 +103,7 @@ class StatusWatch:
         if view.device.is_streaming:
             heard: tuple[Received, ...] = yield Listen(LISTEN_S)
             reports = tuple(
-                StatusSample.of(received.message, received.at)
+                StatusSample(received.at, *received.message)
                 for received in heard
                 if isinstance(received.message, Status) and received.role in (Role.STREAMED, Role.ANSWER)
             )
@@ -113,7 +113,7 @@ class StatusWatch:
             outcome = yield Ask(STATUS.query(), ASK_WAITS_S, attempts=1)
             if isinstance(outcome, Answered):
                 reports = tuple(
-                    StatusSample.of(answer, outcome.at) for answer in outcome.messages if isinstance(answer, Status)
+                    StatusSample(outcome.at, *answer) for answer in outcome.messages if isinstance(answer, Status)
                 )
             view = yield Inspect()
         self._check(reports, view.now)

@@ -91,7 +91,7 @@ class Serial(SerialBase):
                 is_late = deadline_s is not None and now_s >= deadline_s
                 if len(self._received) >= size or is_late or self._is_cancelled:
                     break
-                ends_s = [at_s for at_s in (deadline_s, bench.wire.next_due(now_s), bench.replug_s) if at_s is not None]
+                ends_s = [at_s for at_s in (deadline_s, bench.wire.next_due(now_s)) if at_s is not None]
                 bench.changed.wait(max(0.0, min(ends_s) - now_s) if ends_s else None)
                 if not self.is_open:
                     break

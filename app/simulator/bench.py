@@ -70,8 +70,7 @@ class SimulatedBench:
         """How often it was plugged in; a port that was opened under an earlier number is dead."""
         self.last_options: Mapping[str, Any] = {}
         """Those of the last URL that was opened, by option name."""
-        self._is_plugged_in = True
-        self._replug_s: float | None = None
+        self.is_plugged_in = True
         self._holder: object | None = None
         now_s = clock()
         self.module.power_on(now_s - setup.uptime)
@@ -105,10 +104,7 @@ class SimulatedBench:
     def set_charger(self, *, is_plugged_in: bool) -> None:
         """Connect external power, which wakes a module that was shut down, or disconnect it."""
         with self._act() as now_s:
-            if is_plugged_in:
-                self.module.plug_charger(now_s)
-            else:
-                self.module.unplug_charger(now_s)
+            self.module.set_charger(now_s, is_plugged_in=is_plugged_in)
 
     def set_lifelike(self, *, is_lifelike: bool) -> None:
         with self._act():
@@ -133,37 +129,20 @@ class SimulatedBench:
         with self._act() as now_s:
             self.module.press_switch(now_s)
 
-    def unplug(self, *, for_s: float | None = None) -> None:
-        """Unplug the serial adapter; with `for_s` it is plugged in again after that time."""
+    def unplug(self) -> None:
+        """Unplug the serial adapter."""
         with self._act() as now_s:
             self.wire.clear(now_s)
-            self._is_plugged_in = False
-            self._replug_s = None if for_s is None else now_s + for_s
+            self.is_plugged_in = False
             self._holder = None
 
     def plug(self) -> None:
         """Plug the serial adapter in again; ports that were open stay dead."""
-        with self._act():
-            if not self._is_plugged_in:
-                self._plug()
-
-    def _plug(self) -> None:
-        self.wire.clear(self.clock())
-        self._is_plugged_in = True
-        self._replug_s = None
-        self.plug_number += 1
-
-    @property
-    def is_plugged_in(self) -> bool:
-        with self.changed:
-            if self._replug_s is not None and self.clock() >= self._replug_s:
-                self._plug()
-            return self._is_plugged_in
-
-    @property
-    def replug_s(self) -> float | None:
-        """When it is plugged in again, on the bench's clock."""
-        return self._replug_s
+        with self._act() as now_s:
+            if not self.is_plugged_in:
+                self.wire.clear(now_s)
+                self.is_plugged_in = True
+                self.plug_number += 1
 
     # Quirks and faults
 

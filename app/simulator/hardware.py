@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from app.firing.judge import Judge, SensorSample
-from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, TriggerMoment, limits, record_data
+from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, limits, record_data
 from app.simulator.physics import SENSOR_PERIOD_S, Physics
 from app.simulator.setup import Setup
 from protocol.catalogue import CELL_VOLT, HEARTBEAT_REPLY, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout
@@ -144,17 +144,12 @@ class Hardware:
         if not self.is_on:
             self.power_on(now_s)
 
-    def plug_charger(self, now_s: float) -> None:
-        """Connect external power, which also wakes it after a shutdown ("通过外接供电通电自醒开机")."""
+    def set_charger(self, now_s: float, *, is_plugged_in: bool) -> None:
+        """External power also wakes it after a shutdown ("通过外接供电通电自醒开机")."""
         self.advance(now_s)
-        was_powered = self.world.has_external_power
-        self.world.has_external_power = True
-        if not was_powered:
+        was_powered, self.world.has_external_power = self.world.has_external_power, is_plugged_in
+        if is_plugged_in and not was_powered:
             self.press_switch(now_s)
-
-    def unplug_charger(self, now_s: float) -> None:
-        self.advance(now_s)
-        self.world.has_external_power = False
 
     def _clear(self) -> None:
         self._fired = Source(0)
@@ -182,15 +177,16 @@ class Hardware:
         if not (self.is_on and self.state.is_active) or self.state.is_forbidden:
             return False
         self._fired |= sources
-        moment = TriggerMoment(
+        data = record_data(
+            self.memory,
             uptime_s=now_s - self._booted_s,
             sources=sources,
-            serial_is_connected=now_s - self.heard_s <= HOST_SILENT_S,
+            is_connected=now_s - self.heard_s <= HOST_SILENT_S,
             is_charging=self.world.has_external_power,
             light=self.light(now_s),
             voltage=ODD_VOLTAGE if self.setup.odd_voltage else self.voltage(now_s),
         )
-        self.memory.records.append(record_data(self.memory, moment))
+        self.memory.records.append(data)
         self.world.open_parachute(now_s)
         return True
 

@@ -60,32 +60,22 @@ def limits(memory: Memory, state: ModuleState) -> TriggerLimits:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TriggerMoment:
-    """Contents of a record besides the settings."""
-
-    uptime_s: float
-    sources: Source
-    serial_is_connected: bool
-    is_charging: bool
-    light: int
-    voltage: int
-
-
-def record_data(memory: Memory, moment: TriggerMoment) -> bytes:
-    """D4 … D14 of the table's "trigger record"."""
+def record_data(
+    memory: Memory, *, uptime_s: float, sources: Source, is_connected: bool, is_charging: bool, light: int, voltage: int
+) -> bytes:
+    """D4 … D14 of the table's "trigger record"; `light`, `voltage`: bytes."""
     return encode_record_data(
         {
             "boot_count": memory.boot_count,
-            "uptime_s": min(0xFFFF, int(moment.uptime_s)),  # "最高记录65535秒"
-            "sources": moment.sources.value,
+            "uptime_s": min(0xFFFF, int(uptime_s)),  # "最高记录65535秒"
+            "sources": sources.value,
             "attitude_threshold_deg": memory.attitude_threshold,
             "freefall_acceleration_g": memory.freefall_acceleration,
             "freefall_time_s": memory.freefall_time,
-            "serial_connected": INVERTED.encode(moment.serial_is_connected),
-            "charging": INVERTED.encode(moment.is_charging),
-            "light_v": moment.light,
-            "cell_voltage_v": moment.voltage,
+            "serial_connected": INVERTED.encode(is_connected),
+            "charging": INVERTED.encode(is_charging),
+            "light_v": light,
+            "cell_voltage_v": voltage,
         }
     )
 
@@ -120,12 +110,13 @@ def invent_records(memory: Memory, count: int, *, seed: int, has_odd_voltage: bo
             freefall_acceleration=source.choice((4, 5, 5, 6)),
             freefall_time=source.choice((120, 160, 160, 200)),
         )
-        moment = TriggerMoment(
+        data = record_data(
+            then,
             uptime_s=source.choice((source.randrange(20, 255), source.randrange(300, 5400))),
             sources=why,
-            serial_is_connected=Source.SERIAL in why or source.random() < 0.5,
+            is_connected=Source.SERIAL in why or source.random() < 0.5,
             is_charging=False,
             light=source.randrange(2, 5),
             voltage=ODD_VOLTAGE if has_odd_voltage else source.randrange(182, 208),
         )
-        memory.records.append(record_data(then, moment))
+        memory.records.append(data)

@@ -43,11 +43,6 @@ class _Fall:
     end_lasts_s: float = IMPACT_S
 
 
-def fall_time_s(height_m: float) -> float:
-    """Duration of a free fall from this height without drag, in seconds."""
-    return math.sqrt(2 * max(0.0, height_m) / GRAVITY_M_S2)
-
-
 @lru_cache(maxsize=64)
 def _noise(seed: int) -> tuple[float, ...]:
     source = random.Random(seed)  # noqa: S311 (noise, not secrets)
@@ -86,8 +81,8 @@ class Physics:
         self._now_s = max(now_s, self._now_s)
 
     def drop(self, height_m: float, now_s: float) -> None:
-        """Start a free fall from this height."""
-        self._fall = _Fall(now_s, now_s + fall_time_s(height_m))
+        """Start a free fall from this height, without drag."""
+        self._fall = _Fall(now_s, now_s + math.sqrt(2 * max(0.0, height_m) / GRAVITY_M_S2))
 
     def open_parachute(self, now_s: float) -> None:
         """The module has fired: the bay opens, and the parachute ends a fall."""

@@ -65,6 +65,11 @@ def _forget(bench: SimulatedBench) -> None:
     bench.module.memory.reset_settings()
 
 
+def _slip(bench: SimulatedBench) -> None:
+    bench.unplug()
+    bench.plug()
+
+
 def _change(bench: SimulatedBench, **values: Any) -> None:
     for name, value in values.items():
         setattr(bench.module.memory, name, value)
@@ -96,7 +101,7 @@ LINE: Final[Mapping[str, Trouble]] = {
     "lag and loss": _lie(lag_ms="250", drop="0.1"),
     "unplugged": _accident(0.15, SimulatedBench.unplug),
     "unplugged later": _accident(1.2, SimulatedBench.unplug),
-    "plug slipped": _accident(0.3, lambda bench: bench.unplug(for_s=0.2)),
+    "plug slipped": _accident(0.3, _slip),
 }
 LIES: Final[Mapping[str, Trouble]] = {
     "keeps nothing": _lie(keeps="no"),

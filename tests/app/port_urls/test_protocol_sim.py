@@ -111,18 +111,6 @@ def test_unplugged_it_fails_as_an_adapter_does_and_the_old_port_stays_dead() -> 
         assert again.read(8) == ANSWER
 
 
-def test_it_comes_back_by_itself() -> None:
-    opened = port()
-    benches.module("test").unplug(for_s=0.02)
-    with pytest.raises(serial.SerialException):
-        opened.read(1)
-    opened.close()
-    deadline = time.monotonic() + PATIENCE_S
-    while not benches.module("test").is_plugged_in and time.monotonic() < deadline:
-        threading.Event().wait(0.005)
-    port().close()
-
-
 def _reading(opened: serial.Serial, size: int = 1) -> tuple[threading.Thread, list[object]]:
     got: list[object] = []
 

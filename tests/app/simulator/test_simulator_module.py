@@ -126,16 +126,16 @@ def test_after_shutdown_it_is_silent_until_its_switch_is_pressed() -> None:
 def test_external_power_wakes_it_after_shutdown() -> None:
     module = running()
     say(module, "42 61 12 02 01 15")
-    module.plug_charger(1.0)
+    module.set_charger(1.0, is_plugged_in=True)
     assert module.is_on
     assert say(module, "42 61 33 01 00 34", 2.0).endswith("41 75 33 01 01 35")
 
 
 def test_with_external_power_the_charging_voltage_is_read() -> None:
     module = running(Physics(cell_v=3.8, drain_v_per_h=0.0))
-    module.plug_charger(0.0)
+    module.set_charger(0.0, is_plugged_in=True)
     assert decode_voltage(module, 0.0) == pytest.approx(3.9)
-    module.unplug_charger(0.0)
+    module.set_charger(0.0, is_plugged_in=False)
     assert decode_voltage(module, 0.0) == pytest.approx(3.8)
 
 
@@ -148,7 +148,7 @@ def test_the_cell_drains_and_charges() -> None:
     module = running(Physics(cell_v=3.8, drain_v_per_h=0.1))
     tick(module, 7200.0)
     assert module.world.cell_v == pytest.approx(3.6, abs=0.01)
-    module.plug_charger(7200.0)
+    module.set_charger(7200.0, is_plugged_in=True)
     tick(module, 3 * 7200.0)
     assert module.world.cell_v == pytest.approx(4.2)
 
@@ -257,7 +257,7 @@ def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
     module = running(Physics(cell_v=4.0, drain_v_per_h=0.0))
     for frame in ("42 61 20 02 46 68", "42 61 21 02 04 27", "42 61 22 02 64 88", "42 61 10 02 01 13"):
         say(module, frame)
-    module.plug_charger(1.0)
+    module.set_charger(1.0, is_plugged_in=True)
     module.world.tilt_deg = 75
     tick(module, 40.0)
     module.world.tilt_deg = 0
