@@ -124,7 +124,7 @@ def json_of(log: SummarisedLog, flight: FlightSummary) -> dict[str, object]:
         "log": str(log.path),
         "fires": [fire for firing in log.judged[0].firings for fire in _fires(firing)],
         "tilt_max_deg": _number(flight.tilt_max_deg, 1),
-        "longest_fall_s": _number(_longest_fall_s(flight, log.judged[0].limits), 2),
+        "longest_fall_s": _number(max(0.0, flight.longest_fall_s(log.judged[0].limits)), 2),
         "not_judged_s": _number(flight.not_judged_s, 2),
         "problems": [problem.in_english() for problem in _problems(log, flight)],
     }
@@ -142,11 +142,6 @@ def _fires(firing: LogFiring) -> list[dict[str, object]]:
 
 def _number(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
-
-
-def _longest_fall_s(flight: FlightSummary, limits: TriggerLimits) -> float:
-    longest_s = flight.direct.longest_fall_s[round(limits.freefall_acceleration_g * 10)]
-    return max(0.0, float(longest_s))
 
 
 def _problems(log: SummarisedLog, flight: FlightSummary) -> list[UserMessage]:
@@ -167,7 +162,7 @@ def _page(read: Sequence[tuple[SummarisedLog, FlightSummary]], *, is_must: bool)
             log.path.name,
             _verdict(log.judged[0], flight, is_must=is_must),
             f"{flight.tilt_max_deg:.0f}°" if math.isfinite(flight.tilt_max_deg) else "–",
-            f"{_longest_fall_s(flight, log.judged[0].limits):.2f} s",
+            f"{max(0.0, flight.longest_fall_s(log.judged[0].limits)):.2f} s",
             f"{flight.not_judged_s:.1f} s",
         )
         for log, flight in read

@@ -66,15 +66,13 @@ class Judge:
     """Judges samples in order; remembers a fall that has begun and triggers that have not reset."""
 
     def __init__(self) -> None:
-        self._standing = NOTHING
-        self._falls_since_s: float | None = None
-        self._last_s: float | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Forget everything, as the module does when it is locked or off."""
         self._standing = NOTHING
-        self._falls_since_s = None
-        self._last_s = None
+        self._falls_since_s: float | None = None
+        self._last_s: float | None = None
 
     def judge(self, sample: SensorSample, limits: TriggerLimits, *, is_active: bool = True) -> SampleVerdict:
         """Times must not decrease. While not active nothing fires and nothing is remembered."""

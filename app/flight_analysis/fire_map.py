@@ -86,7 +86,7 @@ def _fired(flights: Iterable[tuple[FlightSummary, float]], limits: TriggerLimits
         raise LookupError(limits.freefall_acceleration_g)
     count = np.zeros((len(TILTS_DEG), len(TIME_STEPS)), np.int64)
     for flight, until_s in flights:
-        curves = flight.curves(reading)
+        curves = flight.curves[reading]
         tilts = limits.attitude_is_enabled & (curves.attitude_s[TILTS_DEG] <= until_s)
         falls = limits.freefall_is_enabled & (curves.freefall_s[step, TIME_STEPS] <= until_s)
         count += tilts[:, None] | falls

@@ -14,7 +14,6 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import MAX_ACCELERATION_STEPS, NEVER, steps_of
 from app.flight_analysis.fire_map import FlightGroup
 from app.flight_analysis.summary import FlightSummary
-from app.flight_logs.module_view import RuleReading
 from app.limits.limits import SETTING_BOUNDS
 from app.text.messages import UserMessage, message
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
@@ -115,7 +114,7 @@ class _Reached(NamedTuple):
         for flight in flights:
             # Finite: what never fires has the time infinity, which is not before an impact that is unknown.
             end_s = min(flight.end_s if group is FlightGroup.MUST else NEVER, np.finfo(np.float64).max)
-            curves = [flight.curves(reading) for reading in RuleReading]
+            curves = flight.curves.values()
             tilts.append(worse(int((curve.attitude_s <= end_s).sum()) - 1 for curve in curves))
             both = np.stack([(curve.freefall_s <= end_s).sum(axis=1) - 1 for curve in curves])
             falls.append(both.max(axis=0) if group is FlightGroup.MUST_NOT else both.min(axis=0))

@@ -1,18 +1,20 @@
 """Summary of a flight for the map over thresholds, made once in a worker process: first firings, loss of control."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import NEVER, FiringCurves, firing_curves
+from app.flight_analysis.curves import NEVER, FiringCurves, firing_curves, steps_of
 from app.flight_logs.flight_log import Flags, FlightLog, Floats
 from app.flight_logs.module_view import RuleReading
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.messages import UserMessage
+from protocol.catalogue import TENTH_G
 from protocol.messages import Source
 
 ALTITUDE_STEP_S: Final = 0.2
@@ -68,9 +70,6 @@ class LossOfControl(NamedTuple):
     """First of the last peaks of 3 g or more, else the touchdown in the log."""
 
 
-NOT_LOST: Final = LossOfControl(None, None)
-
-
 def loss_of_control(log: FlightLog) -> LossOfControl:
     """`loss_s` is None for a flight that was calm to its end or landing."""
     is_known = log.is_judged & np.isfinite(log.tilt_deg) & np.isfinite(log.specific_force_g)
@@ -79,7 +78,7 @@ def loss_of_control(log: FlightLog) -> LossOfControl:
         is_known &= log.time_s <= ended_s + BOUNCE_S
     time_s = log.time_s[is_known]
     if not len(time_s):
-        return NOT_LOST
+        return LossOfControl(None, None)
     tilt_deg, force_g = log.tilt_deg[is_known], log.specific_force_g[is_known]
     impact_s = _last_impact(time_s[force_g >= IMPACT_G])
     if impact_s is None:
@@ -152,8 +151,7 @@ class FlightSummary:
     not_judged_s: float
     tilt_max_deg: float
     """As measured, of the judged rows; NaN without any."""
-    direct: FiringCurves
-    damped: FiringCurves
+    curves: Mapping[RuleReading, FiringCurves]
     loss_s: float | None
     """Estimated loss of control; None: not lost, or unknown."""
     impact_s: float | None
@@ -162,9 +160,6 @@ class FlightSummary:
     """Ascending, about 0.2 s apart; empty where the log has none."""
     altitude_m: Floats
     problems: tuple[UserMessage, ...]
-
-    def curves(self, reading: RuleReading) -> FiringCurves:
-        return self.direct if reading is RuleReading.DIRECT else self.damped
 
     def altitude_at(self, time_s: float) -> float:
         """Altitude in metres; NaN where unknown."""
@@ -175,12 +170,17 @@ class FlightSummary:
 
     def first_fire(self, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> FirstFire:
         """Raises LookupError for a free-fall acceleration above 1.5 g."""
-        at_s, sources = self.curves(reading).first(limits)
+        at_s, sources = self.curves[reading].first(limits)
         fires = at_s != NEVER
         if not fires or self.loss_s is None:
             return FirstFire(at_s, sources, fires and at_s <= self.end_s, math.nan, math.nan)
         drop_m = self.altitude_at(self.loss_s) - self.altitude_at(at_s)
         return FirstFire(at_s, sources, at_s <= self.end_s, at_s - self.loss_s, drop_m)
+
+    def longest_fall_s(self, limits: TriggerLimits) -> float:
+        """From first to last report below their acceleration, unfiltered; -1 without any. Raises LookupError."""
+        step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
+        return float(self.curves[RuleReading.DIRECT].longest_fall_s[step])
 
     @property
     def end_s(self) -> float:
@@ -198,8 +198,7 @@ def summarise(log: FlightLog) -> FlightSummary:
         duration_s=log.duration_s,
         not_judged_s=log.not_judged_s,
         tilt_max_deg=float(tilts.max()) if len(tilts) else math.nan,
-        direct=firing_curves(log, RuleReading.DIRECT),
-        damped=firing_curves(log, RuleReading.DAMPED),
+        curves={reading: firing_curves(log, reading) for reading in RuleReading},
         loss_s=lost.loss_s,
         impact_s=lost.impact_s,
         altitude_time_s=altitude_time_s,

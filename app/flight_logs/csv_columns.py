@@ -1,11 +1,14 @@
 """Which columns of a CSV file hold what: chosen by a person, or recognised by name."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
 
-from app.flight_logs.flight_log import unreadable
+import numpy as np
+
+from app.flight_logs.flight_log import Floats, unreadable
+from app.flight_logs.raw_log import STANDARD_GRAVITY_M_S2, force_of_axes, tilt_of_quaternion, tilt_of_roll_and_pitch
 from app.text.messages import clean
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -42,19 +45,22 @@ class CsvRole(Enum):
 
 TIMES: Final[Mapping[CsvRole, float]] = {CsvRole.TIME_S: 1.0, CsvRole.TIME_MS: 1e-3, CsvRole.TIME_US: 1e-6}
 """Unit of each in seconds."""
-ATTITUDES: Final = (
-    (CsvRole.TILT_DEG,),
-    (CsvRole.QW, CsvRole.QX, CsvRole.QY, CsvRole.QZ),
-    (CsvRole.ROLL_DEG, CsvRole.PITCH_DEG),
-    (CsvRole.ROLL_RAD, CsvRole.PITCH_RAD),
-)
 NO_TIME: Final = marked("one column must be time_s, time_ms or time_us")
-FORCES: Final = (
-    (CsvRole.ACCELERATION_G,),
-    (CsvRole.ACCELERATION_M_S2,),
-    (CsvRole.X_G, CsvRole.Y_G, CsvRole.Z_G),
-    (CsvRole.X_M_S2, CsvRole.Y_M_S2, CsvRole.Z_M_S2),
-)
+Computed = Mapping[tuple[CsvRole, ...], Callable[..., Floats]]
+ATTITUDES: Final[Computed] = {
+    (CsvRole.TILT_DEG,): np.abs,
+    (CsvRole.QW, CsvRole.QX, CsvRole.QY, CsvRole.QZ): tilt_of_quaternion,
+    (CsvRole.ROLL_DEG, CsvRole.PITCH_DEG): tilt_of_roll_and_pitch,
+    (CsvRole.ROLL_RAD, CsvRole.PITCH_RAD): lambda *rad: tilt_of_roll_and_pitch(*np.degrees(rad)),
+}
+"""Roles, and the tilt of their columns."""
+FORCES: Final[Computed] = {
+    (CsvRole.ACCELERATION_G,): np.abs,
+    (CsvRole.ACCELERATION_M_S2,): lambda length: np.abs(length) / STANDARD_GRAVITY_M_S2,
+    (CsvRole.X_G, CsvRole.Y_G, CsvRole.Z_G): lambda *g: force_of_axes(*(axis * STANDARD_GRAVITY_M_S2 for axis in g)),
+    (CsvRole.X_M_S2, CsvRole.Y_M_S2, CsvRole.Z_M_S2): force_of_axes,
+}
+"""Roles, and the specific force of their columns."""
 _USUAL: Final[Mapping[CsvRole, tuple[str, ...]]] = {
     CsvRole.TIME_S: ("elapsed_s", "t_s", "time_s", "seconds"),
     CsvRole.TIME_MS: ("t_ms", "time_ms", "timems"),

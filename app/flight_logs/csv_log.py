@@ -11,17 +11,9 @@ from typing import Final, TextIO
 import numpy as np
 
 from app.flight_logs.assembly import assembled, flight_of_reports
-from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole, recognised
+from app.flight_logs.csv_columns import ATTITUDES, FORCES, TIMES, CsvColumns, CsvRole, recognised
 from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, Progress, unreadable
-from app.flight_logs.raw_log import (
-    STANDARD_GRAVITY_M_S2,
-    Channel,
-    FlagChannel,
-    RawLog,
-    force_of_axes,
-    tilt_of_quaternion,
-    tilt_of_roll_and_pitch,
-)
+from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
 from app.recordings.excerpt import HEAD
 from app.text.messages import clean
 from app.text.user_error import UserError
@@ -61,9 +53,9 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
         return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [])
     if chosen.attitude:
-        raw.tilts_deg.append(_known(time_s, _tilt(values, chosen.attitude)))
+        raw.tilts_deg.append(_known(time_s, ATTITUDES[chosen.attitude](*map(values.get, chosen.attitude))))
     if chosen.force:
-        raw.forces_g.append(_known(time_s, _force(values, chosen.force)))
+        raw.forces_g.append(_known(time_s, FORCES[chosen.force](*map(values.get, chosen.force))))
     if CsvRole.ALTITUDE_M in values:
         raw.altitude_m = _known(time_s, values[CsvRole.ALTITUDE_M])
     if CsvRole.ARMED in values:
@@ -128,29 +120,3 @@ def _number(cell: str) -> float:
         return float(cell)
     except ValueError:
         return {"true": 1.0, "false": 0.0}.get(cell.strip().lower(), math.nan)
-
-
-def _tilt(values: Mapping[CsvRole, Floats], roles: tuple[CsvRole, ...]) -> Floats:
-    columns = [values[role] for role in roles]
-    match roles[0]:
-        case CsvRole.TILT_DEG:
-            return np.abs(columns[0])
-        case CsvRole.QW:
-            return tilt_of_quaternion(*columns)
-        case CsvRole.ROLL_RAD:
-            return tilt_of_roll_and_pitch(np.degrees(columns[0]), np.degrees(columns[1]))
-        case _:
-            return tilt_of_roll_and_pitch(*columns)
-
-
-def _force(values: Mapping[CsvRole, Floats], roles: tuple[CsvRole, ...]) -> Floats:
-    columns = [values[role] for role in roles]
-    match roles[0]:
-        case CsvRole.ACCELERATION_G:
-            return np.abs(columns[0])
-        case CsvRole.ACCELERATION_M_S2:
-            return np.abs(columns[0]) / STANDARD_GRAVITY_M_S2
-        case CsvRole.X_M_S2:
-            return force_of_axes(*columns)
-        case _:
-            return force_of_axes(*(column * STANDARD_GRAVITY_M_S2 for column in columns))

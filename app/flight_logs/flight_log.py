@@ -59,18 +59,8 @@ class FlightLog:
     """What was left out or looks wrong."""
 
     @property
-    def judged_s(self) -> float:
-        """Time for which both triggers were judged."""
-        is_usable = self.is_judged & np.isfinite(self.tilt_deg) & np.isfinite(self.specific_force_g)
-        return covered_s(self.time_s[is_usable])
-
-    @property
     def not_judged_s(self) -> float:
         """Time for which at least one trigger was not judged."""
-        return max(0.0, round(self.duration_s - self.judged_s, 6))
-
-
-def covered_s(time_s: Floats) -> float:
-    """Time covered by these rows without pauses."""
-    steps = np.diff(time_s)
-    return float(steps[steps <= MAX_GAP_S].sum())
+        is_usable = self.is_judged & np.isfinite(self.tilt_deg) & np.isfinite(self.specific_force_g)
+        steps = np.diff(self.time_s[is_usable])
+        return max(0.0, round(self.duration_s - float(steps[steps <= MAX_GAP_S].sum()), 6))

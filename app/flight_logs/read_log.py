@@ -24,12 +24,7 @@ class LogFormat(Enum):
     RECORDING = "recording"
 
 
-SUFFIXES: Final = {
-    ".ulg": LogFormat.ULOG,
-    ".bin": LogFormat.DATAFLASH,
-    ".csv": LogFormat.CSV,
-    ".mcap": LogFormat.RECORDING,
-}
+SUFFIXES: Final = (".ulg", ".bin", ".csv", ".mcap")
 _BEGINNINGS: Final = {
     b"ULog\x01\x12\x35": LogFormat.ULOG,
     b"\xa3\x95": LogFormat.DATAFLASH,

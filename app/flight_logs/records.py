@@ -5,10 +5,9 @@ from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.flight_logs.flight_log import Floats, unreadable
 from protocol.translatable import marked
@@ -51,15 +50,11 @@ class RecordTable:
 
     def column(self, name: str) -> Floats:
         """A column in the unit of its format; overflows are infinite, and texts are no numbers."""
-        kind, scale = self.fields[name][1:]
+        offset, kind, scale = self.fields[name]
         if kind.startswith("S"):
             return np.full(len(self.places), np.nan)
-        with np.errstate(all="ignore"):
-            values: Floats = self._gathered(name).astype(np.float64) * scale
-        return values
-
-    def _gathered(self, name: str) -> NDArray[Any]:
-        offset, kind, _ = self.fields[name]
         places, dtype = np.frombuffer(self.places, np.int64) + offset, np.dtype(kind)
         raw = np.frombuffer(self.data, np.uint8)[places[:, None] + np.arange(dtype.itemsize)]
-        return np.ascontiguousarray(raw).view(dtype).reshape(len(places))
+        with np.errstate(all="ignore"):
+            values: Floats = np.ascontiguousarray(raw).view(dtype).reshape(len(places)).astype(np.float64) * scale
+        return values

@@ -41,23 +41,23 @@ _ID_BYTES: Final = 2
 _RECORD_HEAD: Final = 3
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class UlogTopic(RecordTable):
     """One instance of a topic. Elements of arrays are fields such as `q[0]`."""
 
-    instance: int = 0
-    size: int = 0
-    """Bytes of a sample."""
-    least_size: int = 0
-    """Without the padding at the end, which is not written."""
+    instance: int
+    layout: "_Layout"
 
 
 class _Layout(NamedTuple):
-    """See `UlogTopic`."""
-
     fields: Mapping[str, RecordField]
     size: int
+    """Bytes of a sample."""
     least_size: int
+    """Without the padding at the end, which is not written."""
+
+    def is_size(self, size: int) -> bool:
+        return self.least_size <= size <= self.size
 
 
 class UlogFile:
@@ -98,7 +98,7 @@ class UlogFile:
             if is_head and not (is_record and kind in _DEFINITIONS):
                 break
             topic = subscribed.get(number) if kind == _SAMPLE and is_record else None
-            if not is_record or (topic is not None and not topic.least_size <= size - _ID_BYTES <= topic.size):
+            if not is_record or (topic is not None and not topic.layout.is_size(size - _ID_BYTES)):
                 place = self._resync(place, stop)
                 continue
             if topic is not None:
@@ -137,8 +137,7 @@ class UlogFile:
         self._subscribed.pop(number, None)
         if name not in TOPICS or len(self.topics) >= MAX_TOPICS or (layout := self._layout(name)) is None:
             return
-        topic = UlogTopic(name, self._data, layout.fields, instance=instance, size=layout.size,
-                          least_size=layout.least_size)  # fmt: skip
+        topic = UlogTopic(name, self._data, layout.fields, instance=instance, layout=layout)
         self._subscribed[number] = topic
         self.topics.append(topic)
 

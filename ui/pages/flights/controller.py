@@ -8,7 +8,6 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import steps_of
 from app.flight_analysis.fire_map import FireMap, FlightGroup, FlightOutcome, fire_map, outcome_of
 from app.flight_analysis.many_logs import LogOrder, summarise_logs
 from app.flight_analysis.proposal import ThresholdProposal, propose, settings_of
@@ -20,7 +19,6 @@ from app.flight_logs.read_log import LogFormat, find_logs, format_of
 from app.text.messages import UserMessage
 from app.text.sentences import error_text
 from app.text.user_error import UserError
-from protocol.catalogue import TENTH_G
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 
@@ -156,10 +154,9 @@ class FlightsWork(QObject):
     def rows(self) -> dict[FlightGroup, list[FlightRow]]:
         """By list."""
         rows: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
-        step = steps_of(self.limits.freefall_acceleration_g, TENTH_G.per_unit)
         for flight in self.flights.values():
             if not flight.is_waiting:
-                fall_s = -1.0 if flight.summary is None else float(flight.summary.direct.longest_fall_s[step])
+                fall_s = -1.0 if flight.summary is None else flight.summary.longest_fall_s(self.limits)
                 rows[flight.group].append(FlightRow(flight, self.outcome_of(flight), fall_s))
         return rows
 

@@ -53,7 +53,7 @@ class FlightsPage(Page):
     a `ProposalBar` below. `FlightsWork` has the flights and reads them.
     """
 
-    suffixes = tuple(SUFFIXES)
+    suffixes = SUFFIXES
 
     def __init__(self, services: Services) -> None:
         super().__init__("flights")
