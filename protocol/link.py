@@ -22,7 +22,6 @@ All changes of the exchange's state go through the table of `link_states`.
 """
 
 from math import inf
-from typing import NamedTuple
 
 from protocol.catalogue import HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
 from protocol.events import (
@@ -42,7 +41,7 @@ from protocol.events import (
 )
 from protocol.frame import Direction, Frame, Noise
 from protocol.lag import Lag
-from protocol.link_states import EXCHANGE, Exchange, Presence, Step
+from protocol.link_states import EXCHANGE, Exchange, Flight, Presence, Step
 from protocol.messages import Heartbeat, Message, Status, answers, decode
 from protocol.request_gap import Gap
 from protocol.round_trips import RoundTrips, Timing
@@ -55,22 +54,6 @@ class LinkMisused(RuntimeError):
 
 
 _HEARTBEAT = HEARTBEAT.query()
-
-
-class _Flight(NamedTuple):
-    """The request in flight."""
-
-    request: Request
-    waits_s: tuple[float, ...]
-    attempt: int = 0
-    sent_at: float = 0.0
-    deadline: float = 0.0
-    held_until: float | None = None
-    """Not sent before this time, nor before the line is ready; None once the attempt has been sent."""
-    received_before: int = 0
-    """Bytes received when it was first sent: a frame that began among them is not its answer."""
-    messages: tuple[Message, ...] = ()
-    collects_until: float = 0.0
 
 
 class Link:
@@ -87,8 +70,8 @@ class Link:
         self.presence = Presence.UNKNOWN
         self._parser = StreamParser()
         self._outgoing = bytearray()
-        self._flight: _Flight | None = None
-        self._behind_fence: _Flight | None = None
+        self._flight: Flight | None = None
+        self._behind_fence: Flight | None = None
         self._stale = StaleReplies(self.timing)
         self._unasked_heartbeat_at: float | None = None
         self.unanswered_since: float | None = None if before is None else before.unanswered_since
@@ -130,14 +113,14 @@ class Link:
             waits = (waits_s or (self.timing.answer_s,))[:1]
         else:
             waits = (waits_s or self.round_trips.waits_s(self.timing))[:attempts]
-        flight = _Flight(request, waits)
+        flight = Flight(request, waits)
         self._stale.drop_expired(now)
         # LOCK must not wait, and the state is read afterwards.
         if is_fenced or (request != LOCK and self._stale.could_answer(request, now)):
             self._behind_fence = flight
             self._move(Step.ASK_BEHIND_FENCE)
             fence = self._stale.fence(now, is_proof=is_fenced)
-            return self._hold(_Flight(fence, self.round_trips.waits_s(self.timing)), now, now)
+            return self._hold(Flight(fence, self.round_trips.waits_s(self.timing)), now, now)
         self._move(Step.ASK)
         return self._hold(flight, now, now)
 
@@ -197,7 +180,7 @@ class Link:
             self._run_out(self._flight, now, events)
         if self.is_idle and now >= self._probe_at:
             self._move(Step.PROBE)
-            events += self._send(_Flight(_HEARTBEAT, (self.timing.answer_s,)), now)
+            events += self._send(Flight(_HEARTBEAT, (self.timing.answer_s,)), now)
         return events
 
     def next_deadline(self) -> float:
@@ -214,11 +197,11 @@ class Link:
     def _move(self, step: Step) -> None:
         self.exchange = EXCHANGE[self.exchange, step]
 
-    def _hold(self, flight: _Flight, until: float, now: float) -> list[Event]:
+    def _hold(self, flight: Flight, until: float, now: float) -> list[Event]:
         """Send it at `until`, or as soon afterwards as the line is ready."""
         return self._release(flight._replace(held_until=until), now)
 
-    def _release(self, flight: _Flight, now: float) -> list[Event]:
+    def _release(self, flight: Flight, now: float) -> list[Event]:
         until = now if flight.held_until is None else flight.held_until
         due = self.gap.due(flight.request, until, is_repeated=flight.attempt > 0, now=now)
         if now < due:
@@ -228,7 +211,7 @@ class Link:
             self._move(Step.QUIET)
         return self._send(flight, now)
 
-    def _send(self, flight: _Flight, now: float) -> list[Event]:
+    def _send(self, flight: Flight, now: float) -> list[Event]:
         if not flight.attempt:
             flight = flight._replace(received_before=self._parser.end)
         deadline = now + flight.waits_s[flight.attempt]
@@ -284,12 +267,12 @@ class Link:
             self.presence = Presence.ONLINE
             events.append(WentOnline(now))
 
-    def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
+    def _is_answer(self, flight: Flight, frame: Frame, now: float) -> bool:
         if not flight.attempt or frame.offset < flight.received_before or not answers(frame.raw, flight.request):
             return False
         return self.exchange is not Exchange.FENCING or self._stale.opens(flight.request, frame.raw, now)
 
-    def _on_answer(self, flight: _Flight, frame: Frame, now: float, events: list[Event]) -> None:
+    def _on_answer(self, flight: Flight, frame: Frame, now: float, events: list[Event]) -> None:
         message = decode(frame.raw, flight.request)
         self._note(events, frame, message, Role.ANSWER, now)
         may_be_copy = self._stale.is_copy(frame.raw, now)
@@ -327,7 +310,7 @@ class Link:
         self._flight = None
         self._parser.asked = None
 
-    def _collect(self, flight: _Flight, message: Message, now: float) -> None:
+    def _collect(self, flight: Flight, message: Message, now: float) -> None:
         ends = flight.collects_until or now + self.timing.records_longest_s
         deadline = min(ends, now + self.timing.records_quiet_s)
         self._flight = flight._replace(messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
@@ -367,7 +350,7 @@ class Link:
 
     # Time
 
-    def _run_out(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _run_out(self, flight: Flight, now: float, events: list[Event]) -> None:
         if flight.held_until is not None:
             events += self._release(flight, now)
             return
@@ -391,7 +374,7 @@ class Link:
         if self.has_timed_out and lasted_s >= self.timing.silent_gap_s:
             events.append(FellSilent(now, lasted_s))
 
-    def _give_up(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _give_up(self, flight: Flight, now: float, events: list[Event]) -> None:
         fenced, self._behind_fence = self._behind_fence, None
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.GIVE_UP)
