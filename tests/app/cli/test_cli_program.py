@@ -204,6 +204,18 @@ def test_what_ends_in_the_middle_keeps_what_was_read(
     assert is_one_sentence(printed.err)
 
 
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_what_ends_before_anything_was_read_is_no_link(
+    port: str, no_waiting: None, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    with falls_after(bench, 2, bench.unplug):
+        assert program.main(["read", "--port", port, *words]) == 3
+    printed = Printed(capsys)
+    assert "unplugged" in printed.err
+    assert bool(printed.out) is bool(words)
+
+
 def test_a_restart_in_the_middle_reads_again(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     bench = bench_of(port)
     with falls_after(bench, 6, bench.restart):

@@ -11,7 +11,7 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import NEVER, firing_curves
 from app.flight_analysis.fire_map import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
 from app.flight_analysis.judged_flight import judge_flight
-from app.flight_analysis.summary import LossOfControl, loss_of_control, summarise
+from app.flight_analysis.summary import LossOfControl, loss_of_control, moment_text, summarise
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
 from app.simulator.hardware import Hardware
@@ -270,3 +270,10 @@ def test_the_simulated_module_and_the_analysis_agree() -> None:
         assert first == (fired[0] if fired else (np.inf, Source(0)))
         count += len(fired)
     assert count > FLIGHTS
+
+
+@pytest.mark.parametrize(
+    ("at_s", "text"), [(0.04, "0.0 s"), (12.34, "12.3 s"), (187.25, "3:07.2"), (3661.9, "1:01:01.9")]
+)
+def test_moments_of_a_log_are_told_to_a_tenth_of_a_second(at_s: float, text: str) -> None:
+    assert moment_text(at_s) == text
