@@ -92,7 +92,7 @@ class ConnectPanel(QScrollArea):
         self.flights.clicked.connect(lambda: self.flights.dropped.emit([]))
         self._close = control(QToolButton(), texts, "connect_close", says="Close", key="Esc", picture=Icon.CROSS,
                               role="quiet", slot=self.hide)  # fmt: skip
-        WheelGuard(self).guard(self.rate)
+        WheelGuard(self.rate)
         self._build()
         self._name()
         self.list.chosen_changed.connect(self._choose)

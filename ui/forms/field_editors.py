@@ -42,12 +42,12 @@ class FieldEditor(QWidget):
 class NumberEditor(FieldEditor):
     """A number with its unit; without an edit the module's value, muted."""
 
-    def __init__(self, command: Command, field: Quantity, texts: Texts, guard: WheelGuard) -> None:
+    def __init__(self, command: Command, field: Quantity, texts: Texts) -> None:
         super().__init__()
         self._field, self._is_edited = field, False
         self.box = control(_NumberBox(field, DEFAULTS.get(command.key)), texts, f"{command.name}_number",
                            says=command.title, tip=command.explanation)  # fmt: skip
-        guard.guard(self.box)
+        WheelGuard(self.box)
         self.line = named(self.box.lineEdit(), f"{command.name}_wanted")
         texts.bind(self.line.setAccessibleName, command.title)
         limits = {"low": field.text(0), "high": field.text(255)}
@@ -162,7 +162,7 @@ class FlagEditor(FieldEditor):
 class ChoiceEditor(FieldEditor):
     """A combo box; nothing is chosen at first."""
 
-    def __init__(self, command: Command, field: Choice, texts: Texts, guard: WheelGuard) -> None:
+    def __init__(self, command: Command, field: Choice, texts: Texts) -> None:
         super().__init__()
         self.box = control(QComboBox(), texts, f"{command.name}_wanted", says=command.title, tip=command.explanation)
         for number, value in enumerate(sorted(field.values.values(), reverse=True)):
@@ -170,7 +170,7 @@ class ChoiceEditor(FieldEditor):
             texts.bind(partial(self._name_item, number, value), field.unit)
         self.box.setCurrentIndex(-1)
         texts.bind(self.box.setPlaceholderText, "choose")
-        guard.guard(self.box)
+        WheelGuard(self.box)
         in_row(self.box, of=self, margins=0)
         self.setFocusProxy(self.box)
         self.box.activated.connect(lambda: self.chosen.emit(self.value))
@@ -202,14 +202,14 @@ def _set_whats_this(widget: QWidget, command: Command, _explanation: str) -> Non
     widget.setWhatsThis(what_is(command))
 
 
-def make_editor(command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:
+def make_editor(command: Command, texts: Texts) -> FieldEditor:
     """The editor for a command. Raises `LookupError` for one that cannot be set."""
     match command.write:
         case Quantity() as field:
-            return NumberEditor(command, field, texts, guard)
+            return NumberEditor(command, field, texts)
         case Flag():
             return FlagEditor(command, texts)
         case Choice() as field:
-            return ChoiceEditor(command, field, texts, guard)
+            return ChoiceEditor(command, field, texts)
         case _:
             raise LookupError(f"{command.name} cannot be set")

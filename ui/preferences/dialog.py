@@ -159,7 +159,7 @@ class PreferencesDialog(QDialog):
     def _box(self, name: str) -> QComboBox:
         box = named(QComboBox(), f"preferences_{name}")
         box.setMinimumWidth(180)
-        WheelGuard(self).guard(box)
+        WheelGuard(box)
         return box
 
     def _use_language(self, row: int) -> None:

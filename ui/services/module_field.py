@@ -24,7 +24,7 @@ class _NameEdit(QLineEdit):
 class ModuleField(QComboBox):
     """A name to type or choose, applied by Enter, by choosing, or by leaving the field for another of the window."""
 
-    def __init__(self, name: str, ports: Ports, texts: Texts, guard: WheelGuard) -> None:
+    def __init__(self, name: str, ports: Ports, texts: Texts) -> None:
         super().__init__()
         named(self, name)
         self._ports = ports
@@ -32,7 +32,7 @@ class ModuleField(QComboBox):
         self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.setMinimumContentsLength(8)
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        guard.guard(self)
+        WheelGuard(self)
         self._edit = edit = _NameEdit()
         self.setLineEdit(edit)
         self.setCompleter(None)  # type: ignore[arg-type]  # it would make M-12 of a typed M-1

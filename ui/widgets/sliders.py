@@ -14,9 +14,10 @@ NUMBER_PX = 104
 
 
 class WheelGuard(QObject):
-    """Lets the wheel change a value only in a focused widget; else it scrolls."""
+    """Lets the wheel change the value of `widget` only while it has the focus; else it scrolls."""
 
-    def guard(self, widget: QWidget) -> None:
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
         widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         widget.installEventFilter(self)
 
@@ -58,7 +59,6 @@ class Dial(QWidget):
         maximum: float,
         step: float,
         unit: str,
-        guard: WheelGuard,
         decimals: int | None = None,
     ) -> None:
         super().__init__()
@@ -77,7 +77,7 @@ class Dial(QWidget):
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
         fit_number(self.box)
         for widget in (self.slider, self.box):
-            guard.guard(widget)
+            WheelGuard(widget)
         in_row((self.slider, 1), self.box, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)
         self.slider.valueChanged.connect(self._on_step)

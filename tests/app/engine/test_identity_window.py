@@ -31,7 +31,6 @@ from ui.pages.settings.controller import SettingsController
 from ui.pages.tests.page import TestsPage as GuidedPage
 from ui.services.module_field import ModuleField
 from ui.services.module_name import ModuleName
-from ui.widgets.sliders import WheelGuard
 
 NAME = "M-07"
 _BOOTED_S = 2 * BOOT_GAP_S
@@ -188,7 +187,7 @@ def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named
     one.bench.plug()
     one.until(lambda: one.asked != "" and connector.current.identity.is_for_a_person)
     asked = connector.current.identity
-    field = ModuleField("module", connector, one.assembly.window._services.texts, WheelGuard())
+    field = ModuleField("module", connector, one.assembly.window._services.texts)
     one.qtbot.addWidget(field)
     edit = find(field, QLineEdit)
     assert edit.text() == ""
@@ -203,7 +202,7 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
     one: Desk, qtbot: QtBot
 ) -> None:
     connector, texts = one.assembly.connector, one.assembly.window._services.texts
-    field, other = ModuleField("module", connector, texts, WheelGuard()), QLineEdit()
+    field, other = ModuleField("module", connector, texts), QLineEdit()
     for widget in (field, other):
         qtbot.addWidget(widget)
         widget.show()

@@ -11,7 +11,6 @@ from ui.core.texts import Texts
 from ui.forms.field_editors import NumberEditor, make_editor
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
-from ui.widgets.sliders import WheelGuard
 
 COLUMNS = (
     TableColumn[int]("Name", str, widest=lambda: "0000", stretches=True),
@@ -41,7 +40,7 @@ def test_a_list_that_scrolls_has_the_same_columns_as_one_that_does_not(qtbot: Qt
 @pytest.fixture
 def made(qtbot: QtBot) -> tuple[NumberEditor, list[Value]]:
     """Of the free-fall time, 0.00 s to 2.55 s, and what was chosen in it."""
-    editor = make_editor(BY_NAME["freefall_time"], Texts(), WheelGuard())
+    editor = make_editor(BY_NAME["freefall_time"], Texts())
     assert isinstance(editor, NumberEditor)
     qtbot.addWidget(editor)
     chosen: list[Value] = []

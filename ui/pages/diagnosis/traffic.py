@@ -153,7 +153,7 @@ class TrafficPage(QWidget):
         for number, (row_filter, title) in enumerate(_FILTERS):
             box.addItem("", row_filter)
             self._texts.bind(partial(box.setItemText, number), title)
-        WheelGuard(self).guard(box)
+        WheelGuard(box)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         box.currentIndexChanged.connect(self._use_filter)
         return box

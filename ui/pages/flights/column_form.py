@@ -50,7 +50,6 @@ class ColumnForm(QWidget):
         self._fault: UserError | None = None
         self._columns = QStringListModel(self)
         """The names of the file's columns, after one that stands for none."""
-        guard = WheelGuard(self)
         self.title = named(ElidedLabel(), "csv_title", "title")
         self.fault = text_label("csv_fault", "danger")
         self.boxes = {role: named(QComboBox(), f"csv_{role.value}") for role in CsvRole}
@@ -67,7 +66,7 @@ class ColumnForm(QWidget):
             box.setModel(self._columns)
             box.setMinimumContentsLength(18)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            guard.guard(box)
+            WheelGuard(box)
             self._labels[role].setBuddy(box)
             self._labels[role].setMinimumHeight(box.sizeHint().height())
             rows.addRow(self._labels[role], box)

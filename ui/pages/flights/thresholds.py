@@ -36,15 +36,14 @@ class ThresholdPanel(QWidget):
         self.setObjectName("flights_thresholds")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._limits = TriggerLimits()
-        guard = WheelGuard(self)
-        self.tilt = Dial("flights_tilt", minimum=_TILTS_DEG[0], maximum=_TILTS_DEG[1], step=1, unit="°", guard=guard)
+        self.tilt = Dial("flights_tilt", minimum=_TILTS_DEG[0], maximum=_TILTS_DEG[1], step=1, unit="°")
         self.acceleration = Dial("flights_acceleration", minimum=_ACCELERATIONS_G[0], maximum=_ACCELERATIONS_G[1],
-                                 step=0.1, unit=" g", guard=guard, decimals=1)  # fmt: skip
-        self.time = Dial("flights_time", minimum=_TIMES_S[0], maximum=_TIMES_S[1], step=0.01, unit=" s", guard=guard)
+                                 step=0.1, unit=" g", decimals=1)  # fmt: skip
+        self.time = Dial("flights_time", minimum=_TIMES_S[0], maximum=_TIMES_S[1], step=0.01, unit=" s")
         self.reading = control(QComboBox(), texts, "flights_reading", says="Interpretation")
         for reading in RuleReading:
             self.reading.addItem("", reading)
-        guard.guard(self.reading)
+        WheelGuard(self.reading)
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(Space.S)

@@ -163,7 +163,7 @@ class CheckHistory(QWidget):
     closed = Signal()
     print_wanted = Signal(str)
 
-    def __init__(self, services: Services, guard: WheelGuard) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("check_history")
         self._services = services
@@ -174,7 +174,7 @@ class CheckHistory(QWidget):
         texts = services.texts
         self.filter = control(QComboBox(), texts, "check_history_filter", says="Past checks")
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        guard.guard(self.filter)
+        WheelGuard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
         self.table = RowsTable(texts, "check_history_table", "Past checks", _COLUMNS, lambda check: check.hash,
                                _row_sentence, row_px=_ROW_PX, is_single=True)  # fmt: skip
@@ -185,7 +185,7 @@ class CheckHistory(QWidget):
                              slot=self._print)  # fmt: skip
         self.filter.activated.connect(self.refresh_rows)
         self.table.selectionModel().selectionChanged.connect(self._enable)
-        self.stations = StationsRow(lambda: services.storage.folder, texts, guard)
+        self.stations = StationsRow(lambda: services.storage.folder, texts)
         self._lay_out()
         VisibilityTimer(self, restyle=self._fit_table)
         self._fit_table()
@@ -280,14 +280,14 @@ class CheckHistory(QWidget):
 class StationsRow(QWidget):
     """`refresh` reads the key and the list."""
 
-    def __init__(self, folder: Callable[[], Path], texts: Texts, guard: WheelGuard) -> None:
+    def __init__(self, folder: Callable[[], Path], texts: Texts) -> None:
         super().__init__()
         self.setObjectName("stations_row")
         self._folder = folder
         self.own = text_label("station_own", "muted", is_selectable=True)
         self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        guard.guard(self.known)
+        WheelGuard(self.known)
         self.forget = control(StepButton(), texts, "stations_forget", "Remove", slot=self._remove)
         in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
 

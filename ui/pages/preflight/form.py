@@ -38,7 +38,7 @@ class PreflightForm(QWidget):
     edit_wanted = Signal()
     """The profile, or a new one."""
 
-    def __init__(self, services: Services, guard: WheelGuard) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("preflight_form")
         self._services = services
@@ -51,13 +51,13 @@ class PreflightForm(QWidget):
         texts, preferences = services.texts, services.preferences
         self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by")
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        self.module = ModuleField("preflight_module", services.connector, texts, guard)
+        self.module = ModuleField("preflight_module", services.connector, texts)
         self.aircraft = control(QComboBox(), texts, "preflight_aircraft", says="Aircraft")
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.aircraft.setMinimumContentsLength(8)
         self.aircraft.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        guard.guard(self.aircraft)
+        WheelGuard(self.aircraft)
         edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
         self.aircraft.setLineEdit(edit)
         self.aircraft.setCompleter(None)  # type: ignore[arg-type]

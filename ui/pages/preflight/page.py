@@ -38,7 +38,6 @@ from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control, named, rename, set_role
 from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
-from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -106,17 +105,16 @@ class PreflightPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("preflight")
         self._services, self._connector = services, services.connector
-        guard = WheelGuard(self)
         self.work = PreflightController(services, self._entered, self)
         self.result = JobNotice(self)
         self.files = RecordFiles(services.storage, self.result, self)
         self.banner = VerdictBanner()
-        self.form = PreflightForm(services, guard)
+        self.form = PreflightForm(services)
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
         self.activation.hide()
         self.list = CheckList(services)
-        self.history = CheckHistory(services, guard)
-        self.editor = ProfileEditor(services, guard)
+        self.history = CheckHistory(services)
+        self.editor = ProfileEditor(services)
         services.texts.bind(
             self.banner.setWhatsThis, "Void after a restart, a lost link, a change, or fifteen minutes."
         )

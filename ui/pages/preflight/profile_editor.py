@@ -55,9 +55,7 @@ class OptionalNumber(QWidget):
 
     changed = Signal()
 
-    def __init__(
-        self, name: str, default: float, low: float, high: float, *, unit: str = "", guard: WheelGuard
-    ) -> None:
+    def __init__(self, name: str, default: float, low: float, high: float, *, unit: str = "") -> None:
         super().__init__()
         self.setObjectName(name)
         self._default = default
@@ -69,7 +67,7 @@ class OptionalNumber(QWidget):
         self.box.setSuffix(unit)
         self.box.setMinimumWidth(_NUMBER_PX)
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
-        guard.guard(self.box)
+        WheelGuard(self.box)
         self.tick.toggled.connect(self._on_tick)
         self.box.valueChanged.connect(self.changed)
         in_row((self.tick, 1), self.box, of=self, spacing=Space.S, margins=0)
@@ -139,7 +137,7 @@ class ProfileEditor(QWidget):
     saved = Signal(object)
     closed = Signal()
 
-    def __init__(self, services: Services, guard: WheelGuard) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("profile_editor")
         self.ask_save: AskPath = ask_path
@@ -158,17 +156,15 @@ class ProfileEditor(QWidget):
         self.service.toggled.connect(self.refresh)
         for who in _ACTIVATED:
             self.activated_by.addItem("", who)
-        guard.guard(self.activated_by)
+        WheelGuard(self.activated_by)
         self.activated_by.activated.connect(self.refresh)
         self.limits = {
             name: OptionalNumber(f"profile_limit_{name}", limit.usual, limit.low, limit.high,
-                                 unit=limit.shown.partition("}")[2], guard=guard)
+                                 unit=limit.shown.partition("}")[2])
             for name, limit in LIMITS.items()
         }  # fmt: skip
         days = _USUAL_TEST_DAYS, 1, MAX_TEST_DAYS
-        self.tests = {
-            test.kind: OptionalNumber(f"profile_test_{test.kind.value}", *days, guard=guard) for test in GUIDED_TESTS
-        }
+        self.tests = {test.kind: OptionalNumber(f"profile_test_{test.kind.value}", *days) for test in GUIDED_TESTS}
         for number in (*self.limits.values(), *self.tests.values()):
             number.changed.connect(self.refresh)
         self.manual: list[ManualEditor] = []

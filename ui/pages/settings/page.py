@@ -55,7 +55,6 @@ from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Notice, NoticeBar
-from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
@@ -92,10 +91,9 @@ class SettingsPage(Page):
         super().__init__("settings")
         self._services, self._connector = services, services.connector
         texts = services.texts
-        self._guard = WheelGuard(self)
         self.work = SettingsController(services, self)
-        self.rows = {command.key: SettingsRow(command, texts, self._guard) for command in FORM_COMMANDS}
-        self.baud = BaudPanel(services, self._guard)
+        self.rows = {command.key: SettingsRow(command, texts) for command in FORM_COMMANDS}
+        self.baud = BaudPanel(services)
         self.header = self.make_header(texts, marked("Settings"))
         self.files = ProfileFiles(services, self, self.work.job)
         self.pane = SettingPane(texts)

@@ -32,11 +32,10 @@ from ui.widgets.controls import TEXT_GAP_PX, control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
-from ui.widgets.sliders import WheelGuard
 
 
 class BaudPanel(QFrame):
-    def __init__(self, services: Services, guard: WheelGuard) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "baud_panel", "marked-row")
         self._services, self._connector = services, services.connector
@@ -51,7 +50,7 @@ class BaudPanel(QFrame):
         self.conditions = text_label("baud_conditions", "attention")
         self._message = QStackedLayout()  # the height stays the same whatever it shows
         self.value_label = ValueLabel(BAUD_RATE)
-        editor = make_editor(BAUD_RATE, texts, guard)
+        editor = make_editor(BAUD_RATE, texts)
         if not isinstance(editor, ChoiceEditor):
             raise TypeError("the baud rate has a choice editor")
         self.editor = editor

@@ -27,7 +27,6 @@ from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.readout import StateChip
-from ui.widgets.sliders import WheelGuard
 
 CELLS_PX: Final = 41
 """Height of a row without its margins, its line and its reason: 44 px in all."""
@@ -65,7 +64,7 @@ class SettingsRow(QFrame):
     pressed = Signal(str)
     """Key; the row was clicked beside its editor."""
 
-    def __init__(self, command: Command, texts: Texts, guard: WheelGuard) -> None:
+    def __init__(self, command: Command, texts: Texts) -> None:
         super().__init__()
         self.setObjectName(f"row_{command.name}")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
@@ -74,7 +73,7 @@ class SettingsRow(QFrame):
         self.name = control(QLabel(), texts, f"{command.name}_name", command.title)
         self.name.setWordWrap(True)
         self.value_label = ValueLabel(command)
-        self.editor: FieldEditor = make_editor(command, texts, guard)
+        self.editor: FieldEditor = make_editor(command, texts)
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = text_label(f"{command.name}_reason", "small")
         self.name.setBuddy(self.editor)

@@ -67,7 +67,6 @@ from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import Readout
-from ui.widgets.sliders import WheelGuard
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -85,7 +84,7 @@ class TestsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("tests")
         self._services, self._connector = services, services.connector
-        texts, guard = services.texts, WheelGuard(self)
+        texts = services.texts
         self.work = GuidedController(services, self)
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
@@ -93,7 +92,7 @@ class TestsPage(Page):
         self.who = control(QLineEdit(), texts, "tests_who", says="Tested by")
         self.who.setMaxLength(MAX_NAME_LENGTH)
         texts.bind(self.who.setPlaceholderText, "your name")
-        self.module = ModuleField("tests_module", services.connector, texts, guard)
+        self.module = ModuleField("tests_module", services.connector, texts)
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")

@@ -62,7 +62,7 @@ class RecordBesideLog(QWidget):
         self.picture = IconLabel("beside_icon", _ICON_PX)
         self.explanation = text_label("beside_said", is_selectable=True)
         self.moments = control(QComboBox(), texts, "beside_moments", says="Moment")
-        WheelGuard(self).guard(self.moments)
+        WheelGuard(self.moments)
         self.moments.currentIndexChanged.connect(self._show_moment)
         self.question = control(QLabel(), texts, "beside_question", "Confirm this moment as:")
         self.buttons = {

@@ -54,7 +54,6 @@ from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import ElidedLabel, EmptyState
 from ui.widgets.layouts import FlowRow, fold_beside, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
-from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ROW_PX: Final = 36
@@ -81,7 +80,7 @@ class TriggersPage(Page):
         self.detail = TriggersDetail(services.texts)
         self.beside = RecordBesideLog(services.texts)
         self.strip = named(NoticeBar(services.texts), "triggers_notice")
-        self.module = ModuleField("triggers_module", services.connector, services.texts, WheelGuard(self))
+        self.module = ModuleField("triggers_module", services.connector, services.texts)
         self.module.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.news = named(ElidedLabel(), "triggers_news", "small")
