@@ -33,8 +33,7 @@ class Confirm(QWidget):
                           about="Sends it once: never repeated, never kept for later.")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Nothing is sent.",
                               key="Esc", slot=self.withdraw)  # fmt: skip
-        row = FlowRow(self)
-        row.add_right(self.go, self.cancel, self.ask)
+        FlowRow(right=(self.go, self.cancel, self.ask), of=self)
         self.setTabOrder(self.ask, self.cancel)
         self.setTabOrder(self.cancel, self.go)
         self._asked_at = 0.0

@@ -350,7 +350,7 @@ class RitualWidget(QFrame):
         self._row = in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
         VisibilityTimer(self, self._fit, retranslate=self._show, restyle=self._fit)
         # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
-        row = FlowRow(spacing_px=Space.L)
+        row = FlowRow(spacing=Space.L)
         starts = in_row(self.rehearse, self.choose, spacing=Space.S)
         for mark, buttons in zip(self.marks, (starts, in_row(self.arm), in_row(self.hold)), strict=True):
             row.add(_column(mark, buttons))

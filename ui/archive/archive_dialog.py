@@ -164,8 +164,7 @@ class ArchiveDialog(QDialog):
         self._views.addWidget(split)
         self._views.addWidget(self.empty)
         self._views.setMinimumHeight(_LOWEST_PX)  # the room is that of a question above
-        actions = FlowRow()
-        actions.add_right(self.service, self.sync, self.export, self.import_)
+        actions = FlowRow(right=(self.service, self.sync, self.export, self.import_))
         in_column(
             in_row(label, (self.server, 1), self.use, spacing=Space.S),
             in_row(self.sign, (self.state, 1), (actions, 2), spacing=Space.S),
@@ -202,8 +201,7 @@ class ArchiveDialog(QDialog):
         policy = self.same_other.sizePolicy()
         policy.setRetainSizeWhenHidden(False)
         self.same_other.setSizePolicy(policy)
-        answers = FlowRow()
-        answers.add_right(self.who, self.same, self.same_other, self.different)
+        answers = FlowRow(right=(self.who, self.same, self.same_other, self.different))
         words = in_row(sign, (self.asked, 1), spacing=Space.S)
         in_column(words, answers, of=self.question, spacing=Space.XS, margins=Space.S)
         self.question.hide()

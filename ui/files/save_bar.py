@@ -201,8 +201,7 @@ class SaveBar(QWidget):
         self.note.busy_changed.connect(self.stop.setVisible)
         for button in (self.csv, self.png):
             self.note.busy_changed.connect(button.setDisabled)
-        self._buttons = FlowRow()
-        self._buttons.add_right(self.stop, self.csv, self.png)
+        self._buttons = FlowRow(right=(self.stop, self.csv, self.png))
         self._row = in_row((self.note, 1), (self._buttons, 3), of=self, spacing=Space.S, margins=0)
 
     def event(self, event: QEvent) -> bool:

@@ -1,19 +1,21 @@
-"""A table of whole rows, which are opened by double click or Enter and removed by Del; rows of facts."""
+"""A table of whole rows, which are opened by double click or Enter and removed by Del; its search; rows of facts."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Final, Generic
+from typing import Any, Final, Generic
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QHeaderView, QLabel, QTableView, QWidget
+from PySide6.QtWidgets import QHeaderView, QLabel, QLineEdit, QStackedWidget, QTableView, QWidget
 
 from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.table_kit import Row, RowsFilter, RowsModel, TableColumn, list_rows
+from ui.style.icons import Icon
 from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.controls import control, named
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.labels import EmptyState, text_label
+from ui.widgets.layouts import in_column, in_row, stacked
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _PAD_PX: Final = 5
@@ -21,6 +23,7 @@ _PAD_PX: Final = 5
 _FRAME_PX: Final = 8
 """Frame of the style, both sides together."""
 _ICON_PX: Final = 24
+_SEARCH_PX: Final = 140
 
 
 class RowsTable(QTableView, Generic[Row]):
@@ -129,6 +132,34 @@ class RowsTable(QTableView, Generic[Row]):
                 self.remove_wanted.emit()
             case _:
                 super().keyPressEvent(event)
+
+
+class SearchedRows(QStackedWidget):
+    """A table, or why it shows no rows; the page places `search`. `words`: title and text of `empty`, as there."""
+
+    def __init__(self, texts: Texts, page: str, table: RowsTable[Row], picture: Icon, *words: str) -> None:
+        super().__init__()
+        self._table: RowsTable[Any] = table
+        self.search = control(QLineEdit(), texts, f"{page}_search", says="Search", key="Ctrl+F")
+        self.search.setFixedWidth(_SEARCH_PX)
+        self.search.setClearButtonEnabled(True)
+        texts.bind(self.search.setPlaceholderText, "Search")
+        self.search.textChanged.connect(self._filter)
+        self.empty = EmptyState(f"{page}_empty", picture, texts, *words)
+        self.no_match = EmptyState(f"{page}_no_match", picture, texts, marked("No matches"))
+        stacked(self, self.empty, table, self.no_match)
+
+    def show_rows(self, rows: Sequence[object]) -> None:
+        self._table.show_rows(rows)
+        self._show_view()
+
+    def _filter(self, text: str) -> None:
+        self._table.filter.use(text)
+        self._show_view()
+
+    def _show_view(self) -> None:
+        content = self._table if self._table.filter.rowCount() else self.no_match
+        self.setCurrentWidget(content if self._table.source.rows else self.empty)
 
 
 NAME_PX: Final = 88

@@ -150,9 +150,8 @@ class PlotHeader(QWidget):
                               is_checkable=True, slot=time_range.back_to_live)  # fmt: skip
         self.pause = control(QPushButton(), texts, "time-plot-pause", slot=time_range.toggle_pause)
         self.pause.setAutoDefault(False)
-        self.row = FlowRow(self, spacing_px=Space.XS)
-        self.row.add(self.chip)
-        self.row.add_right(self.clock, *self._lengths.values(), self._whole, self.pause)
+        at_right = (self.clock, *self._lengths.values(), self._whole, self.pause)
+        self.row = FlowRow(self.chip, right=at_right, of=self, spacing=Space.XS)
         self._whole.setVisible(time_range.is_recorded)
         for button in (self.pause, self.clock):
             button.setVisible(not time_range.is_recorded)

@@ -1,5 +1,6 @@
 """The base class of the window's pages, and their header: title, actions at the right, what is rare in a menu."""
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import ClassVar, Final
 
@@ -17,6 +18,8 @@ from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 HEIGHT_PX: Final = 40
+WaysBack = Iterable[tuple[object, Callable[[], object]]]
+"""Steps of Esc, each with what is true while it is possible."""
 
 
 class PageHeader(QWidget):
@@ -104,9 +107,16 @@ class Page(QWidget):
         """Show this view of a page that has several."""
         raise LookupError(f"{self.objectName()} has no view {view}")
 
+    def ways_back(self) -> WaysBack:
+        """What Esc does is the first of them that is possible; it never sends anything but LOCK."""
+        return ()
+
     def on_escape(self) -> bool:
-        """Esc was pressed: go back one step; whether there was one. It never sends anything but LOCK."""
-        return False
+        """Esc was pressed: go back one step; whether there was one."""
+        step = next((step for is_possible, step in self.ways_back() if is_possible), None)
+        if step is not None:
+            step()
+        return step is not None
 
     def notices(self) -> list[JobNotice]:
         """All that the page says of jobs."""

@@ -1,6 +1,7 @@
 """Rows, columns and scroll areas made in one call, and a row that wraps."""
 
-from typing import Final, NamedTuple
+from collections.abc import Iterable
+from typing import Final, NamedTuple, TypeVar
 
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtWidgets import (
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import (
     QLayoutItem,
     QScrollArea,
     QStackedLayout,
+    QStackedWidget,
     QVBoxLayout,
     QWidget,
     QWidgetItem,
@@ -22,6 +24,8 @@ from ui.widgets.controls import control
 
 _LOWEST_PX: Final = 130
 """Of a list and of its details, one below the other."""
+_BESIDE_FROM_PX: Final = 640
+"""Width of a page, in the usual size of text."""
 _UNBOUNDED: Final = 16_777_215
 """QWIDGETSIZE_MAX."""
 
@@ -36,6 +40,8 @@ Item = Gap | QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWi
 """A number is a stretch; a pair is a widget or layout with its stretch, or a widget with its alignment."""
 Margins = int | tuple[int, int] | tuple[int, int, int, int]
 """One for all sides, (horizontal, vertical), or (left, top, right, bottom)."""
+
+Stack = TypeVar("Stack", QStackedLayout, QStackedWidget)
 
 
 def in_row(
@@ -62,8 +68,7 @@ def _fill(
     if of is not None:
         of.setLayout(layout)
     if margins is not None:
-        sides = (margins, margins) if isinstance(margins, int) else margins
-        layout.setContentsMargins(*sides, *sides) if len(sides) == 2 else layout.setContentsMargins(*sides)
+        _set_margins(layout, margins)
     if spacing is not None:
         layout.setSpacing(spacing)
     for item in items:
@@ -82,6 +87,18 @@ def _fill(
                 layout.addWidget(widget, 0, side)
             case (QWidget() as widget, int() as share):
                 layout.addWidget(widget, share)
+
+
+def _set_margins(layout: QLayout, margins: Margins) -> None:
+    sides = (margins, margins) if isinstance(margins, int) else margins
+    layout.setContentsMargins(*sides, *sides) if len(sides) == 2 else layout.setContentsMargins(*sides)
+
+
+def stacked(stack: Stack, *views: QWidget) -> Stack:
+    """Adds `views` to `stack`, which shows the first; returns it."""
+    for view in views:
+        stack.addWidget(view)
+    return stack
 
 
 def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> "FlowRow":
@@ -112,9 +129,9 @@ def scroll_area(
     return area
 
 
-def fold_beside(lists: QBoxLayout, table: QWidget, details: QWidget, width_px: int, *, is_beside: bool) -> None:
-    """Lays `details` out beside the table, `width_px` wide in the usual size of text, or below it."""
-    direction = QBoxLayout.Direction
+def fold_beside(lists: QBoxLayout, table: QWidget, details: QWidget, width_px: int, page_px: int) -> None:
+    """Lays `details` out beside the table, `width_px` wide in the usual size of text, or below it on a narrow page."""
+    is_beside, direction = page_px >= scaled(_BESIDE_FROM_PX), QBoxLayout.Direction
     lists.setDirection(direction.LeftToRight if is_beside else direction.TopToBottom)
     details.setMinimumWidth(scaled(width_px) if is_beside else 0)
     details.setMaximumWidth(scaled(width_px) if is_beside else _UNBOUNDED)
@@ -178,11 +195,14 @@ def _least_of(item: QLayoutItem) -> QSize:
 
 
 class FlowRow(QLayout):
-    """A row that wraps: `add` aligns widgets to the left, `add_right` to the right of the last line. Where it `is_even`
-    those at the left lie in columns of one width."""
+    """A row that wraps, as the layout `of` that widget; those at the `right` are in the last line. Where it `is_even`
+    the others lie in columns of one width."""
 
-    def __init__(self, parent: QWidget | None = None, *, spacing_px: int = Space.S, is_even: bool = False) -> None:
-        super().__init__(parent)
+    def __init__(
+        self, *left: QWidget, right: Iterable[QWidget] = (), of: QWidget | None = None, spacing: int = Space.S,
+        margins: Margins = 0, is_even: bool = False,
+    ) -> None:  # fmt: skip
+        super().__init__(of)
         self._is_even = is_even
         self._left: Final[list[QLayoutItem]] = []
         self._right: Final[list[QLayoutItem]] = []
@@ -192,8 +212,10 @@ class FlowRow(QLayout):
         """Width of an even column."""
         self.last_px = 0
         """Its width when it was laid out last."""
-        self.setContentsMargins(0, 0, 0, 0)
-        self.setSpacing(spacing_px)
+        _set_margins(self, margins)
+        self.setSpacing(spacing)
+        self.add(*left)
+        self.add_right(*right)
 
     def add(self, *widgets: QWidget) -> None:
         self._add(self._left, widgets)

@@ -61,7 +61,7 @@ class Foot(QWidget):
 def test_even_shares_hold_what_is_in_them(qtbot: QtBot) -> None:
     holder = QWidget()
     qtbot.addWidget(holder)
-    row, boxes = FlowRow(holder, is_even=True), [QWidget() for _ in range(3)]
+    row, boxes = FlowRow(of=holder, is_even=True), [QWidget() for _ in range(3)]
     for box, width in zip(boxes, (WIDTH, 2 * WIDTH, WIDTH), strict=True):
         box.setMinimumSize(width, HEIGHT)
     row.add(*boxes)
@@ -110,7 +110,7 @@ def test_hidden_widgets_take_no_room(qtbot: QtBot) -> None:
 def test_it_asks_for_the_height_that_it_takes(qtbot: QtBot) -> None:
     holder = QWidget()
     qtbot.addWidget(holder)
-    row = FlowRow(holder)
+    row = FlowRow(of=holder)
     for _ in range(3):
         box = QWidget()
         box.setFixedSize(WIDTH, HEIGHT)

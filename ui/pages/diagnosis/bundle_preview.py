@@ -157,8 +157,7 @@ class BundlePreview(QWidget):
 
     def _lay_out(self) -> None:
         body = in_row(self.parts, (self.text, 1), spacing=Space.S)
-        buttons = FlowRow()
-        buttons.add_right(self.renew, self.save)
+        buttons = FlowRow(right=(self.renew, self.save))
         head = in_row((self._privacy_note, 1), (buttons, 2), spacing=Space.S)
         in_column(head, (body, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 

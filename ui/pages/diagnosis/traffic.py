@@ -85,7 +85,8 @@ class TrafficPage(QWidget):
         Shortcut("traffic_copy_key", self, self.copy)
         Shortcut("traffic_clear_key", self, self.clear)
         foot = in_row((self.detail, 1), (self._count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
-        in_column(self._make_bar(), (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        bar = FlowRow(self.filter, self.search, right=(self.pause, self.mark, self.copy, self.clear))
+        in_column(bar, (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         VisibilityTimer(
             self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate,
             restyle=self._apply_theme,
@@ -157,12 +158,6 @@ class TrafficPage(QWidget):
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         box.currentIndexChanged.connect(self._use_filter)
         return box
-
-    def _make_bar(self) -> FlowRow:
-        bar = FlowRow()
-        bar.add(self.filter, self.search)
-        bar.add_right(self.pause, self.mark, self.copy, self.clear)
-        return bar
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all, as tab-separated text; at most `MAX_COPIED`."""

@@ -157,9 +157,7 @@ class BatchPanel(QWidget):
             texts, "fleet_batch_table", "Modules of the batch", _COLUMNS, lambda row: (row.name, row.at),
             lambda row: join_names(filter(None, cells(row))), row_px=scaled(_ROW_PX),
         )  # fmt: skip
-        row = FlowRow(spacing_px=Space.S)
-        row.add(self.label, self.confirm)
-        row.add_right(self.close_button, self.labels, self.export)
+        row = FlowRow(self.label, self.confirm, right=(self.close_button, self.labels, self.export))
         self.form_view = scroll_area(self.form, texts, "fleet_batch_scroll", "What each module gets", is_vertical=True)
         headline = in_row(self.sign, (self.words, 1), spacing=Space.M)
         in_column((self.form_view, 1), headline, self.hint, row, (self.table, 1), of=self, spacing=Space.S,

@@ -35,14 +35,14 @@ from ui.pages.fleet.members import FleetMembers
 from ui.pages.fleet.profile_panel import ProfilePanel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
-from ui.services.page import Page
+from ui.services.page import Page, WaysBack
 from ui.services.port import Port
 from ui.services.running_job import is_risk_open, progress_text, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import EmptyState, text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -126,9 +126,7 @@ class FleetPage(Page):
         )
         self.report = head.add_rare("fleet_report", marked("Export report…"), self._choose_report)
         self.start_batch = head.add_rare("fleet_batch", marked("Batch of new modules…"), self.open_batch)
-        self.stack = named(QStackedWidget(), "fleet_stack")
-        for view in (self.empty, self.view, self.panel, self.batch):
-            self.stack.addWidget(view)
+        self.stack = stacked(named(QStackedWidget(), "fleet_stack"), self.empty, self.view, self.panel, self.batch)
         top = in_column(head, self.summary, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         # Below the cards, so that a notice moves none of them.
         foot = in_row(self.notice_bar, margins=(Space.M, 0, Space.M, Space.S))
@@ -354,11 +352,8 @@ class FleetPage(Page):
 
         self.result.write_in_background(self._report, path, write, saved)
 
-    def on_escape(self) -> bool:
-        if self.profile.profile is not None and not self.profile.is_running:
-            self._close_profile()
-            return True
-        return False
+    def ways_back(self) -> WaysBack:
+        return ((self.profile.profile is not None and not self.profile.is_running, self._close_profile),)
 
     def fit(self) -> None:
         self.board.place()

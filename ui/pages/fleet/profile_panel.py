@@ -68,9 +68,7 @@ class ProfilePanel(QWidget):
             texts, "fleet_profile_table", "Profile", (), lambda row: row.column.port, _row_text, row_px=scaled(_ROW_PX)
         )
         self.title.setWordWrap(False)
-        head = FlowRow(spacing_px=Space.S)
-        head.add(self.title)
-        head.add_right(self.close_button, self.write)
+        head = FlowRow(self.title, right=(self.close_button, self.write))
         in_column(head, self.hint, (self.table, 1), of=self, spacing=Space.S, margins=(Space.M, Space.XS))
 
     def refresh(self) -> None:

@@ -113,7 +113,7 @@ class FireMapView(StaticPlot):
         self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
         self.numbers = pg.TextItem()
         self._legend = {word: (QWidget(), QLabel(), named(QLabel(), "flights_map_word", "small")) for word in _LEGEND}
-        keys = FlowRow(spacing_px=Space.S)
+        keys = FlowRow()
         for key, swatch, label in self._legend.values():
             in_row(swatch, label, of=key, spacing=Space.XS, margins=0)
             keys.add(key)

@@ -34,12 +34,12 @@ from ui.pages.flights.texts import assumed_text, limits_text, short_name
 from ui.pages.flights.thresholds import ThresholdPanel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.services.page import Page
+from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import Shortcut, control, named
 from ui.widgets.labels import EmptyState
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -83,10 +83,10 @@ class FlightsPage(Page):
         """The recording that thresholds are to be tried on, until it is read."""
         self._tried_with: tuple[TriggerLimits, Mapping[str, Value]] | None = None
         """The thresholds that were tried last, and the settings that they are of."""
-        self._stack = named(QStackedWidget(), "flights_stack")
         self._overview = self._make_overview()
-        for widget in (self.empty, self._overview, self.flight, self.form):
-            self._stack.addWidget(widget)
+        self._stack = stacked(
+            named(QStackedWidget(), "flights_stack"), self.empty, self._overview, self.flight, self.form
+        )
         self._lay_out()
         self._wire()
         self.setAcceptDrops(True)
@@ -307,19 +307,14 @@ class FlightsPage(Page):
 
     # Qt
 
-    def on_escape(self) -> bool:
-        """Leaves a flight or the form, cancels reading or closes a message."""
-        if self._stack.currentWidget() is self.flight:
-            self.flight.close_flight()
-        elif self._stack.currentWidget() is self.form:
-            self._show_overview()
-        elif self.work.task.is_running:
-            self.work.cancel()
-        elif self.result.result_notice() is not None:
-            self.result.dismiss()
-        else:
-            return False
-        return True
+    def ways_back(self) -> WaysBack:
+        shown = self._stack.currentWidget()
+        return (
+            (shown is self.flight, self.flight.close_flight),
+            (shown is self.form, self._show_overview),
+            (self.work.task.is_running, self.work.cancel),
+            (self.result.result_notice(), self.result.dismiss),
+        )
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if _dropped(event.mimeData()):

@@ -24,7 +24,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import in_column, in_row, retain_size
+from ui.widgets.layouts import in_column, in_row, retain_size, stacked
 from ui.widgets.notice_bar import NoticeBar
 
 SUFFIX: Final = ".toml"
@@ -57,9 +57,7 @@ class ProposalBar(QFrame):
         in_row((self.picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=self._summary, spacing=Space.S, margins=0)
         self.strip = named(NoticeBar(texts, is_fitted=True), "flights_notice")
         self.strip.changed.connect(self._share)
-        self._stack = named(QStackedWidget(), "flights_proposal_stack")
-        for widget in (self._summary, self.strip):
-            self._stack.addWidget(widget)
+        self._stack = stacked(named(QStackedWidget(), "flights_proposal_stack"), self._summary, self.strip)
         self._buttons = named(QWidget(), "flights_proposal_buttons")
         in_row(self.take, self.use, of=self._buttons, spacing=Space.S, margins=0)
         self.row = in_row((self._stack, 1), self._buttons, of=self, spacing=Space.S, margins=(Space.M, Space.XS))

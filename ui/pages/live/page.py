@@ -39,12 +39,12 @@ from ui.pages.live.panel import LivePanel
 from ui.pages.live.recorded_view import RecordedBanner, origin_of, recorded_plot, show_moment
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
-from ui.services.page import Page, StreamPage
+from ui.services.page import Page, StreamPage, WaysBack
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import Shortcut, control, named, set_role
 from ui.widgets.labels import EmptyState
-from ui.widgets.layouts import in_column, in_row, retain_size
+from ui.widgets.layouts import in_column, in_row, retain_size, stacked
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SIMULATED: Final = Target(SIMULATED_PORT, DEFAULT_BAUD_RATE)
@@ -138,9 +138,7 @@ class LivePage(StreamPage):
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
         self._connect_menu(self._live_plot)
-        self._stack = QStackedLayout(self)
-        self._stack.addWidget(self.empty)
-        self._stack.addWidget(self._content)
+        self._stack = stacked(QStackedLayout(self), self.empty, self._content)
         # What is out of sight is disabled, and its shortcuts with it.
         self._stack.currentChanged.connect(lambda: self._content.setEnabled(not self.is_empty))
         self._content.setEnabled(False)
@@ -357,11 +355,8 @@ class LivePage(StreamPage):
         super().end_notices(is_page_left=is_page_left)
         self.save.note.clear()
 
-    def on_escape(self) -> bool:
-        """Back to live."""
-        was_recorded = self.recording is not None
-        self.back_to_live()
-        return was_recorded
+    def ways_back(self) -> WaysBack:
+        return ((self.recording is not None, self.back_to_live),)
 
     def fit(self) -> None:
         self.panel.fit_height(self.height())

@@ -211,9 +211,8 @@ class LivePanel(QFrame):
     def _lay_out(self) -> None:
         self._then = named(QWidget(), "live_then")
         in_column(1, self.activation, self.trigger, 1, of=self._then, spacing=Space.XS, margins=0)
-        self._row = FlowRow(self, spacing_px=Space.M)
-        self._row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        self._row.add(self.gauge, *self._tiles, self._then, self.moment)
+        tiles = self.gauge, *self._tiles, self._then, self.moment
+        self._row = FlowRow(*tiles, of=self, spacing=Space.M, margins=(Space.M, Space.XS))
 
     @property
     def _tiles(self) -> tuple[Readout, ...]:

@@ -31,12 +31,12 @@ from ui.pages.preflight.verdict import HEIGHT_PX, SPOKEN, VerdictBanner, announc
 from ui.services.announcer import announcer
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.services.page import Page, PageHeader
+from ui.services.page import Page, PageHeader, WaysBack
 from ui.simulator.panel import rest_offer
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control, named, rename, set_role
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -62,9 +62,8 @@ class PreflightButtons(QWidget):
                                key="Ctrl+H", picture=Icon.HISTORY)  # fmt: skip
         header.add(self.history)
         self.verify = header.add_rare("preflight_verify", marked("Verify a file…"), lambda: None)
-        row = FlowRow(self)
-        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
-        row.add_right(self.cancel, self.run, self.enable, self.print)
+        buttons = self.cancel, self.run, self.enable, self.print
+        FlowRow(right=buttons, of=self, margins=(Space.M, Space.XS, Space.M, Space.S))
 
     def press_main(self) -> None:
         """Ctrl+Return is the main button, whichever that is."""
@@ -129,8 +128,7 @@ class PreflightPage(Page):
         """What was announced last."""
         self._stack = QStackedLayout(self)
         self._check = self._lay_out()
-        for view in (self._check, self.history, self.editor):
-            self._stack.addWidget(view)
+        stacked(self._stack, self._check, self.history, self.editor)
         services.pending_edits.has_profile = self._is_profile_edited
         self._wire()
         self.refresh()
@@ -362,16 +360,11 @@ class PreflightPage(Page):
     def fit(self) -> None:
         self.banner.use_height(low_px() if self.height() < scaled(_LOW_PAGE_PX) else max(HEIGHT_PX, low_px()))
 
-    def on_escape(self) -> bool:
-        """Leave the past checks or the profile editor, cancel the check, or close a message."""
-        if self._stack.currentWidget() is self.history:
-            self.show_check()
-        elif self._stack.currentWidget() is self.editor:
-            self.editor.close_editor()
-        elif self.work.standing is Standing.CHECKING:
-            self.work.cancel()
-        elif self.strip.notice is not None:
-            self.result.dismiss()
-        else:
-            return False
-        return True
+    def ways_back(self) -> WaysBack:
+        shown = self._stack.currentWidget()
+        return (
+            (shown is self.history, self.show_check),
+            (shown is self.editor, self.editor.close_editor),
+            (self.work.standing is Standing.CHECKING, self.work.cancel),
+            (self.strip.notice, self.result.dismiss),
+        )

@@ -322,7 +322,5 @@ class ProfileEditor(QWidget):
 
 def _card(name: str, numbers: Iterable[OptionalNumber]) -> QFrame:
     card = named(QFrame(), name, "card")
-    row = FlowRow(card, spacing_px=Space.S, is_even=True)
-    row.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-    row.add(*numbers)
+    FlowRow(*numbers, of=card, margins=(Space.M, Space.S), is_even=True)
     return card

@@ -6,7 +6,7 @@ from typing import Final
 
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainter
-from PySide6.QtWidgets import QLineEdit, QStackedWidget, QStyledItemDelegate, QStyleOptionViewItem, QTableView
+from PySide6.QtWidgets import QStyledItemDelegate, QStyleOptionViewItem, QTableView
 
 from app.recordings.entry_texts import entry_text, size_text, when_text
 from app.recordings.library import RecordingEntry
@@ -14,19 +14,19 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
-from ui.forms.rows_table import RowsTable
+from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import ROW_ROLE, Index, select_row
 from ui.pages.recordings.detail import WIDTH_PX, RecordingsDetail
 from ui.pages.recordings.model import COLUMNS, Column
 from ui.pages.recordings.outlines import Outlines, draw_outline
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.services.page import Page
+from ui.services.page import Page, WaysBack
 from ui.services.recording_jobs import ExportKind
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, current, scaled
-from ui.widgets.controls import Shortcut, control, named
-from ui.widgets.labels import ElidedLabel, EmptyState
+from ui.style.theme import Meaning, Space, current
+from ui.widgets.controls import Shortcut, named
+from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import fold_beside, in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -59,9 +59,6 @@ class PinDelegate(QStyledItemDelegate):
         option.text = ""
 
 
-_SEARCH_PX: Final = 200
-_BESIDE_FROM_PX: Final = 640
-"""Narrower than this, in the usual size of text, the details lie below the list."""
 _LIST_EVERY_MS: Final = 2000
 """For the growing recording, while the page is visible."""
 _DRAW_EVERY_MS: Final = 100
@@ -90,18 +87,10 @@ class RecordingsPage(Page):
         self.outlines.changed.connect(self.table.viewport().update)
         self.strip = named(NoticeBar(services.texts), "recordings_notice")
         self.bounds = named(ElidedLabel(), "recordings_bounds", "small")
-        self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search", key="Ctrl+F")
-        self.search.setFixedWidth(_SEARCH_PX)
-        self.search.setClearButtonEnabled(True)
-        services.texts.bind(self.search.setPlaceholderText, "Search")
         self.detail = RecordingsDetail(services.texts)
         self.buttons = self.detail.buttons
         words = marked("No recordings yet"), marked("Every session is recorded automatically.")
-        self.empty = EmptyState("recordings_empty", Icon.RECORDINGS, services.texts, *words)
-        self._stack = QStackedWidget()
-        self.no_match = EmptyState("recordings_no_match", Icon.RECORDINGS, services.texts, marked("No matches"))
-        for widget in (self.empty, self.table, self.no_match):
-            self._stack.addWidget(widget)
+        self.list = SearchedRows(services.texts, "recordings", self.table, Icon.RECORDINGS, *words)
         self._lay_out()
         VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS)
         timer = VisibilityTimer(self, self.refresh, every_ms=_DRAW_EVERY_MS, tick=self._refresh_notice)
@@ -111,7 +100,7 @@ class RecordingsPage(Page):
 
     def refresh(self) -> None:
         work, chosen = self.work, self.table.chosen()
-        self.table.show_rows(work.entries)
+        self.list.show_rows(work.entries)
         paths = {entry.path for entry in chosen}
         if {entry.path for entry in self.table.chosen()} != paths:
             self.table.choose(lambda entry: entry.path in paths)
@@ -120,21 +109,9 @@ class RecordingsPage(Page):
         self.detail.setVisible(has_entries)
         if has_entries and not self.table.chosen() and not self._to_delete:
             select_row(self.table, 0)
-        self._show_list()
         self.bounds.setText(self._bounds_text())
         self._refresh_notice()
         self._refresh_buttons()
-
-    def _show_list(self) -> None:
-        """The list, or why it is empty."""
-        if not self.work.entries:
-            self._stack.setCurrentWidget(self.empty)
-        else:
-            self._stack.setCurrentWidget(self.table if self.table.filter.rowCount() else self.no_match)
-
-    def _search(self, text: str) -> None:
-        self.table.filter.use(text)
-        self._show_list()
 
     def _refresh_notice(self) -> None:
         self.strip.show_notice(self._notice())
@@ -233,35 +210,29 @@ class RecordingsPage(Page):
         self.buttons.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
         self.table.remove_wanted.connect(self._ask_to_delete)
-        self.search.textChanged.connect(self._search)
         self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
         self.saving = Shortcut("recordings_csv_key", self, self.buttons.csv)
         self.exporting = Shortcut("recordings_mcap_key", self, self.buttons.mcap)
-        Shortcut("recordings_search_key", self, self.search, self.search.setFocus)
+        Shortcut("recordings_search_key", self, self.list.search, self.list.search.setFocus)
 
     def _lay_out(self) -> None:
-        head = self.make_header(self._services.texts, marked("Recordings"), self.search)
+        head = self.make_header(self._services.texts, marked("Recordings"), self.list.search)
         head.row.setStretchFactor(head.title, 0)
         head.row.insertWidget(1, self.bounds, 1)
-        self._lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
+        self._lists = in_row((self.list, 1), self.detail, spacing=Space.S)
         in_column(head, (self._lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
 
     def fit(self) -> None:
-        fold_beside(self._lists, self._stack, self.detail, WIDTH_PX, is_beside=self.width() >= scaled(_BESIDE_FROM_PX))
+        fold_beside(self._lists, self.list, self.detail, WIDTH_PX, self.width())
 
     def notices(self) -> list[JobNotice]:
         return [self.work]
 
-    def on_escape(self) -> bool:
-        """Cancels a job or the question, or closes a message."""
-        if self.work.is_running:
-            self.work.cancel()
-        elif self._to_delete:
-            self._cancel_deletion()
-        elif self.work.notice() is not None:
-            self.work.dismiss()
-        else:
-            return False
-        return True
+    def ways_back(self) -> WaysBack:
+        return (
+            (self.work.is_running, self.work.cancel),
+            (self._to_delete, self._cancel_deletion),
+            (self.work.notice(), self.work.dismiss),
+        )

@@ -49,11 +49,11 @@ from ui.pages.settings.row import (
     SettingsRow,
 )
 from ui.services.context import Services
-from ui.services.page import Page
+from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import Shortcut, control, named
-from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
+from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -106,8 +106,7 @@ class SettingsPage(Page):
         self.rows[_LIGHT].add_beside_editor(self.measure)
         self._stack = QStackedLayout(self)
         self._form = self._lay_out()
-        for view in (self._form, self.compare, self.calibration):
-            self._stack.addWidget(view)
+        stacked(self._stack, self._form, self.compare, self.calibration)
         self._wire()
         self.work.changed.connect(VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS).refresh_seen)
         self.refresh()
@@ -300,10 +299,9 @@ class SettingsPage(Page):
         in_column(self._make_heads(), (self.scroll_area, 1), of=table, spacing=0, margins=1)
         self._body = in_row((table, 1), self.pane, spacing=Space.S, margins=(Space.M, 0))
         head = in_column(self.header, margins=(Space.M, 0))
-        foot = FlowRow()
-        foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        foot.add(self.files.title, self.files.open, self.files.recent, self.files.save)
-        foot.add_right(self.revert, self.write)
+        files = self.files
+        foot = FlowRow(files.title, files.open, files.recent, files.save, right=(self.revert, self.write),
+                       margins=(Space.M, Space.XS))  # fmt: skip
         form = named(QWidget(), "settings_form")
         in_column(head, (self._body, 1), self.strip, foot, of=form, spacing=0, margins=0)
         return form
@@ -364,17 +362,13 @@ class SettingsPage(Page):
         for row in rows:
             row.fold(is_narrow=table_px < scaled(_WIDE_FROM_PX))
 
-    def on_escape(self) -> bool:
-        """Leaves the profile or the calibration, or dismisses the notice."""
-        if self._stack.currentWidget() is self.calibration:
-            self.calibration.close_panel()
-        elif self._stack.currentWidget() is self.compare:
-            self.show_form()
-        elif not self.work.job.is_running and self.work.notice() is not None:
-            self.work.job.dismiss()
-        else:
-            return False
-        return True
+    def ways_back(self) -> WaysBack:
+        shown, job = self._stack.currentWidget(), self.work.job
+        return (
+            (shown is self.calibration, self.calibration.close_panel),
+            (shown is self.compare, self.show_form),
+            (not job.is_running and self.work.notice(), job.dismiss),
+        )
 
 
 def _write_text(count: int) -> str:

@@ -30,7 +30,7 @@ from ui.style.icons import Icon, set_icon_size
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import TEXT_GAP_PX, control, named
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import Gap, in_column, in_row
+from ui.widgets.layouts import Gap, in_column, in_row, stacked
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
 
@@ -136,8 +136,7 @@ class BaudPanel(QFrame):
             self._settling.run_in(store.queue, settle, lambda _none: None, lambda _trouble: None)
 
     def _lay_out(self) -> None:
-        for widget in (self._warning, self.conditions, self.notice_bar):
-            self._message.addWidget(widget)
+        stacked(self._message, self._warning, self.conditions, self.notice_bar)
         row = in_row(*aligned_cells(self.title, self.value_label, self.editor), 1, spacing=CELL_GAP)
         self._below = in_row((self._message, 1), self.confirm, spacing=CELL_GAP)
         in_column(row, self._below, of=self, spacing=0, margins=(Space.S, Space.XS))

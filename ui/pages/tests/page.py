@@ -59,12 +59,12 @@ from ui.pages.tests.widgets import (
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.module_field import ModuleField
-from ui.services.page import Page
+from ui.services.page import Page, WaysBack
 from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control, named, rename, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import Readout
 from ui.widgets.step_button import StepButton
@@ -282,12 +282,8 @@ class TestsPage(Page):
         """`view`: the name of a test."""
         self._choose([test.kind for test in GUIDED_TESTS].index(GuidedKind(view)))
 
-    def on_escape(self) -> bool:
-        """Cancel the test."""
-        if not self.work.is_running:
-            return False
-        self.work.cancel()
-        return True
+    def ways_back(self) -> WaysBack:
+        return ((self.work.is_running, self.work.cancel),)
 
     def fit(self) -> None:
         for widget in (self.list, self.known_by):
@@ -362,9 +358,7 @@ class TestsPage(Page):
         self._act_corner = named(QFrame(), "tests_act", "danger-corner")
         in_column(self.activate, of=self._act_corner, margins=2)
         set_role(self.activate, "")  # no line below it
-        self._region = QStackedLayout()
-        for place in (self._ready, self.live, self._act_corner):
-            self._region.addWidget(place)
+        self._region = stacked(QStackedLayout(), self._ready, self.live, self._act_corner)
         top = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.steps, 1), spacing=Space.S)
         self._doing = named(QWidget(), "tests_doing")
         in_column(self._region, top, 1, of=self._doing, spacing=Space.M, margins=0)

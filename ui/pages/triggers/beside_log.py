@@ -75,9 +75,7 @@ class RecordBesideLog(QWidget):
         head = in_row((self.name, 1), self.back, spacing=Space.M)
         head.addStrut(HEIGHT_PX)
         proposal = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.explanation, 1), spacing=Space.S)
-        confirming = FlowRow()
-        confirming.add(self.moments)
-        confirming.add_right(self.question, *self.buttons.values())
+        confirming = FlowRow(self.moments, right=(self.question, *self.buttons.values()))
         in_column(head, self.record, proposal, confirming, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
 
     def open(self, row: TriggerRow, path: Path) -> None:

@@ -141,11 +141,7 @@ class TriggersDetail(QFrame):
         self.picture.setVisible(self._row is not None and self._has_picture)
 
     def _lay_out(self) -> None:
-        judging = FlowRow()
-        judging.add(*self.buttons.values())
-        tools = FlowRow()
-        tools.add(self.beside)
-        tools.add_right(self.raw)
+        judging, tools = FlowRow(*self.buttons.values()), FlowRow(self.beside, right=(self.raw,))
         in_column(
             self.picture,
             self.cause,

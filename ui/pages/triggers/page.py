@@ -16,7 +16,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QLabel,
-    QLineEdit,
     QPushButton,
     QStackedWidget,
     QWidget,
@@ -29,7 +28,7 @@ from app.text.sentences import join_sentences
 from app.trigger_records.history import Judgement
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_flight_log, ask_path
-from ui.forms.rows_table import RowsTable
+from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import select_row
 from ui.pages.triggers.beside_log import RecordBesideLog
 from ui.pages.triggers.controller import TriggerRow, TriggersController
@@ -47,21 +46,18 @@ from ui.pages.triggers.model import (
 )
 from ui.services.context import Services
 from ui.services.module_field import ModuleField
-from ui.services.page import Page
+from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, scaled
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control, named
-from ui.widgets.labels import ElidedLabel, EmptyState
-from ui.widgets.layouts import FlowRow, fold_beside, in_column, in_row, scroll_area
+from ui.widgets.labels import ElidedLabel
+from ui.widgets.layouts import FlowRow, fold_beside, in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ROW_PX: Final = 36
-_SEARCH_PX: Final = 140
 _READ_EVERY_MS: Final = 500
 """Retry interval until the module is online and idle."""
-_BESIDE_FROM_PX: Final = 640
-"""Narrower than this, in the usual size of text, the details lie below the list."""
 
 
 class TriggersPage(Page):
@@ -84,15 +80,8 @@ class TriggersPage(Page):
         self.module.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.news = named(ElidedLabel(), "triggers_news", "small")
-        self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search", key="Ctrl+F")
-        self.search.setFixedWidth(_SEARCH_PX)
-        self.search.setClearButtonEnabled(True)
         self._make_buttons()
-        self.empty = EmptyState("triggers_empty", Icon.HISTORY, services.texts)
-        self.no_match = EmptyState("triggers_no_match", Icon.HISTORY, services.texts, marked("No matches"))
-        self._stack = QStackedWidget()
-        for widget in (self.empty, self.table, self.no_match):
-            self._stack.addWidget(widget)
+        self.list = SearchedRows(services.texts, "triggers", self.table, Icon.HISTORY)
         self._lay_out()
         timer = VisibilityTimer(
             self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked, retranslate=self._retranslate
@@ -104,18 +93,18 @@ class TriggersPage(Page):
 
     def refresh(self) -> None:
         work = self.work
-        self.table.show_rows(work.rows)
+        self.list.show_rows(work.rows)
         has_rows = bool(work.rows)
-        self._show_list()
+        self._beside.setVisible(has_rows)
         if has_rows and not self.table.selectionModel().hasSelection():
             select_row(self.table, 0)
-        self.empty.title.setText(empty_title(work))
-        self.empty.text.setText(empty_text(work, is_open=self._connector.current.is_open))
+        self.list.empty.title.setText(empty_title(work))
+        self.list.empty.text.setText(empty_text(work, is_open=self._connector.current.is_open))
         self.count.setText(count_text(work))
         known_by = self._connector.current.module.known_by if has_rows else ""
         self.news.setText(" · ".join(filter(None, (news_text(work), known_by))))
         self.read.setEnabled(work.can_read)
-        for widget in (self.copy, self.save_page, self.save_archive, self.search):
+        for widget in (self.copy, self.save_page, self.save_archive, self.list.search):
             widget.setEnabled(has_rows)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_detail()
@@ -159,12 +148,6 @@ class TriggersPage(Page):
     def _show_records(self) -> None:
         self._views.setCurrentWidget(self._records)
 
-    def _show_list(self) -> None:
-        """The list with the details, or why it is empty."""
-        content = self.table if self.table.filter.rowCount() else self.no_match
-        self._stack.setCurrentWidget(content if self.work.rows else self.empty)
-        self._beside.setVisible(bool(self.work.rows))
-
     def _on_shown(self) -> None:
         self.work.read_unasked()
         self.refresh()
@@ -205,11 +188,6 @@ class TriggersPage(Page):
         if self.work.job.write_file(path, partial(write, path), saved):
             self._folder = path.parent
 
-    def _use_filter(self) -> None:
-        self.table.filter.use(self.search.text())
-        self._show_list()
-        self._show_detail()
-
     # Making
 
     def _make_buttons(self) -> None:
@@ -222,10 +200,8 @@ class TriggersPage(Page):
                                  picture=Icon.SAVE, slot=partial(self._save, is_archive=False))  # fmt: skip
         self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", key="Ctrl+Shift+S",
                                     picture=Icon.SAVE, slot=partial(self._save, is_archive=True))  # fmt: skip
-        texts.bind(self.search.setPlaceholderText, "Search")
 
     def _wire(self) -> None:
-        self.search.textChanged.connect(self._use_filter)
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self.work.judge)
         self.detail.beside.clicked.connect(self.choose_log)
@@ -235,39 +211,32 @@ class TriggersPage(Page):
         Shortcut("triggers_copy_key", self, self.copy)
         self.saving = Shortcut("triggers_save_key", self, self.save_page)
         self.exporting = Shortcut("triggers_archive_key", self, self.save_archive)
-        Shortcut("triggers_search_key", self, self.search, self.search.setFocus)
+        Shortcut("triggers_search_key", self, self.list.search, self.list.search.setFocus)
 
     def _lay_out(self) -> None:
         texts = self._services.texts
-        head = self.make_header(texts, marked("Triggers"), self.search, self.read)
-        foot = FlowRow()
-        foot.add_right(self.copy, self.save_page, self.save_archive)
+        head = self.make_header(texts, marked("Triggers"), self.list.search, self.read)
+        foot = FlowRow(right=(self.copy, self.save_page, self.save_archive))
         says = in_row(self.count, (self.news, 1), self.module, spacing=Space.M)
         beside = self._beside = scroll_area(self.detail, texts, "triggers_scroll", "Trigger records", is_vertical=True)
         beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._lists = in_row((self._stack, 1), beside, spacing=Space.S)
+        self._lists = in_row((self.list, 1), beside, spacing=Space.S)
         self._records = named(QWidget(), "triggers_records")
         in_column(head, says, (self._lists, 1), self.strip, foot, of=self._records, spacing=Space.S, margins=0)
-        self._views = named(QStackedWidget(), "triggers_views")
-        for view in (self._records, self.beside):
-            self._views.addWidget(view)
+        self._views = stacked(named(QStackedWidget(), "triggers_views"), self._records, self.beside)
         in_column(self._views, of=self, margins=(Space.M, 0, Space.M, Space.S))
 
     # Qt
 
     def fit(self) -> None:
-        fold_beside(self._lists, self._stack, self._beside, WIDTH_PX, is_beside=self.width() >= scaled(_BESIDE_FROM_PX))
+        fold_beside(self._lists, self.list, self._beside, WIDTH_PX, self.width())
         self.detail.fit_height(self.height())
         self.beside.fit_height(self.height())
 
-    def on_escape(self) -> bool:
-        """Leaves a flight log, cancels reading or closes a message."""
-        if self.beside.row is not None:
-            self.beside.close_log()
-        elif self.work.is_busy:
-            self.work.job.cancel()
-        elif self.work.notice() is not None:
-            self.work.job.dismiss()
-        else:
-            return False
-        return True
+    def ways_back(self) -> WaysBack:
+        work = self.work
+        return (
+            (self.beside.row, self.beside.close_log),
+            (work.is_busy, work.job.cancel),
+            (work.notice(), work.job.dismiss),
+        )

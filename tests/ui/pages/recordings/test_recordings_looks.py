@@ -105,10 +105,10 @@ def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
 
 
 def test_a_search_without_a_match_says_so(one: Desk) -> None:
-    one.page.search.setText("nothing like it")
-    assert one.page.no_match.isVisible()
+    one.page.list.search.setText("nothing like it")
+    assert one.page.list.no_match.isVisible()
     assert not one.page.detail.facts["when"].isVisible()
-    one.page.search.clear()
+    one.page.list.search.clear()
     assert one.page.table.isVisible()
 
 

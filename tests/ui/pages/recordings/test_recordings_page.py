@@ -62,7 +62,7 @@ def test_the_list_is_searched_and_sorted(one: Desk) -> None:
     assert one.texts(Column.MODULE) == ["Tail", "Left wing"]
     assert one.texts(Column.SAMPLES) == ["200", "1,200"]
     assert one.texts(Column.WHEN) == [f"{NOON.astimezone():%Y-%m-%d %H:%M}"] * 2
-    one.page.search.setText("left WING")
+    one.page.list.search.setText("left WING")
     assert one.texts(Column.MODULE) == ["Left wing"]
 
 
@@ -289,7 +289,7 @@ def test_deleting_asks_first_in_the_window(one: Desk) -> None:
     one.click(one.page.buttons.delete)
     one.answer("delete_recordings")
     one.until(lambda: one.said() == "Recordings deleted: 1.")
-    one.until(one.page.empty.isVisible)
+    one.until(one.page.list.empty.isVisible)
     assert one.library.entries() == ()
 
 
@@ -324,7 +324,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         desk.until(live.empty.recordings.isVisible)
         desk.click(live.empty.recordings)
         desk.until(lambda: page.isVisible() and page.work.is_known)
-        assert page.empty.isVisible()
+        assert page.list.empty.isVisible()
         assert page.bounds.text() == "0 · 0 kB of 2.5 GB used; then the oldest are deleted."
         assert not page.buttons.open.isEnabled()
         desk.library.folder.mkdir(parents=True, exist_ok=True)

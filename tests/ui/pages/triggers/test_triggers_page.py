@@ -63,10 +63,10 @@ def fire(bench: OnBench, number: int = 1) -> None:
 def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "none", "triggers", is_connected=False) as bench:
         page = bench.triggers
-        assert "Connect or choose" in page.empty.text.text()
+        assert "Connect or choose" in page.list.empty.text.text()
         assert not page.read.isEnabled()
         assert not page.save_page.isEnabled()
-        assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
+        assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
 
 
 def test_it_refreshes_only_while_it_is_seen(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -82,14 +82,14 @@ def test_it_refreshes_only_while_it_is_seen(qtbot: QtBot, qapp: QApplication, tm
 
 def test_a_module_that_never_fired(rig: OnBench) -> None:
     page = rig.triggers
-    assert "as soon as the module answers" in page.empty.text.text()
+    assert "as soon as the module answers" in page.list.empty.text.text()
     rig.read_triggers()
-    assert "has never fired" in page.empty.text.text()
-    assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Trigger records: 0")
+    assert "has never fired" in page.list.empty.text.text()
+    assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Trigger records: 0")
     assert rig.acts == []
     rig.bench.change(mute=True)
     rig.read_triggers()
-    assert (said(rig), page.empty.title.text()) == ("The module does not answer. Not kept.", "Unknown")
+    assert (said(rig), page.list.empty.title.text()) == ("The module does not answer. Not kept.", "Unknown")
 
 
 def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp
     with on_bench(qtbot, qapp, tmp_path, "unasked", "triggers", reads_triggers=True) as bench:
         page = bench.triggers
         bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
-        assert page.empty.title.text() == "Trigger records: 0"
+        assert page.list.empty.title.text() == "Trigger records: 0"
         assert bench.acts == []
         page.work.reading = None  # as after a cancel
         page.work.read_unasked()
@@ -221,9 +221,9 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         bench.read_triggers()
         assert (page.count.text(), page.news.text()) == ("Trigger records: 10", f"1 new · {KNOWN}")
         assert told(bench, 0).startswith("New: tipped past")
-        page.search.setText("new:")
+        page.list.search.setText("new:")
         assert page.table.filter.rowCount() == 1
-        page.search.clear()
+        page.list.search.clear()
         assert sum(row.is_on_module for row in page.work.rows) == 9
         bench.read_triggers()
         assert page.news.text() == f"0 new · {KNOWN}"
@@ -240,7 +240,7 @@ def test_of_a_module_that_does_not_answer_no_number_is_said(rig: OnBench) -> Non
     rig.restart()
     rig.wait(1.0)
     rig.read_triggers()
-    assert (rig.triggers.empty.title.text(), rig.triggers.news.text()) == ("Unknown", "")
+    assert (rig.triggers.list.empty.title.text(), rig.triggers.news.text()) == ("Unknown", "")
 
 
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
