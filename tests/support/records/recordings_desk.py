@@ -81,7 +81,7 @@ class Desk(Driver):
 
     def open(self, row: int = 0) -> None:
         self.page.table.selectRow(row)
-        self.click(self.page.buttons.open)
+        self.click(self.page.detail.open)
         self.until(lambda: self.live.recording is not None)
 
     def said(self) -> str:

@@ -115,24 +115,15 @@ class DiagnosisPage(StreamPage):
         self._refresh_strip()
 
     def _capture_notice(self, opened: Opened) -> Notice:
-        parts = [
-            labelled(opened.path.name, tr("rows: {rows}.", rows=f"{len(opened.rows):,}")),
-            *(self._reporting_faults(opened)),
-        ]
-        back = Choice("capture_leave", tr("Back to live"), self._close_capture)
-        return Notice(Meaning.INFORMATION, join_sentences(parts), (back,))
-
-    @staticmethod
-    def _reporting_faults(opened: Opened) -> list[str]:
-        sentences = []
+        parts, faults = [labelled(opened.path.name, tr("rows: {rows}.", rows=f"{len(opened.rows):,}"))], opened.faults
         if not opened.is_timed:
-            sentences.append(tr("Times are estimated."))
-        faults = opened.faults
+            parts.append(tr("Times are estimated."))
         if faults:
             many = f"{len(faults)}+" if len(faults) == MAX_FAULTS else str(len(faults))
-            sentences.append(tr("Unreadable lines: {count}.", count=many))
-            sentences.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
-        return sentences
+            parts.append(tr("Unreadable lines: {count}.", count=many))
+            parts.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
+        back = Choice("capture_leave", tr("Back to live"), self._close_capture)
+        return Notice(Meaning.INFORMATION, join_sentences(parts), (back,))
 
     def _refresh_strip(self) -> None:
         notice = self.files.progress() or self.result.result_notice()

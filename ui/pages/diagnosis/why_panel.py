@@ -76,7 +76,6 @@ class WhyPanel(QScrollArea):
         self.act = control(QPushButton(), services.texts, "why_act", STEP_WORDS[NextStep.CONNECT_AGAIN],
                            picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)  # fmt: skip
         self._step: NextStep | None = None
-        self._meaning: Meaning | None = None
         self._texts.bind(self.setAccessibleName, "Connection")
         self.seen = {
             key: Tile(f"why_seen_{key}", services.texts, english, is_long=key in _LONG) for key, english in _SEEN
@@ -181,9 +180,7 @@ class WhyPanel(QScrollArea):
         self.command.setText(command or "")
         self.next_step.setVisible(bool(next_step))
         self.command.setVisible(command is not None)
-        if meaning is not self._meaning:
-            self._meaning = meaning
-            self._picture.show_icon(MEANING_ICONS[meaning], meaning)
+        self._picture.show_icon(MEANING_ICONS[meaning], meaning)
 
     def _offer(self, step: NextStep | None) -> None:
         self.act.setVisible(step is not None)

@@ -20,6 +20,7 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _WORDS: Final = {
     "time": marked("Time"), "tilt": marked("Tilt"), "roll": marked("Roll"), "pitch": marked("Pitch"),
@@ -76,16 +77,17 @@ class ColumnForm(QWidget):
         head = in_row((self.title, 1), self.cancel, self.read, spacing=Space.S)
         head.addStrut(HEIGHT_PX)
         in_column(head, self.fault, (scroll, 1), of=self, spacing=Space.S, margins=0)
+        VisibilityTimer(self, retranslate=self._write)
 
     def show_file(self, name: str, head: Sequence[str]) -> None:
         self._name, self._fault = name, None
         self._columns.setStringList(["—", *head])
         for box in self.boxes.values():
             box.setCurrentIndex(0)
-        self.retranslate()
+        self._write()
         self.boxes[CsvRole.TIME_S].setFocus()
 
-    def retranslate(self) -> None:
+    def _write(self) -> None:
         self.title.setText(labelled(tr("Columns"), short_name(self._name)))
         for role, label in self._labels.items():
             label.setText(role_text(role))
@@ -109,4 +111,4 @@ class ColumnForm(QWidget):
             self.chosen.emit(self._name, self.columns())
         except UserError as error:
             self._fault = error
-            self.retranslate()
+            self._write()

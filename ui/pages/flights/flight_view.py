@@ -23,6 +23,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _ICON_PX: Final = 20
 _PROBLEMS_SHOWN: Final = 3
@@ -49,11 +50,12 @@ class FlightView(QWidget):
         head.addStrut(HEIGHT_PX)
         verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
         in_column(head, verdict, self.problems, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
+        VisibilityTimer(self, retranslate=self._write)
 
     def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
         """The file is read again in the background."""
         self._outcome = outcome
-        self.retranslate()
+        self._write()
         self.chart.open(Path(outcome.flight.name), limits, lambda log: log.resets_s, columns)
 
     def close_flight(self) -> None:
@@ -61,7 +63,7 @@ class FlightView(QWidget):
         self._outcome = None
         self.closed.emit()
 
-    def retranslate(self) -> None:
+    def _write(self) -> None:
         outcome = self._outcome
         if outcome is None:
             return
@@ -82,7 +84,8 @@ class FlightView(QWidget):
         if self._outcome is None or self.chart.plot is None:
             return
         self.chart.plot.add_marks(marks_of(self._outcome, resets_s))
-        moment_s = _moment(self._outcome)
+        fires_s = [fire.at_s for fire in (self._outcome.direct, self._outcome.damped) if fire.sources]
+        moment_s = min(fires_s, default=self._outcome.flight.loss_s)
         if moment_s is not None:
             self.chart.look_at(moment_s)
 
@@ -104,9 +107,3 @@ def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mar
     if flight.impact_s is not None:
         marks.append(Mark(flight.impact_s, marked("impact"), Icon.DROP, None))
     return sorted(marks, key=lambda mark: mark.time_s)
-
-
-def _moment(outcome: FlightOutcome) -> float | None:
-    """Time that is shown first."""
-    fires = [fire.at_s for fire in (outcome.direct, outcome.damped) if fire.sources]
-    return min(fires) if fires else outcome.flight.loss_s

@@ -90,7 +90,7 @@ class FlightsPage(Page):
         self._lay_out()
         self._wire()
         self.setAcceptDrops(True)
-        VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self._retranslate, restyle=self._fit)
+        VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self.refresh, restyle=self._fit)
         self._fit()
         self.refresh()
 
@@ -250,11 +250,6 @@ class FlightsPage(Page):
         for part in self.lists.of.values() if self._tried else ():
             part.table.choose(lambda row: row.name == self._tried)
         self._tried = ""
-
-    def _retranslate(self) -> None:
-        self.flight.retranslate()
-        self.form.retranslate()
-        self.refresh()
 
     # Making
 

@@ -130,7 +130,10 @@ class LivePanel(QFrame):
         self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
         _show(self.light, known_light, now_s, 1, *_bay_note(light, limits.light_v))
         charging = device.known("charging", now_s)
-        self._name_cell(_CHARGER if charging is not None and charging.value is True else _CELL)
+        caption = _CHARGER if charging is not None and charging.value is True else _CELL
+        if caption != self._cell_caption:
+            self._cell_caption = caption
+            self._texts.bind(self.cell.set_caption, caption)
         self.cell.set_limit("" if cell is None else cell.limit)
         charge = _charge_note(None if charging is None or charging.is_stale else charging.value is True)
         if charging is None and self._is_recorded:
@@ -172,12 +175,6 @@ class LivePanel(QFrame):
             self.stream.show_value(f"{reports_per_s:.0f}", note=age or tr(_POLLED))
         else:
             self.stream.show_value("0", note=tr(_NO_STREAM))
-
-    def _name_cell(self, caption: str) -> None:
-        """Sets the caption of the voltage."""
-        if caption != self._cell_caption:
-            self._cell_caption = caption
-            self._texts.bind(self.cell.set_caption, caption)
 
     # Construction
 

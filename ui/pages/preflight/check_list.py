@@ -147,10 +147,6 @@ class CheckList(QScrollArea):
         self.fold.setIcon(icon(Icon.CHEVRON_DOWN if is_open else Icon.CHEVRON_RIGHT))
         self._passed.card.setVisible(is_open)
 
-    def allow_acts(self, is_allowed: bool) -> None:
-        for row in self.rows.values():
-            row.act.setEnabled(is_allowed)
-
     def _tick(self, number: int, state: bool | None) -> None:
         self._ticks.pop(number, None)
         if state is not None:

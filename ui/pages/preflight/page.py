@@ -129,7 +129,9 @@ class PreflightPage(Page):
         self._stack = QStackedLayout(self)
         self._check = self._lay_out()
         stacked(self._stack, self._check, self.history, self.editor)
-        services.pending_edits.has_profile = self._is_profile_edited
+        services.pending_edits.has_profile = lambda: (
+            self._stack.currentWidget() is self.editor and self.editor.is_edited
+        )
         self._wire()
         self.refresh()
 
@@ -151,7 +153,8 @@ class PreflightPage(Page):
         self.activation.setVisible(self.work.leads_to_activation)
         if self.work.leads_to_activation:
             self.activation.refresh()
-        self.list.allow_acts(self.work.can_check)
+        for row in self.list.rows.values():
+            row.act.setEnabled(self.work.can_check)
         self.form.setEnabled(self.work.standing is not Standing.CHECKING)
 
     def refresh(self) -> None:
@@ -241,9 +244,6 @@ class PreflightPage(Page):
         """Edit the profile of the check, or a new one."""
         self.editor.edit(self.form.profile, self.form.path)
         self._stack.setCurrentWidget(self.editor)
-
-    def _is_profile_edited(self) -> bool:
-        return self._stack.currentWidget() is self.editor and self.editor.is_edited
 
     def _use_profile(self, path: Path) -> None:
         self.show_check()

@@ -29,12 +29,12 @@ _FACTS: Final = {
 }
 
 
-class RecordingsButtons(QWidget):
-    """Buttons for the selected recordings; the page connects them."""
+class RecordingsDetail(QFrame):
+    """The page connects its buttons."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
-        self.setObjectName("recordings_buttons")
+        named(self, "recordings_detail", "card")
         self._texts = texts
         self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", key="Ctrl+S", picture=Icon.TABLE)
         self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
@@ -47,24 +47,6 @@ class RecordingsButtons(QWidget):
                             role="primary")  # fmt: skip
         exports = in_row((self.csv, 1), (self.mcap, 1), spacing=Space.S)
         marks = in_row((self.pin, 1), (self.delete, 1), spacing=Space.S)
-        in_column(self.open, exports, marks, of=self, spacing=Space.S, margins=0)
-        self.show_chosen((), is_idle=True)
-
-    def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
-        """Enables what is possible; nothing while a job runs."""
-        is_one = len(chosen) == 1 and chosen[0].trouble is None
-        for button in (self.open, self.csv, self.mcap):
-            button.setEnabled(is_idle and is_one)
-        self.pin.setEnabled(is_idle and bool(chosen))
-        self.delete.setEnabled(is_idle and bool(chosen) and not any(entry.is_running for entry in chosen))
-        rename(self.pin, self._texts, marked("Unpin") if chosen and all(entry.is_pinned for entry in chosen) else "Pin")
-
-
-class RecordingsDetail(QFrame):
-    def __init__(self, texts: Texts) -> None:
-        super().__init__()
-        named(self, "recordings_detail", "card")
-        self.buttons = RecordingsButtons(texts)
         self.title = named(ElidedLabel(), "recordings_detail_title", "strong")
         single_lines = {key: named(ElidedLabel(), f"recordings_{key}") for key in _FACTS}
         self._fact_rows = FactRows(texts, "recordings", _FACTS, single_lines)
@@ -75,12 +57,16 @@ class RecordingsDetail(QFrame):
         in_column(self._fact_rows, self.remarks, 1, of=content, spacing=Space.XS, margins=0)
         scroll = scroll_area(content, texts, "recordings_facts_scroll", "Recordings", is_transparent=True)
         # The buttons stay where they are when a notice below makes the page shorter.
-        in_column(self.title, self.buttons, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)
+        in_column(self.title, self.open, exports, marks, (scroll, 1), of=self, spacing=Space.S, margins=Space.M)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
-        """Shows one recording, or how many are selected and their sums."""
-        self.buttons.show_chosen(chosen, is_idle=is_idle)
+        """Shows one recording, or how many are selected and their sums. Nothing is possible while a job runs."""
         entry = chosen[0] if len(chosen) == 1 else None
+        for button in (self.open, self.csv, self.mcap):
+            button.setEnabled(is_idle and entry is not None and entry.trouble is None)
+        self.pin.setEnabled(is_idle and bool(chosen))
+        self.delete.setEnabled(is_idle and bool(chosen) and not any(entry.is_running for entry in chosen))
+        rename(self.pin, self._texts, marked("Unpin") if chosen and all(entry.is_pinned for entry in chosen) else "Pin")
         readable = [entry for entry in chosen if entry.trouble is None]
         shown: dict[str, str] = {}
         if chosen:

@@ -88,7 +88,6 @@ class RecordingsPage(Page):
         self.strip = named(NoticeBar(services.texts), "recordings_notice")
         self.bounds = named(ElidedLabel(), "recordings_bounds", "small")
         self.detail = RecordingsDetail(services.texts)
-        self.buttons = self.detail.buttons
         words = marked("No recordings yet"), marked("Every session is recorded automatically.")
         self.list = SearchedRows(services.texts, "recordings", self.table, Icon.RECORDINGS, *words)
         self._lay_out()
@@ -114,7 +113,8 @@ class RecordingsPage(Page):
         self._refresh_buttons()
 
     def _refresh_notice(self) -> None:
-        self.strip.show_notice(self._notice())
+        is_asked = self._to_delete and not self.work.is_running
+        self.strip.show_notice(self._question() if is_asked else self.work.notice())
 
     def _refresh_buttons(self) -> None:
         self.detail.show_chosen(self.table.chosen(), is_idle=not self.work.is_running)
@@ -124,9 +124,6 @@ class RecordingsPage(Page):
         used = size_text(sum(entry.size_bytes for entry in self.work.entries))
         text = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size_text(library.max_bytes))
         return f"{len(self.work.entries):,} · {text}"
-
-    def _notice(self) -> Notice | None:
-        return self._question() if self._to_delete and not self.work.is_running else self.work.notice()
 
     def _question(self) -> Notice:
         entries = self._to_delete
@@ -144,12 +141,12 @@ class RecordingsPage(Page):
         return Notice(Meaning.ATTENTION, text, choices)
 
     def _open_chosen(self) -> None:
-        if self.buttons.open.isEnabled():
+        if self.detail.open.isEnabled():
             self.work.open(self.table.chosen()[0])
 
     def _export(self, kind: ExportKind) -> None:
         chosen = self.table.chosen()
-        if len(chosen) != 1 or not self.buttons.csv.isEnabled():
+        if len(chosen) != 1 or not self.detail.csv.isEnabled():
             return
         entry = chosen[0]
         name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
@@ -167,7 +164,7 @@ class RecordingsPage(Page):
         self.work.set_pinned(chosen, is_pinned=not all(entry.is_pinned for entry in chosen))
 
     def _ask_to_delete(self) -> None:
-        if self.buttons.delete.isEnabled():
+        if self.detail.delete.isEnabled():
             self._to_delete = self.table.chosen()
             self._refresh_notice()
             button = self.strip.button("keep_recordings")
@@ -195,24 +192,21 @@ class RecordingsPage(Page):
         """Opens a session file from anywhere."""
         self.work.open_file(path)
 
-    def _go_to_live(self, _recording: object) -> None:
-        self.page_wanted.emit("live")
-
     # Making
 
     def _wire(self) -> None:
         self.outlines.changed.connect(lambda: self.outlines.read(self.work.entries))
-        self.work.opened.connect(self._go_to_live)
-        self.buttons.open.clicked.connect(self._open_chosen)
-        self.buttons.csv.clicked.connect(partial(self._export, ExportKind.CSV))
-        self.buttons.mcap.clicked.connect(partial(self._export, ExportKind.MCAP))
-        self.buttons.pin.clicked.connect(self._toggle_pin)
-        self.buttons.delete.clicked.connect(self._ask_to_delete)
+        self.work.opened.connect(lambda _recording: self.page_wanted.emit("live"))
+        self.detail.open.clicked.connect(self._open_chosen)
+        self.detail.csv.clicked.connect(partial(self._export, ExportKind.CSV))
+        self.detail.mcap.clicked.connect(partial(self._export, ExportKind.MCAP))
+        self.detail.pin.clicked.connect(self._toggle_pin)
+        self.detail.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
         self.table.remove_wanted.connect(self._ask_to_delete)
         self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
-        self.saving = Shortcut("recordings_csv_key", self, self.buttons.csv)
-        self.exporting = Shortcut("recordings_mcap_key", self, self.buttons.mcap)
+        self.saving = Shortcut("recordings_csv_key", self, self.detail.csv)
+        self.exporting = Shortcut("recordings_mcap_key", self, self.detail.mcap)
         Shortcut("recordings_search_key", self, self.list.search, self.list.search.setFocus)
 
     def _lay_out(self) -> None:

@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.identity import Trust
 from app.engine.procedure import Cancelled
-from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
@@ -45,7 +44,7 @@ class SettingsController(QObject):
         self.form = SettingsForm(lambda: not connector.current.identity.is_settled, connector.current.kept.watch)
         self._services = services
         self._connector = services.connector
-        services.pending_edits.find_foreign = self._foreign
+        services.pending_edits.find_foreign = lambda: tuple(self.form.watch.changed.values())
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
         self._connector.changed.connect(self.changed)
@@ -75,23 +74,15 @@ class SettingsController(QObject):
 
     @property
     def can_write(self) -> bool:
-        """The engine would not refuse a write."""
-        is_online = self._connector.current.device.presence is Presence.ONLINE
-        return self.job.can_run and is_online and not self.is_identifying
-
-    @property
-    def is_identifying(self) -> bool:
-        """The module's identity is being read; if it stays uncertain, writing is refused with the reason."""
+        """The engine would not refuse a write, and the module's identity is read: where it stays uncertain, writing is
+        refused with the reason."""
         port = self._connector.current
-        return port.is_open and port.identity.trust is Trust.OPEN
+        is_identifying = port.is_open and port.identity.trust is Trust.OPEN
+        return self.job.can_run and port.device.presence is Presence.ONLINE and not is_identifying
 
     def count_unsent(self) -> int:
         port = self._connector.current
         return self.form.count_unsent(port.device, port.clock()) if port.is_requested else 0
-
-    def _foreign(self) -> tuple[ChangedSetting, ...]:
-        """Settings that changed without being written here."""
-        return tuple(self.form.watch.changed.values())
 
     def _observe(self) -> None:
         if self._connector.current.is_requested:

@@ -121,7 +121,9 @@ class SettingsPage(Page):
         for row in rows:
             key = row.command.key
             self.rows[key].show_row(row, now, is_editable=work.can_edit, is_chosen=key == self._chosen)
-        self._show_pane()
+        chosen = self.rows[self._chosen].row
+        if chosen is not None:
+            self.pane.show_row(chosen)
         count = len(form.changes(device, now))
         writing = sum(row.state is RowState.WRITING for row in rows)
         self.write.setText(_write_text(count or writing))
@@ -168,11 +170,6 @@ class SettingsPage(Page):
         for key, row in self.rows.items():
             if now is not None and row.isAncestorOf(now):
                 self.choose(key)
-
-    def _show_pane(self) -> None:
-        row = self.rows[self._chosen].row
-        if row is not None:
-            self.pane.show_row(row)
 
     def _choose_wrong(self) -> None:
         """After a write: chooses the first setting that failed or changed."""

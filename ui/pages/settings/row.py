@@ -103,7 +103,8 @@ class SettingsRow(QFrame):
         style = STYLES[row.state]
         self.state.set_caption(tr(self.command.title))
         self.state.show_state(tr(row.state.value), style.icon, style.meaning)
-        reason, warning = reason_text(row), warning_text(row)
+        loud = (consequence.sentence for consequence in row.consequences if consequence.weight is not Weight.PLAIN)
+        reason, warning = reason_text(row), join_sentences(loud)
         is_wrong = row.state in WRONG
         self.reason.setText(reason or warning)
         self.reason.setVisible(bool(self.reason.text()))
@@ -126,13 +127,6 @@ def aligned_cells(name: QLabel, value_label: QWidget, editor: QWidget) -> tuple[
     name.setFixedWidth(NAME_PX)
     value_label.setFixedWidth(VALUE_PX)
     return name, value_label, editor
-
-
-def warning_text(row: FormRow) -> str:
-    """The consequences that nobody should overlook."""
-    return join_sentences(
-        consequence.sentence for consequence in row.consequences if consequence.weight is not Weight.PLAIN
-    )
 
 
 def reason_text(row: FormRow) -> str:

@@ -129,14 +129,12 @@ VERDICT_MEANINGS = {
 def instruction(work: GuidedController) -> str:
     """What to do now."""
     if work.stage in (Stage.PREPARING, Stage.MEASURING):
-        report = work.report
-        return _formatted(report.doing, report.values) if report is not None else tr("Asking the module…")
+        if work.report is None:
+            return tr("Asking the module…")
+        values = {name: value.translated() if isinstance(value, UserMessage) else value
+                  for name, value in work.report.values}  # fmt: skip
+        return tr(work.report.doing, **values)
     return work.test.steps[work.step].translated() if work.stage is Stage.CONFIRMING else ""
-
-
-def _formatted(text: str, values: tuple[tuple[str, object], ...]) -> str:
-    words = {name: value.translated() if isinstance(value, UserMessage) else value for name, value in values}
-    return tr(text, **words) if "{" in text else tr(text)
 
 
 def last_text(last: StoredTest | None) -> str:

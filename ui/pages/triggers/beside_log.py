@@ -33,6 +33,7 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 CONFIRMED: Final = (Judgement.REAL, Judgement.FALSE, Judgement.BENCH_TEST)
 """What a person can say of a record whose moment is found."""
@@ -77,12 +78,13 @@ class RecordBesideLog(QWidget):
         proposal = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.explanation, 1), spacing=Space.S)
         confirming = FlowRow(self.moments, right=(self.question, *self.buttons.values()))
         in_column(head, self.record, proposal, confirming, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
+        VisibilityTimer(self, retranslate=self._write)
 
     def open(self, row: TriggerRow, path: Path) -> None:
         """Reads the log and looks for the record in it."""
         self.row, self.match, self._path = row, None, path
         self.chart.open(path, record_limits(row.record), partial(match_record, row.record))
-        self.retranslate()
+        self._write()
 
     def close_log(self) -> None:
         self.chart.close_log()
@@ -100,7 +102,7 @@ class RecordBesideLog(QWidget):
         row = self.moments.currentIndex()
         return self.match.moments[row] if self.match is not None and 0 <= row < len(self.match.moments) else None
 
-    def retranslate(self) -> None:
+    def _write(self) -> None:
         if self.row is None:
             return
         self.name.setText(tr("Trigger record beside {log}", log=clean(self._path.name)))
@@ -122,7 +124,7 @@ class RecordBesideLog(QWidget):
                 Mark(moment.firing.at_s, marked("trigger record?"), Icon.HISTORY, Meaning.INFORMATION)
                 for moment in match.moments
             ])  # fmt: skip
-        self.retranslate()
+        self._write()
         if match.likeliest is not None:
             self.moments.setCurrentIndex(match.moments.index(match.likeliest))
 

@@ -85,10 +85,6 @@ class TriggersController(QObject):
     def can_read(self) -> bool:
         return self._connector.current.is_open and not self.is_busy
 
-    @property
-    def new_count(self) -> int:
-        return sum(row.is_new for row in self.rows)
-
     def notice(self) -> Notice | None:
         """Progress or the last message."""
         return self.job.notice(marked("Reading the trigger records"))
@@ -284,7 +280,9 @@ class TriggersController(QObject):
             self.rows = tuple(row._replace(is_being_stored=is_filing) for row in unkept)
             return
         rows = []
-        for seen in reversed(self._as_judged(kept)):  # of two equal records the later one is on the module
+        for stored in reversed(kept):  # of two equal records the later one is on the module
+            judgement, note = self._judging.get(stored.id, (stored.judgement, stored.note))
+            seen = stored._replace(judgement=judgement, note=note)
             is_on_module = slots[seen.raw] > 0
             slots[seen.raw] -= is_on_module
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
@@ -292,11 +290,6 @@ class TriggersController(QObject):
         unknown = [record for record in seen_once if slots[record.raw] > 0]  # known from an earlier visit: certain
         self.rows = (*reversed(rows), *(_unstored_row(-1 - place, record.raw, is_seen_once=True)
                                         for place, record in enumerate(unknown)))  # fmt: skip
-
-    def _as_judged(self, kept: tuple[SeenRecord, ...]) -> list[SeenRecord]:
-        """With the judgements that are not stored yet."""
-        judged = {seen.id: self._judging.get(seen.id, (seen.judgement, seen.note)) for seen in kept}
-        return [seen._replace(judgement=judged[seen.id][0], note=judged[seen.id][1]) for seen in kept]
 
     @staticmethod
     def _unstored_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:

@@ -153,7 +153,7 @@ def news_text(work: TriggersController) -> str:
     rows = work.rows
     if work.reading is None or not rows or not rows[0].is_stored:
         return ""
-    return tr("no earlier visit") if work.is_first_visit else tr("{count} new", count=work.new_count)
+    return tr("no earlier visit") if work.is_first_visit else tr("{count} new", count=sum(row.is_new for row in rows))
 
 
 def empty_title(work: TriggersController) -> str:

@@ -84,7 +84,7 @@ class TriggersPage(Page):
         self.list = SearchedRows(services.texts, "triggers", self.table, Icon.HISTORY)
         self._lay_out()
         timer = VisibilityTimer(
-            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked, retranslate=self._retranslate
+            self, self._on_shown, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked, retranslate=self.refresh
         )
         self.work.changed.connect(timer.refresh_seen)
         self.work.changed.connect(self._end_beside)
@@ -108,10 +108,6 @@ class TriggersPage(Page):
             widget.setEnabled(has_rows)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_detail()
-
-    def _retranslate(self) -> None:
-        self.beside.retranslate()
-        self.refresh()
 
     # A record beside a flight log
 
@@ -144,9 +140,6 @@ class TriggersPage(Page):
         noted = next((shown for shown in self.work.rows if shown.seen.id == row.seen.id), row).seen.note
         note = noted if finding in noted else " · ".join(filter(None, (finding, noted)))
         self.work.judge(row.seen.id, judgement, note)
-
-    def _show_records(self) -> None:
-        self._views.setCurrentWidget(self._records)
 
     def _on_shown(self) -> None:
         self.work.read_unasked()
@@ -206,7 +199,7 @@ class TriggersPage(Page):
         self.detail.judged.connect(self.work.judge)
         self.detail.beside.clicked.connect(self.choose_log)
         self.beside.judged.connect(self._judge_beside)
-        self.beside.closed.connect(self._show_records)
+        self.beside.closed.connect(partial(self._views.setCurrentWidget, self._records))
         Shortcut("triggers_read_key", self, self.read)
         Shortcut("triggers_copy_key", self, self.copy)
         self.saving = Shortcut("triggers_save_key", self, self.save_page)

@@ -113,7 +113,7 @@ def test_a_search_without_a_match_says_so(one: Desk) -> None:
 
 
 def test_the_buttons_stay_where_they_are_when_a_notice_is_shown(one: Desk) -> None:
-    button = one.page.buttons.delete
+    button = one.page.detail.delete
     before = button.mapTo(one.page, QPoint())
     one.click(button)
     one.until(one.page.strip.isVisible)

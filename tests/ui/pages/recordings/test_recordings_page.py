@@ -90,8 +90,8 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     one.list_again(2)
     one.until(lambda: "cannot be read" in one.texts(Column.REMARKS))
     one.page.table.selectRow(one.texts(Column.REMARKS).index("cannot be read"))
-    assert not one.page.buttons.open.isEnabled()
-    assert one.page.buttons.delete.isEnabled()
+    assert not one.page.detail.open.isEnabled()
+    assert one.page.detail.delete.isEnabled()
     detail = one.page.detail
     assert detail.title.text() == broken.stem
     assert detail.remarks.text().startswith(f"{broken.name} cannot be read")
@@ -119,7 +119,7 @@ def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
     path = one.library.entries()[0].path
     path.rename(path.with_name("elsewhere"))
     one.page.table.selectRow(0)
-    one.click(one.page.buttons.open)
+    one.click(one.page.detail.open)
     one.until(lambda: "cannot be read" in one.said())
     speak_chinese()
     assert one.said().startswith("无法读取")
@@ -197,7 +197,7 @@ def test_back_to_live_without_a_module_is_the_empty_page(opened: Desk, way: str)
 
 def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
-    buttons = one.page.buttons
+    buttons = one.page.detail
     for button, path in ((buttons.csv, tmp_path / "all.csv"), (buttons.mcap, tmp_path / "all.mcap")):
         one.page.ask_path = choosing(path)
         one.click(button)
@@ -210,9 +210,9 @@ def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
 def test_an_export_that_cannot_be_written_is_reported(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
     one.page.ask_path = choosing(tmp_path / "missing" / "all.csv")
-    one.click(one.page.buttons.csv)
+    one.click(one.page.detail.csv)
     one.until(lambda: "cannot be written" in one.said())
-    assert one.page.buttons.csv.isEnabled()
+    assert one.page.detail.csv.isEnabled()
 
 
 def test_a_long_export_shows_progress_and_can_be_cancelled(
@@ -233,9 +233,9 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     monkeypatch.setattr("app.recordings.export.export", endless)
     one.page.table.selectRow(0)
     one.page.ask_path = choosing(tmp_path / "all.csv")
-    one.click(one.page.buttons.csv)
+    one.click(one.page.detail.csv)
     one.until(lambda: one.said() == "Exporting all.csv: 40 %")
-    assert not one.page.buttons.delete.isEnabled()
+    assert not one.page.detail.delete.isEnabled()
     one.page.open_file(one.library.entries()[0].path)
     assert one.said().startswith("Exporting all.csv: 40 %. Not opened meanwhile: ")
     one.answer("cancel")
@@ -257,7 +257,7 @@ def test_an_export_is_finished_after_the_window_has_closed(
     monkeypatch.setattr("app.recordings.export.export", held)
     one.page.table.selectRow(0)
     one.page.ask_path = choosing(tmp_path / "all.csv")
-    one.click(one.page.buttons.csv)
+    one.click(one.page.detail.csv)
     assert begun.wait(WAIT_MS / 1000)
     one.storage.close()
     may_go_on.set()
@@ -267,12 +267,12 @@ def test_an_export_is_finished_after_the_window_has_closed(
 
 def test_a_recording_is_pinned_and_unpinned(one: Desk) -> None:
     one.page.table.selectRow(0)
-    assert one.page.buttons.pin.text() == "Pin"
-    one.click(one.page.buttons.pin)
+    assert one.page.detail.pin.text() == "Pin"
+    one.click(one.page.detail.pin)
     one.until(lambda: one.texts(Column.PINNED) == ["pinned"])
-    assert one.page.buttons.pin.text() == "Unpin"  # still selected
-    one.until(one.page.buttons.pin.isEnabled)
-    one.click(one.page.buttons.pin)
+    assert one.page.detail.pin.text() == "Unpin"  # still selected
+    one.until(one.page.detail.pin.isEnabled)
+    one.click(one.page.detail.pin)
     one.until(lambda: one.texts(Column.PINNED) == [""])
 
 
@@ -286,7 +286,7 @@ def test_deleting_asks_first_in_the_window(one: Desk) -> None:
     one.qtbot.keyClick(one.page, Qt.Key.Key_Escape)
     assert one.said() == ""
     assert len(one.library.entries()) == 1
-    one.click(one.page.buttons.delete)
+    one.click(one.page.detail.delete)
     one.answer("delete_recordings")
     one.until(lambda: one.said() == "Recordings deleted: 1.")
     one.until(one.page.list.empty.isVisible)
@@ -299,7 +299,7 @@ def test_deleting_the_opened_recording_returns_to_live_first(
     with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
         both.open()
         both.page.table.selectRow(0)
-        both.click(both.page.buttons.delete)
+        both.click(both.page.detail.delete)
         both.answer("delete_recordings")
         both.until(lambda: both.library.entries() == ())
         assert both.live.recording is None
@@ -326,7 +326,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         desk.until(lambda: page.isVisible() and page.work.is_known)
         assert page.list.empty.isVisible()
         assert page.bounds.text() == "0 · 0 kB of 2.5 GB used; then the oldest are deleted."
-        assert not page.buttons.open.isEnabled()
+        assert not page.detail.open.isEnabled()
         desk.library.folder.mkdir(parents=True, exist_ok=True)
         copyfile(template, desk.library.folder / template.name)
 
@@ -334,7 +334,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         desk.list_again(2)
         desk.until(lambda: any("being recorded" in text for text in desk.texts(Column.REMARKS)))
         page.table.selectAll()
-        assert not page.buttons.delete.isEnabled()  # one of them is being written
+        assert not page.detail.delete.isEnabled()  # one of them is being written
 
         desk.open(desk.texts(Column.MODULE).index("Left wing"))
         desk.until(live.isVisible)
