@@ -213,6 +213,7 @@ def _show_store_notices(assembly: Assembly) -> None:
         assembly.ports,
         storage,
         close=attention.dismiss_queued,
+        ask=partial(attention.queue_notice, is_of_module=True),
         leave_port=attention.leave_port,
         say=assembly.window.show_message,
     )

@@ -13,10 +13,12 @@ from app.procedures.baud import logged_later
 from app.procedures.find import look_for
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation
+from app.settings.identity_words import same_module_words
 from app.store.database import StoreTrouble
 from app.store.left_active import LeftActive, left_active, note_continued, note_locked, note_report
 from app.store.store import PendingBaud, Store
 from app.text.i18n import tr
+from app.text.sentences import join_sentences
 from ui.core.background_task import BackgroundTask
 from ui.core.port_watcher import PortWatcher
 from ui.services.port import Port, Ports
@@ -117,7 +119,8 @@ def _after(note: Callable[[Store], object], store: Store) -> tuple[LeftActive, .
 
 
 class BaudRecovery(QObject):
-    """`close` dismisses the notice, `leave_port` asks before it leaves the connected module, `say` shows the result."""
+    """`close` dismisses the notice, `ask` shows one about the connected module, `leave_port` asks before it leaves it,
+    `say` shows the result."""
 
     def __init__(
         self,
@@ -126,15 +129,16 @@ class BaudRecovery(QObject):
         storage: Storage,
         *,
         close: Callable[[], None],
+        ask: Callable[[Callable[[], Notice]], None],
         leave_port: Callable[[Callable[[], object]], None],
         say: Callable[[str], None],
     ) -> None:
         super().__init__(connector)
         self._connector, self._ports, self._storage = connector, ports, storage
-        self._close, self._leave_port, self._say = close, leave_port, say
+        self._close, self._ask, self._leave_port, self._say = close, ask, leave_port, say
         self._writing: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
         self._found: tuple[PendingBaud, int, Port] | None = None
-        """At which rate which port's module answers, until it is known which module it is."""
+        """At which rate which port's module answers, until a person says that it is the one of this name."""
         connector.changed.connect(self._settle_found)
         connector.renamed.connect(self._settle_found)
 
@@ -147,14 +151,21 @@ class BaudRecovery(QObject):
 
     def notice(self, pending: PendingBaud) -> Notice:
         """The notice in the language in use."""
-        text = tr(
-            "Changing {port} from {old} to {new} baud was interrupted: it may be at either.",
-            old=pending.old_rate, new=pending.new_rate, port=pending.port,
-        )  # fmt: skip
         begin = partial(self._leave_port, partial(self._search, pending))
         search = Choice("look_for_baud", tr("Find the baud rate"), begin, is_main=True)
         forget = Choice("forget_baud", tr("Dismiss"), lambda: self._discard(pending), is_step=True)
-        return Notice(Meaning.ATTENTION, text, (search, forget))
+        return Notice(Meaning.ATTENTION, _interrupted(pending), (search, forget))
+
+    def _same_notice(self, pending: PendingBaud, rate: int) -> Notice:
+        """Of a module without a name only a person can say that it is this one; else it is asked about again."""
+
+        def end() -> None:
+            self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
+            self._close()
+
+        text = join_sentences([_interrupted(pending), _found(rate)])
+        same = Choice("baud_of_same", same_module_words(""), end, is_step=True)
+        return Notice(Meaning.ATTENTION, text, (same,), self._close)
 
     def _search(self, pending: PendingBaud) -> None:
         same = [port.device for port in self._ports.ports if pending.adapter and port.identity == pending.adapter]
@@ -166,7 +177,10 @@ class BaudRecovery(QObject):
             if rate is None:
                 self._say(tr("Not found. Switch the module off and on, then “Find the baud rate”."))
                 return
-            self._say(tr("The module answers at {rate} baud.", rate=rate))
+            self._say(_found(rate))
+            if not pending.module:
+                self._ask(partial(self._same_notice, pending, rate))
+                return
             self._found = pending, rate, self._connector.current
             self._settle_found()
 
@@ -179,7 +193,7 @@ class BaudRecovery(QObject):
         pending, rate, port = self._found
         if port is not self._connector.current or not port.is_open:
             self._found = None
-        elif port.identity.is_settled and pending.module in ("", port.module.name):
+        elif port.identity.is_settled and pending.module == port.module.name:
             self._found = None
             self._settle(pending, *logged_later(pending.old_rate, pending.new_rate, rate))
 
@@ -192,3 +206,14 @@ class BaudRecovery(QObject):
         if isinstance(store, Store):
             settle = partial(store.settle, pending.id, outcome, result)
             self._writing.run_in(store.queue, settle, lambda _none: None, lambda trouble: self._say(trouble.sentence))
+
+
+def _interrupted(pending: PendingBaud) -> str:
+    return tr(
+        "Changing {port} from {old} to {new} baud was interrupted: it may be at either.",
+        old=pending.old_rate, new=pending.new_rate, port=pending.port,
+    )  # fmt: skip
+
+
+def _found(rate: int) -> str:
+    return tr("The module answers at {rate} baud.", rate=rate)

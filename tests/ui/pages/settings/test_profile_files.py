@@ -213,7 +213,15 @@ def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
         one.until(lambda: bar.button("look_for_baud") is not None)
         one.click(bar.button("look_for_baud"))
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
-        one.until(lambda: not one.assembly.storage.store.pending_bauds())  # type: ignore[union-attr]
+        one.until(lambda: bar.button("baud_of_same") is not None)
+        assert f"The module answers at {module_rate} baud." in notice_text(bar)
+        store = one.assembly.storage.store
+        assert isinstance(store, Store)
+        store.queue.submit(bool).result()
+        assert store.pending_bauds(), "without a name another one may answer"
+        one.click(bar.button("baud_of_same"))
+        one.until(lambda: not store.pending_bauds())
+        assert bar.button("baud_of_same") is None
         assert connector.current.connection.baud_rate == one.bench.module.baud_rate == module_rate
 
 
