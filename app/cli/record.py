@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from app.engine.worker import Batch, PortState
+from app.engine.identity import READ_WITHIN_S
+from app.engine.worker import Batch, Connection, PortState
 from app.recordings.excerpt import Excerpt, csv_parts
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.markers import MarkerTracker
@@ -101,6 +102,8 @@ class RecordedSession:
         self.paths: list[Path] = []
         """More than one after another module, a sleep or a jump of the clock."""
         self._same = SameModule()
+        self._held: list[Batch] = []
+        """What came since a restart or a silence, until it is known whose it is."""
         self._has_ended = False
         """Before its end: another module may answer."""
 
@@ -110,24 +113,36 @@ class RecordedSession:
 
     def on_batch(self, batch: Batch) -> None:
         another = self._same.contradiction(batch.device)
-        if another is not None and self._recorder.is_recording:
+        if not self._recorder.is_recording:
+            return
+        if another is not None:
             console.notify(another)
-            self._has_ended = self._span.is_over = self._table is not None
-            self._recorder.settle(SETTLE_LIMIT_S)  # else its file may not be there yet
-            self._note_path()
-            if self._has_ended:
-                self._recorder.end()
-            else:
-                self._recorder.begin(batch.connection.port, batch.connection.baud_rate)
-        if self._recorder.is_recording:
+            self._begin_another(batch.connection)
+        self._held.append(batch)
+        answered_at = next((sample.at for held in self._held for sample in held.samples), batch.at)
+        if not self._same.is_in_doubt or batch.at - answered_at > READ_WITHIN_S:
+            self._record_held()
+
+    def _begin_another(self, connection: Connection) -> None:
+        self._has_ended = self._span.is_over = self._table is not None
+        self._recorder.settle(SETTLE_LIMIT_S)  # else its file may not be there yet
+        self._note_path()
+        if self._has_ended:
+            self._recorder.end()
+        else:
+            self._recorder.begin(connection.port, connection.baud_rate)
+
+    def _record_held(self) -> None:
+        held, self._held = self._held, []
+        for batch in held if self._recorder.is_recording else ():
             inside = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
             self._samples += len(inside)
             unwanted = {sample.at for sample in batch.samples[len(inside) :]}
             events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
-            batch = batch._replace(samples=inside, events=events)
-            self._recorder.on_batch(batch)
+            wanted = batch._replace(samples=inside, events=events)
+            self._recorder.on_batch(wanted)
             if self._table is not None:
-                self._table.on_batch(batch)
+                self._table.on_batch(wanted)
 
     def on_turn(self, _conversation: Conversation) -> None:
         self._note_path()
@@ -138,6 +153,9 @@ class RecordedSession:
     def close(self) -> None:
         """Wait until everything is on disk; print what is missing. Idempotent."""
         console.clear_progress()
+        if any(batch.samples for batch in self._held):
+            self._begin_another(self._held[-1].connection)
+        self._record_held()
         self._recorder.settle(SETTLE_LIMIT_S)
         try:
             self._note_path()

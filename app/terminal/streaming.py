@@ -63,6 +63,8 @@ class SameModule:
     def __init__(self) -> None:
         self._evidence, self._breaks = UNKNOWN, 0
         """What was read, and how often the conversation had broken then."""
+        self.is_in_doubt = False
+        """Not everything that may refute it was read since then."""
 
     def contradiction(self, device: DeviceView) -> str | None:
         """A sentence, translated, where what was read since a restart or a silence refutes it."""
@@ -70,6 +72,7 @@ class SameModule:
         is_other = device.breaks != self._breaks and same_module(before, now) is Trust.REFUTED
         if is_other or now.is_complete or device.breaks == self._breaks:
             self._evidence, self._breaks = now, device.breaks
+        self.is_in_doubt = device.breaks != self._breaks
         return identity_question(Identity(Trust.REFUTED, before, now), "") if is_other else None
 
 

@@ -183,14 +183,20 @@ def test_where_the_clock_is_set_the_rest_goes_beside_and_replaces_nothing(
 def test_what_another_module_sends_is_in_another_file(
     boots: int, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One file held the data of both, marked as a restart at most."""
-    with falls_after(bench_of(port), 18, lambda: exchange(bench_of(port), boot_count=boots)):
+    """One file held the data of both, marked as a restart at most, or what the other one sent until it was read."""
+
+    def fall() -> None:
+        exchange(bench_of(port), boot_count=boots)
+        bench_of(port).world.tilt_deg = 33.0
+
+    with falls_after(bench_of(port), 18, fall):
         assert record(port, tmp_path / "a.mcap", seconds="3") == 0
     assert "This may be another module: " in Printed(capsys).err
-    for name, fires_deg in (("a.mcap", 60), ("a-2.mcap", 85)):
+    for name, fires_deg, tilt_deg in (("a.mcap", 60, 0), ("a-2.mcap", 85, 33)):
         with opened(tmp_path / name) as recording:
             assert {limits.fires_deg for _, limits in recording.limits} - {None} == {fires_deg}
             assert len(recording.tilt) > 30
+            assert set(recording.tilt.window(0, 1e12).value.tolist()) == {tilt_deg}
 
 
 def test_a_restart_goes_on_in_the_same_file(port: str, tmp_path: Path) -> None:
