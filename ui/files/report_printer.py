@@ -41,7 +41,7 @@ def print_pages(bodies: Sequence[str], paper: Paper, attachment: bytes | None = 
     millimetre = QPageSize.Unit.Millimeter
     writer.setPageSize(QPageSize(QSizeF(paper.width_mm, paper.height_mm), millimetre, "", _EXACT))
     writer.setPageMargins(QMarginsF(), QPageLayout.Unit.Millimeter)
-    writer.setTitle("DPS-S" if attachment is None else "DPS-S pre-flight check")
+    writer.setTitle("DPS-S")
     writer.setCreator("DPS-S Configurator")
     if attachment is not None:
         writer.addFileAttachment(ATTACHED_AS, QByteArray(attachment), "application/json")

@@ -4,7 +4,7 @@ is left, or another module is connected."""
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
@@ -29,6 +29,7 @@ class JobNotice(QObject):
         super().__init__(parent)
         self.is_of_module = is_of_module
         self._notice: Callable[[], Notice | None] | None = None
+        self._writing: BackgroundTask[Any] = BackgroundTask("dps-s save", self, finished_at_close=True)
 
     def set_notice(self, make: Callable[[], Notice | None] | None) -> None:
         """Set the notice; `make` is called whenever it is shown, None removes it. Screen readers hear it once."""
@@ -41,26 +42,19 @@ class JobNotice(QObject):
     def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:
         self.set_notice(lambda: Notice(meaning, make()))
 
-    def write_file(self, path: Path, write: Callable[[], object], saved: Callable[[], str]) -> bool:
-        """Writes a file and says what came of it; whether it was written."""
-        try:
-            write()
-        except (UserError, OSError, RuntimeError) as error:
-            self._tell_unwritten(path, error)
-            return False
-        self.notify(Meaning.GOOD, saved)
-        return True
-
-    def write_in_background(
-        self, task: BackgroundTask[Result], path: Path, write: Callable[[], Result], saved: Callable[[Result], str]
-    ) -> None:
-        """As `write_file`; `saved` is given what `write` returned."""
+    def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str]) -> None:
+        """Writes a file in the background, as the disk may be slow, and says what came of it; `saved` is given what
+        `write` returned."""
         self.set_notice(lambda: progress_notice(tr("Saving…"), None))
 
         def tell(result: Result) -> None:
             self.notify(Meaning.GOOD, partial(saved, result))
 
-        task.run(lambda _running: write(), tell, partial(self._tell_unwritten, path))
+        self._writing.run(lambda _running: write(), tell, partial(self._tell_unwritten, path))
+
+    @property
+    def is_writing(self) -> bool:
+        return self._writing.is_running
 
     def _tell_unwritten(self, path: Path, error: Exception) -> None:
         if isinstance(error, UserError):

@@ -54,7 +54,6 @@ class BundlePreview(QWidget):
         self._traffic, self._log, self._result = traffic, services.log, result
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
-        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self, finished_at_close=True)
         self._folder = Path.home()
         texts = services.texts
         self._privacy_note = control(QLabel(), texts, "bundle_promise",
@@ -113,7 +112,7 @@ class BundlePreview(QWidget):
     def choose_and_save(self) -> None:
         """Saves the bundle that is shown."""
         bundle = self.bundle
-        if bundle is None or self._saving.is_running:
+        if bundle is None or self._result.is_writing:
             return
         name = default_name("support", ".zip", datetime.now().astimezone())
         save = partial(self._save_to, bundle)
@@ -122,7 +121,7 @@ class BundlePreview(QWidget):
     def _save_to(self, bundle: SupportBundle, path: Path) -> None:
         self._folder = path.parent
         saved = partial(tr, "Saved to {path}.", path=path)
-        self._result.write_in_background(self._saving, path, partial(bundle.write, path), lambda _none: saved())
+        self._result.write_file(path, partial(bundle.write, path), lambda _none: saved())
 
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle

@@ -29,7 +29,6 @@ from app.text.i18n import tr
 from app.text.sentences import error_text, join_names, join_sentences
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.files.report_printer import print_pages
@@ -128,7 +127,6 @@ class BatchPanel(QWidget):
         texts = services.texts
         self.ask_path: AskPath = ask_path
         self.ask_profile: AskOpen = ask_profile
-        self._writing: BackgroundTask[None] = BackgroundTask("dps-s batch files", self, finished_at_close=True)
         self._turn: object = None
         self.form = BatchForm(texts)
         self.form.choose.clicked.connect(self._choose_profile)
@@ -291,7 +289,7 @@ class BatchPanel(QWidget):
             write()
 
         saved = partial(tr, "Saved to {path}.", path=path)
-        self._result.write_in_background(self._writing, path, work, lambda _none: saved())
+        self._result.write_file(path, work, lambda _none: saved())
 
     # Qt
 

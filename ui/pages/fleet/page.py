@@ -74,7 +74,6 @@ class FleetPage(Page):
         self._widgets: dict[Port, CardWidget] = {}
         self.turns = BatchTurns(services, self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new modules", self)
-        self._report: BackgroundTask[tuple[Path, ...]] = BackgroundTask("dps-s reports", self, finished_at_close=True)
         self._make_controls()
         self._lay_out()
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self._tick)
@@ -213,7 +212,7 @@ class FleetPage(Page):
         self.check.setEnabled(has_reachable and is_free)
         self.enable.setEnabled(has_reachable and is_free)
         self.open_profile.setEnabled(has_members and is_free)
-        self.report.setEnabled(bool(self.checks.results) and is_free and not self._report.is_running)
+        self.report.setEnabled(bool(self.checks.results) and is_free and not self.result.is_writing)
         self.lock_all.setEnabled(any(connection.is_open for connection in self.members.connections))
         for button in (self.check, self.open_profile, self.lock_all):
             button.setVisible(has_members)
@@ -350,7 +349,7 @@ class FleetPage(Page):
         def saved(written: tuple[Path, ...]) -> str:
             return tr("Written: {names}.", names=join_names(file.name for file in written))
 
-        self.result.write_in_background(self._report, path, write, saved)
+        self.result.write_file(path, write, saved)
 
     def ways_back(self) -> WaysBack:
         return ((self.profile.profile is not None and not self.profile.is_running, self._close_profile),)

@@ -63,18 +63,17 @@ class RecordFiles(QObject):
         self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"), write)
 
     def _write_report(self, record: Record, path: Path) -> None:
-        written: list[Path] = []
+        self._folder = path.parent
 
-        def write() -> None:
+        def write() -> tuple[Path, ...]:
             check_target(path)
-            written.extend(write_report(path, record, self.printer))
+            return write_report(path, record, self.printer)
 
-        def saved() -> str:
+        def saved(written: tuple[Path, ...]) -> str:
             names = ", ".join(file.name for file in reversed(written))
             return tr("Written to {folder}: {names}.", folder=path.parent, names=names)
 
-        if self._result.write_file(path, write, saved):
-            self._folder = path.parent
+        self._result.write_file(path, write, saved)
 
     # Verifying
 

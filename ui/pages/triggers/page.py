@@ -177,9 +177,9 @@ class TriggersPage(Page):
         self.ask_path(self, title, self._folder / csv_name(name), tr("Table (*.csv)"), save)
 
     def _save_to(self, write: Callable[[Path], object], count: int, path: Path) -> None:
+        self._folder = path.parent
         saved = partial(tr, "Saved to {path}. Rows: {rows}.", rows=count, path=path)
-        if self.work.job.write_file(path, partial(write, path), saved):
-            self._folder = path.parent
+        self.work.job.write_file(path, partial(write, path), lambda _none: saved())
 
     # Making
 

@@ -4,6 +4,8 @@ in the window: loaded, validated, saved, used."""
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
+from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
@@ -21,9 +23,11 @@ from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
 from tests.app.records.test_record import checked_record
+from tests.support.patience import PATIENCE_S
 from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, name_module, on_bench, said
 from tests.support.window.steps import choosing, notice_text
+from ui.files.report_printer import print_pages
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
 from ui.style.theme import Meaning
@@ -35,6 +39,7 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, quick: None, rig:
     target = tmp_path / "report.pdf"
     page.files.ask_path = choosing(target)
     rig.click(page.buttons.print)
+    rig.until(lambda: not page.result.is_writing)
     rig.assembly.window.go_to("triggers")
     rig.drop(target)
     rig.until(lambda: "INTACT" in said(rig))
@@ -54,6 +59,22 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, quick: None, rig:
     for path in (target, nonsense):  # the second while the first is still being read
         page.files.verify(path)
     rig.until(lambda: "No pre-flight record" in said(rig))
+
+
+def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick: None, rig: OnBench) -> None:
+    page, release, is_slow = rig.preflight, Event(), list[bool]()
+    assert rig.check() is Standing.READY
+
+    def slow(*printed: Any) -> bytes:
+        is_slow.append(release.wait(PATIENCE_S))
+        return print_pages(*printed)
+
+    page.files.printer, page.files.ask_path = slow, choosing(tmp_path / "report.pdf")
+    rig.click(page.buttons.print)
+    assert said(rig) == "Saving…"
+    release.set()
+    rig.until(lambda: "Written to" in said(rig))
+    assert is_slow == [True]
 
 
 def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
@@ -113,6 +134,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         page.files.ask_path = choosing(target)
         history.table.selectRow(1)
         bench.click(history.print)
+        bench.until(lambda: not page.result.is_writing)
         assert verify_file(target, find_station=find_in(bench)).state is RecordState.INTACT
         bench.click(page.buttons.history)
         box = bench.find(QComboBox, "check_history_filter")

@@ -89,7 +89,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         target = tmp_path / "report.pdf"
         page.files.ask_path = choosing(target)
         bench.click(page.buttons.print)
-        assert "report.pdf" in said(bench)
+        bench.until(lambda: "report.pdf" in said(bench))
         for suffix in (".pdf", ".json"):
             assert verify_file(target.with_suffix(suffix), find_station=find_in(bench)).state is RecordState.INTACT
         record = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))

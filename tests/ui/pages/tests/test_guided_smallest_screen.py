@@ -114,6 +114,7 @@ def test_the_results_of_a_module_are_printed(bench: GestureBench, tmp_path: Path
     for path in (tmp_path / name for name in names):
         page.ask_path = choosing(path)
         page.export.click()
+        bench.until(lambda: not page.exported.is_writing, limit_s=10_000.0)
         notice = page.exported.result_notice()
         assert notice is not None
         said.append((notice.meaning, path.name in notice.text))

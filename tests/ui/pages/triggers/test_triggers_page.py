@@ -372,6 +372,7 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
             target = tmp_path / name
             page.ask_path = choosing(target)
             bench.click(button)
+            bench.until(lambda: not page.work.job.is_writing)
             data = target.read_bytes()
             assert data.startswith(b"\xef\xbb\xbf")
             rows = list(csv.DictReader(io.StringIO(data.decode("utf-8-sig"))))
@@ -384,7 +385,7 @@ def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tm
         bench.assembly.language_switch.use("en")
         page.ask_path = choosing(tmp_path / "no folder" / "x.csv")
         bench.click(page.save_page)
-        assert "cannot be written" in said(bench)
+        bench.until(lambda: "cannot be written" in said(bench))
         bench.assembly.language_switch.use("zh_CN")
         assert "无法写入" in said(bench)
 
