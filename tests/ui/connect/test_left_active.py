@@ -23,7 +23,7 @@ from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import FakePorts
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import press, show_page
+from tests.support.window.steps import notice_text, press, show_page
 from ui.connect.left_active import BaudRecovery, LeftActiveWatch
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.storage import Storage
@@ -243,6 +243,30 @@ def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports
     worker.end_jobs()
     qtbot.waitUntil(lambda: connector.current is second)
     assert len(other.jobs) == before[1] + 1
+
+
+@pytest.mark.parametrize("module_rate", [9600, 115200])
+def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, module_rate: int
+) -> None:
+    storage = Storage()
+    begin_baud(storage.store)
+    storage.close()
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "crashed", page_entries("settings"), baud=module_rate) as one:
+        bar, connector = one.find(NoticeBar, "notice_bar"), one.assembly.connector
+        one.until(lambda: bar.button("look_for_baud") is not None)
+        one.click(bar.button("look_for_baud"))
+        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
+        one.until(lambda: bar.button("baud_of_same") is not None)
+        assert f"The module answers at {module_rate} baud." in notice_text(bar)
+        store = one.assembly.storage.store
+        assert isinstance(store, Store)
+        store.queue.submit(bool).result()
+        assert store.pending_bauds(), "without a name another one may answer"
+        one.click(bar.button("baud_of_same"))
+        one.until(lambda: not store.pending_bauds())
+        assert bar.button("baud_of_same") is None
+        assert connector.current.connection.baud_rate == one.bench.module.baud_rate == module_rate
 
 
 def test_a_baud_change_of_one_module_is_not_ended_by_another_one_that_answers(

@@ -11,7 +11,6 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase
 from app.engine.identity import Trust
 from app.engine.target import Target
 from app.settings.form import RowState
@@ -20,7 +19,6 @@ from protocol.link_states import Presence
 from tests.support.journals import begin_baud
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, simulated, window
-from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
 from tests.support.window.steps import choosing, find, notice_text
 from ui.services.storage import Storage
@@ -199,30 +197,6 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, o
     said = one.settings.strip.notice
     assert said is not None
     assert "cannot be written" in said.text
-
-
-@pytest.mark.parametrize("module_rate", [9600, 115200])
-def test_an_interrupted_baud_change_is_resumed_at_the_next_start(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, module_rate: int
-) -> None:
-    storage = Storage()
-    begin_baud(storage.store)
-    storage.close()
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "crashed", page_entries("settings"), baud=module_rate) as one:
-        bar, connector = one.find(NoticeBar, "notice_bar"), one.assembly.connector
-        one.until(lambda: bar.button("look_for_baud") is not None)
-        one.click(bar.button("look_for_baud"))
-        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
-        one.until(lambda: bar.button("baud_of_same") is not None)
-        assert f"The module answers at {module_rate} baud." in notice_text(bar)
-        store = one.assembly.storage.store
-        assert isinstance(store, Store)
-        store.queue.submit(bool).result()
-        assert store.pending_bauds(), "without a name another one may answer"
-        one.click(bar.button("baud_of_same"))
-        one.until(lambda: not store.pending_bauds())
-        assert bar.button("baud_of_same") is None
-        assert connector.current.connection.baud_rate == one.bench.module.baud_rate == module_rate
 
 
 def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
