@@ -13,7 +13,6 @@ from functools import partial
 from itertools import chain, repeat
 from pathlib import Path
 
-from app import version
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
 from app.preflight.activation import activate_ready, await_while_asking
@@ -123,7 +122,7 @@ class _PortCheck:
                             are_records_reviewed=args.records_reviewed, is_same_module=args.same_module,
                             is_named_by_option=True)  # fmt: skip
             self._filed = file_check(
-                self._evidence, self._profile, person, self._log, store=self._store, program_version=version(),
+                self._evidence, self._profile, person, self._log, store=self._store,
                 adapter=self._records.adapter(), past=self._past,
             )  # fmt: skip
         return self._filed

@@ -12,7 +12,6 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from app import version
 from app.engine.identity import IdentityEvidence, Trust, same_module
 from app.engine.procedure import Procedure
 from app.engine.setting_changes import BOOTS
@@ -139,8 +138,7 @@ class Bench:
             person = replace(person, module=None if why else name)
             if evidence.began_at is not None:
                 filed = file_check(evidence, profile, person, log, store=store,
-                                   program_version=version(), past=Past(module=person.module),
-                                   adapter=adapter)  # fmt: skip
+                                   past=Past(module=person.module), adapter=adapter)  # fmt: skip
                 if filed.trouble is not None:
                     raise filed.trouble
             if why is None:

@@ -20,7 +20,7 @@ from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
-from app.records.record import NOT_STORED, Record, RecordContext, make_record
+from app.records.record import NOT_STORED, Record, make_record
 from app.settings.profiles import Profile
 from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble
@@ -55,9 +55,7 @@ def file_check(
     log: FrameLog,
     *,
     store: Store | None,
-    program_version: str,
     adapter: str = "",
-    at: datetime | None = None,
     past: Past | None = None,
 ) -> Filed:
     """Judges, seals and stores a check, also one that failed or was interrupted.
@@ -66,7 +64,7 @@ def file_check(
     `adapter`: USB identity of the adapter; where it is "" the port is used instead.
     """
     name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
-    at = at or local_now()
+    at, adapter = local_now(), adapter or evidence.port
     trouble: StoreTrouble | None = None
     if past is None:
         past = Past(module=name)
@@ -78,17 +76,15 @@ def file_check(
             trouble = error
     case = Case(evidence=evidence, profile=profile, past=past, person=replace(person, module=name))
     assessment = assess(case)
-    circumstances = RecordContext(at=at, program_version=program_version, adapter=adapter or evidence.port)
-
     station, station_trouble = _station(store)
 
     def make(number: int, previous: str | None) -> Record:
-        return make_record(assessment, replace(circumstances, number=number, previous=previous), log, station)
+        return make_record(assessment, log, station, at=at, adapter=adapter, number=number, previous=previous)
 
     if store is not None and trouble is None:
         try:
             with _damage_as_trouble(store), store.database.transaction():
-                record = _store(store, assessment, make, circumstances.adapter)
+                record = _store(store, assessment, make, adapter)
             return Filed(assessment, record, None, station_trouble)
         except StoreTrouble as error:
             trouble = error

@@ -11,9 +11,9 @@ The hash has no key: anyone can seal an altered record again. The signature tell
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import datetime
 
+from app import version
 from app.engine.device import STATUS_KEYS
 from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
@@ -42,25 +42,13 @@ NOT_STORED = 0
 Record = dict[str, object]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecordContext:
-    """What the module itself does not report. `at` is aware. `previous`: hash of the previous record of the chain.
-
-    `adapter`: USB identity or port, which tells modules without a name apart.
-    """
-
-    at: datetime
-    program_version: str
-    adapter: str = ""
-    number: int = 1
-    previous: str | None = None
-
-
 def make_record(
-    assessment: Assessment, circumstances: RecordContext, log: FrameLog, station: Station | None = None
-) -> Record:
-    """The record of a check as plain JSON values, sealed and signed."""
-    if circumstances.at.tzinfo is None:
+    assessment: Assessment, log: FrameLog, station: Station | None = None, *, at: datetime, adapter: str = "",
+    number: int = 1, previous: str | None = None,
+) -> Record:  # fmt: skip
+    """The record of a check as plain JSON values, sealed and signed. `at` is aware. `previous`: hash of the previous
+    record of the chain. `adapter`: USB identity or port, which tells modules without a name apart."""
+    if at.tzinfo is None:
         raise ValueError("the time of a record needs its zone")
     case, evidence, person = assessment.case, assessment.case.evidence, assessment.case.person
     began_at = evidence.began_at or 0.0
@@ -69,12 +57,12 @@ def make_record(
         "version": VERSION,
         "verdict": assessment.verdict.value,
         "void": None if evidence.disturbance is None else evidence.disturbance.name.lower(),
-        "at": circumstances.at.isoformat(timespec="seconds"),
-        "zone": clean(circumstances.at.tzname() or ""),
-        "program": {"name": "DPS-S Configurator", "version": circumstances.program_version},
+        "at": at.isoformat(timespec="seconds"),
+        "zone": clean(at.tzname() or ""),
+        "program": {"name": "DPS-S Configurator", "version": version()},
         "who": clean(person.who),
         "module": None if person.module is None else clean(person.module),
-        "adapter": clean(circumstances.adapter),
+        "adapter": clean(adapter),
         "aircraft": clean(person.aircraft),
         "remarks": clean(person.remarks),
         "is_simulated": is_simulated(evidence.port),
@@ -93,8 +81,8 @@ def make_record(
         "trigger_records": [] if evidence.history is None else [kept.raw.hex() for kept in evidence.history.records],
         "frames": [[round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in log.frames],
         "frames_left_out": log.left_out,
-        "number": circumstances.number,
-        "previous": circumstances.previous,
+        "number": number,
+        "previous": previous,
         "station": None,
     }
     return seal(record, station)

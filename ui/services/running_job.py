@@ -7,7 +7,6 @@ from typing import Any
 
 from PySide6.QtCore import QObject
 
-from app import version
 from app.engine.procedure import Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Job
@@ -144,7 +143,7 @@ def file_in_background(
     adapter = "" if target is None else target.identity
     work = partial(
         file_check, evidence, profile, person, log,
-        store=used_store, program_version=version(), adapter=adapter, past=past,
+        store=used_store, adapter=adapter, past=past,
     )  # fmt: skip
     if used_store is None:
         task.cancel()

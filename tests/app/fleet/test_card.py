@@ -189,7 +189,7 @@ PROFILE = Profile(
 def filed(**options: str) -> Filed:
     found = check(options=options)
     evidence = found.assessment.case.evidence
-    return file_check(evidence, NO_PROFILE, Person(), FrameLog(), store=None, program_version="1")
+    return file_check(evidence, NO_PROFILE, Person(), FrameLog(), store=None)
 
 
 def _printed(bodies: Sequence[str], _paper: Paper, attached: bytes | None) -> bytes:

@@ -141,15 +141,15 @@ def test_a_time_that_lies_ahead_is_no_age(ahead: timedelta, age: float | None) -
     ],
 )
 def test_the_filed_check_knows_the_tests_and_prints_them(
-    store: Store, port: str, is_simulated: bool, expected: CheckResult
+    store: Store, port: str, is_simulated: bool, expected: CheckResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("app.records.filing.local_now", lambda: NOW + timedelta(days=3))
     add(store, GuidedKind.TILT, sim=is_simulated)
     evidence = check().assessment.case.evidence
     evidence.port = port
     profile = Profile(name="H6", tests_within_days={GuidedKind.TILT: 10})
     filed = file_check(
         evidence, profile, Person(who="Li", module="M-07", aircraft="A"), FrameLog(), store=store,
-        program_version="1", at=NOW + timedelta(days=3),
     )  # fmt: skip
     assert filed.assessment.result("guided_tests") is expected
     tests: Any = filed.record["tests"]

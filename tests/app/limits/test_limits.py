@@ -38,7 +38,7 @@ from app.preflight.verdict import Verdict
 from app.procedures.history import History
 from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.records.filing import local_now
-from app.records.record import RecordContext, caveats
+from app.records.record import caveats
 from app.records.report_html import body
 from app.settings.profile_file import ProfileRefused, parse_profile
 from app.settings.profiles import LIMITS, NO_PROFILE, Profile
@@ -108,7 +108,7 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     assert (cell.result, cell.limit.in_english()) == (
         CheckResult.WARN, "≥ 3.60 V, advised ≥ 3.80 V",
     )  # fmt: skip
-    record = checked.record(RecordContext(at=local_now(), program_version="1"), who="Li Wei", module="M", aircraft="B")
+    record = checked.record({"at": local_now()}, who="Li Wei", module="M", aircraft="B")
     assert record["softer_limits"] == ["tilt", "cell_voltage"]
     assert [caveat.in_english() for caveat in caveats(record)] == ["Looser than advised: Tilt: level, Cell voltage."]
     assert "Looser than advised: Tilt: level, Cell voltage." in body(record)

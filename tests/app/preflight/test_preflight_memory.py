@@ -108,7 +108,7 @@ def _filed(rig: NightRig, person: Person, expectations: Profile | None = None) -
     evidence = Evidence(port="/dev/ttyUSB0")
     rig.run(run_preflight(evidence, is_enabling=True))
     filed = file_check(
-        evidence, expectations or NO_PROFILE, person, FrameLog(), store=None, program_version="1"
+        evidence, expectations or NO_PROFILE, person, FrameLog(), store=None
     )  # fmt: skip
     return filed.assessment.verdict, [caveat.in_english() for caveat in caveats(filed.record)], body(filed.record)
 

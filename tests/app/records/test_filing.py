@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from app import version
 from app.engine.identity import IdentityEvidence
 from app.preflight.findings import CheckResult, Person
 from app.procedures.history import History
@@ -57,7 +56,7 @@ def file_one(
     checked.assessment.case.evidence.port = port
     return file_check(
         checked.assessment.case.evidence, NO_PROFILE, Person(module=module, is_same_module=is_same_module), checked.log,
-        store=store, program_version=version(), adapter=adapter,
+        store=store, adapter=adapter,
     )  # fmt: skip
 
 
@@ -247,7 +246,7 @@ def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None
         for module, aircraft in named:
             file_check(
                 checked.assessment.case.evidence, NO_PROFILE, Person(module=module, aircraft=aircraft), checked.log,
-                store=store, program_version=version(),
+                store=store,
             )  # fmt: skip
         checks = CheckStore(store.database)
         assert checks.aircraft() == ("X8", "Q4", "H6")

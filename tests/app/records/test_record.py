@@ -20,7 +20,7 @@ from app import version
 from app.engine.target import is_simulated
 from app.records.check_store import measured_in
 from app.records.labels import MAX_NAME_LENGTH, Label, Paper, label_body
-from app.records.record import Record, RecordContext, as_text, canonical, seal
+from app.records.record import Record, as_text, canonical, seal
 from app.records.report_files import check_target, suggested_name, write_report
 from app.records.report_html import body
 from app.records.verification import CONTENT, Chain, RecordState, Verification
@@ -57,16 +57,11 @@ def _checked(kind: str) -> Any:
 PERSON = {"who": "Li Wei", "module": "M-07", "aircraft": "B-1234"}
 
 
-def known_circumstances(**circumstances: Any) -> RecordContext:
-    known: dict[str, Any] = {"at": AT, "program_version": version()}
-    return RecordContext(**(known | circumstances))
-
-
 def checked_record(kind: str = "go", **circumstances: Any) -> Record:
     """A record signed by a known station."""
     checked = _checked(kind)
     person = PERSON | {name: circumstances.pop(name) for name in (*PERSON, "remarks") if name in circumstances}
-    record: Record = checked.record(known_circumstances(**circumstances), station(), **person)
+    record: Record = checked.record({"at": AT, **circumstances}, station(), **person)
     return record
 
 
@@ -229,9 +224,8 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
     for text in HOSTILE:
         items = (ManualLine(text, is_done=True),)
         checked = check(Fault(frozenset(), profile={"manual": items, "name": text}))
-        circumstances = RecordContext(at=AT, program_version="1")
         names = {"who": text, "module": text, "aircraft": text, "remarks": text}
-        record = checked.record(circumstances, station(), **names)
+        record = checked.record({"at": AT}, station(), **names)
         printed = body(record)
         tags = _Tags()
         tags.feed(printed)
@@ -287,8 +281,7 @@ def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, te
 
     items = tuple(ManualLine(text) for _ in range(40))
     checked = check(Fault(frozenset(), {"mute": "yes"}, profile={"manual": items, "name": text}))
-    about = RecordContext(at=AT, program_version="1")
-    record = checked.record(about, who=text, module=text, aircraft=text, remarks=text * 2)
+    record = checked.record({"at": AT}, who=text, module=text, aircraft=text, remarks=text * 2)
     assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
 
 

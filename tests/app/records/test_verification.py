@@ -32,7 +32,7 @@ from app.stations.station import KEY_FILE, encoded, fingerprint_of, own_station
 from app.store.store import open_store
 from app.text.user_error import UserError
 from tests.app.records.test_filing import file_one
-from tests.app.records.test_record import PERSON, checked_record, known_circumstances
+from tests.app.records.test_record import AT, PERSON, checked_record
 from tests.support.processes import ran_code
 from tests.support.records.preflight_rig import FAULTS, check
 from tests.support.records.stations_made import find_station, station
@@ -207,7 +207,7 @@ def test_the_signature_of_a_revoked_station_counts_no_more(tmp_path: Path) -> No
 @pytest.mark.parametrize("name", sorted(FAULTS))
 def test_no_honest_record_contradicts_itself(name: str) -> None:
     checked = check(FAULTS[name])
-    record = checked.record(known_circumstances(), station(), **PERSON)
+    record = checked.record({"at": AT}, station(), **PERSON)
     assert _verified(record).state is RecordState.INTACT
     assert assess(checked.assessment.case).verdict is verdict_from(record)
 

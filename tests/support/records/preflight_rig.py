@@ -10,7 +10,7 @@ from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess
-from app.records.record import Record, RecordContext, make_record
+from app.records.record import Record, make_record
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ManualLine, Profile
 from app.stations.station import Station
@@ -37,10 +37,10 @@ class Checked:
     def against(self) -> set[str]:
         return set(self.assessment.open_checks) | {"manual" for item in self.assessment.manual if item.is_done is False}
 
-    def record(self, about: RecordContext, station: Station | None = None, **person: Any) -> Record:
-        """As checked by this person."""
+    def record(self, about: dict[str, Any], station: Station | None = None, **person: Any) -> Record:
+        """As checked by this person. `about`: further arguments of `make_record`."""
         case = replace(self.assessment.case, person=Person(**person))
-        return make_record(self.assessment._replace(case=case), about, self.log, station)
+        return make_record(self.assessment._replace(case=case), self.log, station, **about)
 
 
 @dataclass(frozen=True, slots=True)
