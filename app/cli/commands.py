@@ -69,13 +69,9 @@ class SubCommand(NamedTuple):
             for act in self.acts:
                 act.describe(acts.add_parser(act.name, help=tr(act.summary)))
         parser.description = parser.description or tr(self.description) or tr(self.summary)
-        _add_example(parser, self.example)
+        example = tr("Example: {command}", command=f"dps-s {self.example}")
+        parser.epilog = f"{parser.epilog}\n\n{example}" if parser.epilog else example
         parser.set_defaults(act=self.name, function=self.function)
-
-
-def _add_example(parser: Parser, words: str) -> None:
-    example = tr("Example: {command}", command=f"dps-s {words}")
-    parser.epilog = f"{parser.epilog}\n\n{example}" if parser.epilog else example
 
 
 # What is not loaded for the help of other commands
@@ -147,19 +143,19 @@ GROUPS: Final = {
         SubCommand("monitor", "monitor.run", marked("Print the status until Ctrl-C"), "monitor --seconds 10",
                    (*PORT, SECONDS, JSON)),
         SubCommand("history", "history.run", marked("Trigger records"), "history --csv records.csv", (
-            *PORT, one_of(JSON, option("--csv", metavar="FILE", text=".csv, -")),
+            *PORT, one_of(JSON, option("--csv", type=Path, metavar="FILE", text=".csv, -")),
             module_of(marked("store the records under this name")), SAME_MODULE,
         )),
     ),
     marked("Settings"): (
         SubCommand("set", "settings.set.run", marked("Write and verify settings"), "set freefall_time_s=1.4", (
-            _settings, option("--profile", metavar="FILE", text=marked("all settings of this profile")),
+            _settings, option("--profile", type=Path, metavar="FILE", text=marked("all settings of this profile")),
             flag("--accept-risk", marked("write values that take protection away")),
             flag("--dry-run", marked("only show what would change")),
             flag("--unlock", marked("write although the module may fire")), *PORT, JSON,
         )),
         SubCommand("save", "settings.save.run", marked("Save the settings as a profile"), "save M-07.toml", (
-            option("file", metavar="FILE.toml", text=marked("profile to write, or - for standard output")),
+            option("file", type=Path, metavar="FILE.toml", text=marked("profile to write, or - for standard output")),
             module_of(marked("name of the profile")), _FORCE, *PORT,
         )),
         SubCommand("diff", "settings.save.run_diff", marked("Compare settings; exit code 1: they differ"),

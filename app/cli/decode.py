@@ -12,6 +12,7 @@ frame, or lines of the file could not be read.
 import argparse
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from app.captures.entries import CaptureEntry, Way
@@ -36,7 +37,7 @@ _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HO
 
 def run(args: argparse.Namespace) -> int:
     words: list[str] = args.hex
-    is_file = bool(words) and not _is_hex(words[0]) and _names_file(words[0])
+    is_file = bool(words) and _names_file(words[0])
     if not words or (is_file and len(words) > 1):
         raise console.Refused(tr("expected {expected}", expected=f"{EXAMPLE}, FILE, -"))
     asked = BY_NAME[args.asked] if args.asked else None
@@ -132,16 +133,11 @@ def _line_for_people(row: Explained, *, is_timed: bool) -> str:
 
 def _names_file(word: str) -> bool:
     """Also one that is not there, a folder, or a pipe."""
+    with suppress(NotHex):
+        hex_bytes(word)
+        return False
     path = Path(word)
     return bool(path.suffix) or path.name != word or path.exists()
-
-
-def _is_hex(word: str) -> bool:
-    try:
-        hex_bytes(word)
-    except NotHex:
-        return False
-    return True
 
 
 def _hex(raw: bytes) -> str:

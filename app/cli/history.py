@@ -7,7 +7,6 @@ nothing is kept.
 """
 
 import argparse
-from pathlib import Path
 
 from app.engine.identity import IdentityEvidence
 from app.engine.worker import Batch
@@ -17,6 +16,7 @@ from app.records.trigger_filing import ANOTHER, TriggersReading, read_triggers
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import LinkTrouble, connected, module_is_silent
+from app.terminal.export_file import STANDARD_OUTPUT
 from app.terminal.stored_history import read_evidence, store_visit
 from app.text.csv_cells import csv_text
 from app.text.durations import stopwatch
@@ -86,11 +86,11 @@ def _print(history: History, args: argparse.Namespace) -> bool:
     if args.csv is None:
         console.emit(args, history, json_of, page_of)
         return True
-    if args.csv == "-":
+    if args.csv == STANDARD_OUTPUT:
         console.write(csv_of(history))
         return True
     try:
-        write_whole(Path(args.csv), csv_of(history).encode())
+        write_whole(args.csv, csv_of(history).encode())
     except OSError as error:
         console.write_lines(page_of(history))  # so that no record is lost
         console.notify(not_written(args.csv, error))

@@ -8,8 +8,7 @@ activated, once, and read again in the same connection: GO, or NO-GO. The check 
 import argparse
 import threading
 import time
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from itertools import chain, repeat
 from pathlib import Path
 
@@ -184,15 +183,23 @@ def _conclude_all(args: argparse.Namespace, members: Sequence[SetMember]) -> int
             rows = [(word_of(member.verdict), member.port, member.why) for member in members]
             console.write_lines(["", summary(members), *console.columns(rows)])
     finally:  # also where nobody reads
-        if args.report is not None and not _written(args.report, partial(_write_reports, args, members)):
+        if args.report is not None and not _write_reports(args, members):
             codes.append(console.PARTIAL)
     return next(filter(codes.__contains__, (console.ANSWER_NO, console.NO_LINK, console.PARTIAL)), console.SUCCESS)
 
 
-def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> Sequence[Path]:
-    if len(members) == 1 and members[0].filed is not None:
-        return write_report(args.report, members[0].filed.record, args.printer)
-    return write_set_reports(args.report, members, args.printer)
+def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> bool:
+    """Write and print the names of the files; whether that succeeded."""
+    try:
+        if len(members) == 1 and members[0].filed is not None:
+            written = write_report(args.report, members[0].filed.record, args.printer)
+        else:
+            written = write_set_reports(args.report, members, args.printer)
+    except (OSError, RuntimeError, ImportError) as error:
+        console.notify(not_written(args.report, error))
+        return False
+    console.note(join_names(map(str, written)))
+    return True
 
 
 def _conclude(args: argparse.Namespace, member: SetMember) -> int:
@@ -214,26 +221,11 @@ def _conclude(args: argparse.Namespace, member: SetMember) -> int:
 
 def _profile(profile: Path | None, done: Sequence[int]) -> Profile:
     """Raises `UserError`."""
-    if profile is None:
-        if done:
-            raise console.Refused(tr("No manual item {number} in the profile.", number=done[0]))
-        return NO_PROFILE
-    parsed = read_profile(profile)
+    parsed = NO_PROFILE if profile is None else read_profile(profile)
     wrong = [number for number in done if not 1 <= number <= len(parsed.manual)]
     if wrong:
         raise console.Refused(tr("No manual item {number} in the profile.", number=wrong[0]))
     return parsed.answered(dict.fromkeys(done, True))
-
-
-def _written(path: Path, write: Callable[[], Sequence[Path]]) -> bool:
-    """Write and print the names of the files; whether `path` is among them."""
-    try:
-        written = write()
-    except (OSError, RuntimeError, ImportError) as error:
-        console.notify(not_written(path, error))
-        return False
-    console.note(join_names(map(str, written)))
-    return path in written
 
 
 # For people

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Final
 
-from app.engine.device import StatusSample
 from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S
 from app.preflight.findings import YES, Case, Check, CheckResult, Finding, judged, unknown
@@ -97,7 +96,7 @@ def activation(case: Case) -> Finding:
 
 
 def _of_trials(
-    case: Case, value: Callable[[StatusSample], float], limit: str,
+    case: Case, key: str, limit: str,
     judge: Callable[[float, float], tuple[float, str, bool]],
 ) -> Finding:  # fmt: skip
     """`judge`: the lowest and the highest value of the two seconds; what was measured, as it is shown, and whether it
@@ -107,22 +106,14 @@ def _of_trials(
         return unknown(case.fault("status"), message(limit))
     if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
         return unknown(message(marked("reports in 2 s: only {count}"), count=str(len(trials))), message(limit))
-    values = [value(trial) for trial in trials]
+    values = [float(getattr(trial, key)) for trial in trials]
     measured, shown, is_fine = judge(min(values), max(values))
     return judged(measured, shown, message(limit), is_fine=is_fine)
 
 
-def _tilt(status: StatusSample) -> float:
-    return status.tilt_deg
-
-
-def _acceleration(status: StatusSample) -> float:
-    return status.acceleration_g
-
-
 def tilt_level(case: Case) -> Finding:
     most = case.profile.limit("tilt_max_deg")
-    return _of_trials(case, _tilt, f"≤ {most:g}°", lambda _low, high: (high, f"{high:.0f}°", high <= most))
+    return _of_trials(case, "tilt_deg", f"≤ {most:g}°", lambda _low, high: (high, f"{high:.0f}°", high <= most))
 
 
 def tilt_still(case: Case) -> Finding:
@@ -131,7 +122,7 @@ def tilt_still(case: Case) -> Finding:
     def judge(low: float, high: float) -> tuple[float, str, bool]:
         return high - low, f"{high - low:.0f}°", high - low <= most
 
-    return _of_trials(case, _tilt, f"≤ {most:g}° / 2 s", judge)
+    return _of_trials(case, "tilt_deg", f"≤ {most:g}° / 2 s", judge)
 
 
 def acceleration_one_g(case: Case) -> Finding:
@@ -141,7 +132,7 @@ def acceleration_one_g(case: Case) -> Finding:
         worst = max((low, high), key=lambda value: abs(value - 1.0))
         return worst, f"{worst:.1f} g", least <= low and high <= most
 
-    return _of_trials(case, _acceleration, f"{least:.1f}–{most:.1f} g", judge)
+    return _of_trials(case, "acceleration_g", f"{least:.1f}–{most:.1f} g", judge)
 
 
 def acceleration_still(case: Case) -> Finding:
@@ -151,7 +142,7 @@ def acceleration_still(case: Case) -> Finding:
         width = round(high - low, 1)
         return width, f"{width:.1f} g", width <= most
 
-    return _of_trials(case, _acceleration, f"≤ {most:.1f} g / 2 s", judge)
+    return _of_trials(case, "acceleration_g", f"≤ {most:.1f} g / 2 s", judge)
 
 
 def _answers(case: Case, key: str) -> list[Value]:

@@ -26,6 +26,7 @@ from app.engine.procedure import (
     ask_value,
     is_alive,
 )
+from app.engine.setting_changes import BOOT_COUNT
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.history import read_history
@@ -46,7 +47,6 @@ GIVE_UP_AFTER = 4
 STEPS = 7
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
 SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
-BOOT_COUNT = BY_NAME["boot_count"]
 
 
 class _Silent(Exception):

@@ -30,18 +30,11 @@ CHECKS: tuple[Check, ...] = (*LINE_CHECKS, *MODULE_CHECKS)
 
 
 class Verdict(Enum):
-    """The value is the word in records and in the JSON output."""
+    """The value is the word in records and in the JSON output, translatable."""
 
-    GO = "GO"
-    READY = "READY"
-    NO_GO = "NO-GO"
-
-
-VERDICT_WORDS: Mapping[Verdict, str] = {
-    Verdict.GO: marked("GO"),
-    Verdict.READY: marked("READY"),
-    Verdict.NO_GO: marked("NO-GO"),
-}
+    GO = marked("GO")
+    READY = marked("READY")
+    NO_GO = marked("NO-GO")
 
 
 def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
@@ -79,7 +72,7 @@ def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
 
 
 def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
-    word = UserMessage(VERDICT_WORDS[verdict])
+    word = UserMessage(verdict.value)
     return message(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
 
 

@@ -13,16 +13,15 @@ from typing import NamedTuple
 
 from app.engine.identity import went_back
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
-from app.engine.setting_changes import BOOTS
+from app.engine.setting_changes import BOOT_COUNT, BOOTS
 from app.procedures.write import RESTART_SHOWS_S, read_back
-from protocol.catalogue import BY_NAME, SETTINGS, Command
+from protocol.catalogue import SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
 
 MAX_WAIT_S = 120.0
 POLL_EVERY_S = 1.0
 ASK_WAITS_S = (1.0,)
-_BOOT_COUNT = BY_NAME["boot_count"]
 
 
 class Retention(Enum):
@@ -116,7 +115,7 @@ def _boots() -> Procedure[int | None]:
     """The boot count, if two answers agree: one damaged frame must not count as a restart."""
     counts: list[int] = []
     for _ in range(2):
-        reading = yield from ask_value(_BOOT_COUNT, ASK_WAITS_S)
+        reading = yield from ask_value(BOOT_COUNT, ASK_WAITS_S)
         if reading is None:
             return None
         counts.append(reading.raw)

@@ -13,8 +13,7 @@ from app.engine.identity import Trust, evidence_of, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
 from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
 from app.procedures.ask_status import ask_status
-from app.procedures.write import ReadBack, read_back, restarted_since
-from protocol.catalogue import Command
+from app.procedures.write import read_back, restarted_since
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -71,8 +70,8 @@ def read_settings() -> Procedure[SettingsReading]:
                 break
         if command is BOOT_COUNT:
             boots.append(back.raw)
-        else:
-            values |= _value(command, back)
+        elif back.raw is not None and command.reply is not None:
+            values[command.key] = command.reply.decode(back.raw)
     has_restarted = yield from restarted_since(begin)
     counts = {*boots}
     is_restarted = has_restarted or len(counts - {None}) > 1
@@ -115,7 +114,3 @@ def is_refuted(begin: EngineView, view: EngineView, *, written: Collection[str] 
     starts = ((now.boot_count or 0) - (before.boot_count or 0)) % BOOTS if is_counted else 0
     is_other = starts > MAX_STARTS or same_module(replace(before, settings=kept), now) is Trust.REFUTED
     return view.device.breaks != begin.device.breaks and is_other
-
-
-def _value(command: Command, back: ReadBack) -> Mapping[str, Value]:
-    return {} if back.raw is None or command.reply is None else {command.key: command.reply.decode(back.raw)}

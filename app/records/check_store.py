@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from app.engine.target import is_simulated
 from app.limits.past import LastAnswer, Past
-from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
+from app.preflight.verdict import Verdict, verdict_named
 from app.records.record import Record
 from app.store.database import Database
 from app.store.facts import FactKind, Facts, Kept, utc_time
@@ -81,7 +81,7 @@ class CheckLine(NamedTuple):
     @property
     def words(self) -> UserMessage:
         """Its verdict and what limits it."""
-        word = message(VERDICT_WORDS[verdict_named(self.verdict)])
+        word = message(verdict_named(self.verdict).value)
         if self.is_altered:
             return message(marked("{verdict} (record ALTERED)"), verdict=word)
         if self.is_simulated:

@@ -141,7 +141,10 @@ def any_name(text: str) -> str:
 def module_name(text: str) -> str:
     """An empty one is refused, as it would name none. "-" is a line of standard input, as a scanner types it."""
     if text == "-":
-        text = _typed_line()
+        try:
+            text = sys.stdin.readline(MAX_NAME_LENGTH + 2).strip()
+        except (AttributeError, OSError, ValueError):  # it is closed, or no text
+            text = ""
     if not text.strip() or len(text) > MAX_NAME_LENGTH:
         raise expected(f"NAME (≤ {MAX_NAME_LENGTH})")
     return text
@@ -152,13 +155,6 @@ def batch_names(text: str) -> tuple[str, ...]:
     if names is None:
         raise expected(EXAMPLE)
     return names
-
-
-def _typed_line() -> str:
-    try:
-        return sys.stdin.readline(MAX_NAME_LENGTH + 2).strip()
-    except (AttributeError, OSError, ValueError):  # it is closed, or no text
-        return ""
 
 
 def port_name(text: str) -> str:
@@ -265,11 +261,7 @@ def _translated(text: str) -> str:
     return tr(text) if text in WORDS else text
 
 
-def _translated_count(singular: str, plural: str, count: int) -> str:
-    return _translated(singular if count == 1 else plural)
-
-
 def translate_argparse() -> None:
     """Translate the messages of all parsers, into the language in use at that time."""
     setattr(argparse, "_", _translated)  # noqa: B010  mypy knows no such name
-    setattr(argparse, "ngettext", _translated_count)  # noqa: B010
+    setattr(argparse, "ngettext", lambda one, many, count: _translated(one if count == 1 else many))  # noqa: B010

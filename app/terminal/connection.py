@@ -54,7 +54,11 @@ class Conversation:
     def __init__(self, interruption: Interruption, on_batch: Callable[[Batch], None] | None = None) -> None:
         self._interruption = interruption
         self._on_batch = on_batch
-        self._trace = _trace()
+        self._trace: Trace | None = None
+        if verbosity() > 0:
+            from app.terminal import trace
+
+            self._trace = trace.Trace(has_frames=verbosity() > 1)
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
         self._worker = Worker(self._batches.put)
         self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
@@ -174,15 +178,6 @@ class Conversation:
             text = report.doing
             values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
             doing = f"{tr(text, **values)} ({report.done + 1}/{report.total})"
-
-
-def _trace() -> "Trace | None":
-    """For -v."""
-    if verbosity() < 1:
-        return None
-    from app.terminal.trace import Trace
-
-    return Trace(has_frames=verbosity() > 1)
 
 
 @contextmanager

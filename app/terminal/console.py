@@ -68,14 +68,11 @@ def refuse_without(option: str) -> int:
 
 
 class _Verbosity:
-    """How much is written to standard error."""
-
     level = 0
     """-1 with --quiet, else how often -v was given."""
 
 
 def set_verbosity(args: argparse.Namespace) -> None:
-    """Take it from the arguments that `add_verbosity_arguments` added."""
     _Verbosity.level = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
 
 
@@ -102,8 +99,6 @@ def flush_messages() -> None:
 
 
 class _ProgressLine:
-    """State of the progress line."""
-
     began_at: float | None = None
     shown = ""
 
@@ -152,14 +147,10 @@ def write(text: str) -> None:
         sys.stdout.write(text)
         sys.stdout.flush()
     except OSError as error:
-        if is_closed_pipe(error):
+        # Windows reports a reader that has ended as an invalid argument.
+        if isinstance(error, BrokenPipeError) or (sys.platform == "win32" and error.errno == errno.EINVAL):
             raise BrokenPipeError from error
         raise OutputLost(error_text(error)) from error
-
-
-def is_closed_pipe(error: OSError) -> bool:
-    """The reader of standard output has ended; Windows reports that as an invalid argument."""
-    return isinstance(error, BrokenPipeError) or (sys.platform == "win32" and error.errno == errno.EINVAL)
 
 
 def write_lines(lines: Iterable[str]) -> None:

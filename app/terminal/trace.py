@@ -30,17 +30,13 @@ class Trace:
             elif connection.state is PortState.CLOSED:
                 self._print(batch.at, f"{connection.port}  –")
         for event in batch.events:
-            if self._has_frames:
-                self._print_frames(event, self._started_at)
+            for entry in entries_of((event,), self._started_at) if self._has_frames else ():
+                for row in self._explainer.feed(entry):
+                    raw = row.piece.raw.hex(" ").upper()
+                    notify(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
             words = _words(event)
             if words is not None:
                 self._print(event.at, words)
-
-    def _print_frames(self, event: Event, started_at: float) -> None:
-        for entry in entries_of((event,), started_at):
-            for row in self._explainer.feed(entry):
-                raw = row.piece.raw.hex(" ").upper()
-                notify(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
 
     def _print(self, at: float, words: str) -> None:
         notify(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")

@@ -42,7 +42,12 @@ def run(args: argparse.Namespace) -> int:
     for path in filter(None, (args.labels, args.list)):
         check_batch_target(path)
     if not args.yes:
-        return _say_what_happens(batch)
+        console.write_lines([
+            tr("Each module plugged in gets these settings, has both triggers enabled, is checked and named:"),
+            *console.columns([(change.command.key, typed(change.value)) for change in batch.changes], indent=2),
+            f"  {batch.title}",
+        ])  # fmt: skip
+        return console.refuse_without("--yes")
     warn(batch.changes)
     if any(change.risks for change in batch.changes) and not args.accept_risk:
         return console.refuse_without("--accept-risk")
@@ -70,15 +75,6 @@ def run(args: argparse.Namespace) -> int:
     if not is_written:
         return console.PARTIAL
     return console.SUCCESS if is_done(rows) else console.ANSWER_NO
-
-
-def _say_what_happens(batch: ModuleBatch) -> int:
-    console.write_lines([
-        tr("Each module plugged in gets these settings, has both triggers enabled, is checked and named:"),
-        *console.columns([(change.command.key, typed(change.value)) for change in batch.changes], indent=2),
-        f"  {batch.title}",
-    ])  # fmt: skip
-    return console.refuse_without("--yes")
 
 
 class _Turns:

@@ -26,13 +26,12 @@ from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.command_journal import adapter_of
 from app.terminal.connection import connected, module_is_silent
+from app.terminal.export_file import STANDARD_OUTPUT
 from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, not_written
 from protocol.fields import Value
-
-STANDARD_OUTPUT = "-"
 
 
 class ModuleSettings(NamedTuple):
@@ -46,12 +45,12 @@ class ModuleSettings(NamedTuple):
 
 
 def run(args: argparse.Namespace) -> int:
-    path = Path(args.file)
-    if args.file != STANDARD_OUTPUT and path.exists() and not args.force:
+    path: Path = args.file
+    if path != STANDARD_OUTPUT and path.exists() and not args.force:
         raise console.Refused(tr("{file} exists: use {options}.", file=path, options="--force"))
     module = read_module(args.port, args.baud)
-    text = text_of(module, args.module or (path.stem if args.file != STANDARD_OUTPUT else module.port))
-    if args.file == STANDARD_OUTPUT:
+    text = text_of(module, args.module or (path.stem if path != STANDARD_OUTPUT else module.port))
+    if path == STANDARD_OUTPUT:
         console.write(text)
     else:
         try:

@@ -79,13 +79,12 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     return notify_missing(module)
 
 
-def _requested_values(words: Sequence[str], profile: str | None) -> list[SettingChange]:
+def _requested_values(words: Sequence[str], profile: Path | None) -> list[SettingChange]:
     if bool(words) == (profile is not None):
         raise console.Refused(tr("expected {expected}", expected="NAME=VALUE … | --profile FILE"))
     if profile is None:
         return parse_settings(words)
-
-    return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings_of_profile(Path(profile)).items()]
+    return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings_of_profile(profile).items()]
 
 
 def warn(wishes: Sequence[SettingChange]) -> None:

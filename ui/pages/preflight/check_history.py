@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
+from app.preflight.verdict import Verdict, verdict_named
 from app.records.check_store import CheckLine, CheckStore
 from app.stations.known import KnownStation, Stations
 from app.stations.station import own_station
@@ -130,11 +130,11 @@ _VOID_STYLE: Final = (Icon.CROSS, Meaning.UNKNOWN)
 
 
 def _verdict(check: CheckLine) -> str:
-    return tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
+    return tr("void") if check.is_void else tr(verdict_named(check.verdict).value)
 
 
 def _widest_verdict() -> str:
-    return max((tr(word) for word in (*VERDICT_WORDS.values(), "void")), key=len)
+    return max((tr(word) for word in (*(verdict.value for verdict in Verdict), "void")), key=len)
 
 
 def _verdict_icon(check: CheckLine) -> QIcon:

@@ -13,7 +13,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPaintEvent, QPalette, Q
 from PySide6.QtWidgets import QLabel, QProgressBar
 
 from app.preflight.findings import CheckResult
-from app.preflight.verdict import CHECKS, VERDICT_WORDS, Assessment, Verdict, meaning_of
+from app.preflight.verdict import CHECKS, Assessment, Verdict, meaning_of
 from app.records.record import caveats
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.durations import duration
@@ -106,7 +106,7 @@ def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
     if skipped:
         what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
     caveat, signature = _footer(work)
-    return Announcement(work.standing, tr(VERDICT_WORDS[verdict]), head, (*filter(None, (caveat,)), what, signature))
+    return Announcement(work.standing, tr(verdict.value), head, (*filter(None, (caveat,)), what, signature))
 
 
 def _failed(work: PreflightController, assessment: Assessment) -> Announcement:
@@ -118,7 +118,7 @@ def _failed(work: PreflightController, assessment: Assessment) -> Announcement:
     # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
     caveat, signature = _footer(work)
     lines = (*filter(None, (caveat,)), tr("Not met: {names}", names=listed), signature)
-    return Announcement(Standing.NO_GO, tr(VERDICT_WORDS[Verdict.NO_GO]), head, lines)
+    return Announcement(Standing.NO_GO, tr(Verdict.NO_GO.value), head, lines)
 
 
 def _footer(work: PreflightController) -> tuple[str, str]:
