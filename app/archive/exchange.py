@@ -71,7 +71,8 @@ def exchange(
     done = Exchanged()
     mine, theirs = here.digests(), there.digests()
     differing = [bucket for bucket in sorted(mine.keys() | theirs.keys()) if mine.get(bucket) != theirs.get(bucket)]
-    for buckets in _parts(differing, BUCKETS_AT_ONCE):
+    for start in range(0, len(differing), BUCKETS_AT_ONCE):
+        buckets = differing[start : start + BUCKETS_AT_ONCE]
         known, offered = here.rows(buckets), there.rows(buckets)
         # Includes facts that differ on both sides: one of them was altered and is reported.
         other = {id_: row for id_, row in offered.items() if id_ not in known or known[id_].digest != row.digest}
@@ -118,11 +119,6 @@ def _pages(rows: Mapping[str, StoredRow], page: int) -> Iterator[Sequence[str]]:
         length += row.length
     if ids:
         yield ids
-
-
-def _parts(buckets: Sequence[str], length: int) -> Iterator[Sequence[str]]:
-    for start in range(0, len(buckets), length):
-        yield buckets[start : start + length]
 
 
 FORMAT: Final = "dps-s archive"

@@ -70,7 +70,7 @@ class LocalFacts:
     def add(self, facts: Sequence[Fact]) -> int:
         if not facts:
             return 0
-        known = self.has([fact.id for fact in facts])
+        known = {row[0] for row in self._by_ids("id", [fact.id for fact in facts])}
         new = {fact.id: fact for fact in facts if fact.id not in known}
         with self.others.transaction():
             self.others.write_all(
@@ -108,9 +108,6 @@ class LocalFacts:
         return fact.id, fact.station, fact.signature, row_digest(fact.row), number
 
     # Queries
-
-    def has(self, ids: Sequence[str]) -> set[str]:
-        return {str(row[0]) for row in self._by_ids("id", ids)}
 
     def of_kind(self, kind: FactKind | None, module: str | None = None) -> list[Fact]:
         """None: of all kinds. `module`: only those of modules with this name."""

@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     if args.forget is not None:
         return _change(stations.remove(args.forget))
     if args.revoke is not None:
-        return _change(stations.revoke(args.revoke))
+        return _change(stations.remove(args.revoke, is_revoked=True))
     store = existing_store()
     with closing_store(store):
         return _log(store) if args.log else _verify(args, stations, store)

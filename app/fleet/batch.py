@@ -64,12 +64,13 @@ class ModuleBatch(NamedTuple):
 
 
 def batch_of(path: Path, names: tuple[str, ...], baud_rate: int | None) -> ModuleBatch:
-    """`baud_rate`: of the port, which a batch does not change. Raises `UserError` where no module can be READY."""
+    """`baud_rate`: of the port, which a batch does not change; None for any. Raises `UserError` where no module can be
+    READY."""
     profile = read_profile(path)
     settings = {key: value for key, value in profile.settings.items() if SETTINGS_BY_KEY[key] is not BAUD_RATE}
     if not settings:
         raise UserError(marked("{path} holds no settings."), path=path)
-    if profile.settings.get(BAUD_RATE.key, baud_rate) != baud_rate:
+    if baud_rate is not None and profile.settings.get(BAUD_RATE.key, baud_rate) != baud_rate:
         raise UserError(marked("A batch does not change the baud rate: take it out of the profile."))
     if profile.tests_within_days or any(line.is_required for line in profile.manual):
         raise UserError(marked("The profile demands manual checks or guided tests, which a batch does not have."))

@@ -51,7 +51,11 @@ def check_batch_target(path: Path) -> None:
 
 def write_list(path: Path, batch: ModuleBatch, rows: Sequence[BatchRow], printer: Printer) -> None:
     """As CSV and as PDF. Raises `OSError` or `RuntimeError`."""
-    write_whole(path.with_suffix(".csv"), _csv(rows).encode())
+    table = csv_text(HEAD, (
+        (row.name, row.result.lower(), utc_cell(row.at), row.code, row.boot_count,
+         "" if row.why is None else row.why.in_english()) for row in rows
+    ))  # fmt: skip
+    write_whole(path.with_suffix(".csv"), table.encode())
     write_whole(path, printer(_pages(batch, rows), A4, _mark()))
 
 
@@ -65,13 +69,6 @@ def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, print
 
 def _mark() -> bytes:
     return json.dumps({"format": FORMAT}).encode()
-
-
-def _csv(rows: Sequence[BatchRow]) -> str:
-    return csv_text(HEAD, (
-        (row.name, row.result.lower(), utc_cell(row.at), row.code, row.boot_count,
-         "" if row.why is None else row.why.in_english()) for row in rows
-    ))  # fmt: skip
 
 
 def _pages(batch: ModuleBatch, rows: Sequence[BatchRow]) -> list[str]:

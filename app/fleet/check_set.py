@@ -103,17 +103,12 @@ def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer
 
     Returns what was written. Raises `OSError` or `RuntimeError`; what was written before that stays.
     """
-    reports = [_report_path(path, number, member) for number, member in enumerate(members, 1)]
-    written: list[Path] = []
-    for report, member in zip(reports, members, strict=True):
-        if member.filed is not None and report is not None:
-            written += write_report(report, member.filed.record, printer)
-    names = ["" if report is None else report.name for report in reports]
+    names, written = list[str](), list[Path]()
+    for number, member in enumerate(members, 1):
+        names.append("")
+        if member.filed is not None:
+            record = member.filed.record
+            names[-1] = f"{path.stem} {number:02} {suggested_name(record)}.pdf"
+            written += write_report(path.with_name(names[-1]), record, printer)
     write_whole(path, printer([first_page(members, names)], A4, json.dumps({"format": FIRST_PAGE}).encode()))
     return (*written, path)
-
-
-def _report_path(path: Path, number: int, member: SetMember) -> Path | None:
-    if member.filed is None:
-        return None
-    return path.with_name(f"{path.stem} {number:02} {suggested_name(member.filed.record)}.pdf")

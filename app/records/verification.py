@@ -6,14 +6,14 @@ verified, and what that says is part of the answer. So also of the HTML pages th
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Final, Protocol
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict, verdict_of
-from app.records.record import NOT_STORED, READABLE_VERSIONS, Record, canonical, hash_of, list_in, signed_bytes
+from app.records.record import FORMAT, NOT_STORED, READABLE_VERSIONS, Record, hash_of, list_in, signed_bytes
 from app.records.report_files import LARGEST_FILE, is_report, record_in
 from app.stations.known import KnownStation
 from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, decoded, fingerprint_of, is_signature
@@ -157,36 +157,32 @@ def verify_file(
 def verify_bytes(
     data: bytes, kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
-    """`kept`: the store of this computer. `find_station`: the stations that are known."""
     try:
         record = record_in(data)
-        if record.get("version") not in READABLE_VERSIONS:
-            return _unreadable(marked("written by a newer version"))
-        return _verified(record, kept, find_station, is_in_report=is_report(data))
     except UserError as error:
         return Verification(state=RecordState.UNREADABLE, why=error.message)
-    except (ValueError, RecursionError):
-        return _unreadable(marked("unknown kind of file"))
+    return replace(verify(record, kept, find_station), is_report=is_report(data))
 
 
 def verify(
     record: Mapping[str, object], kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
-    """Verifies a bare record."""
+    """`kept`: the store of this computer. `find_station`: the stations that are known."""
     try:
-        data = canonical(record)
+        if record.get("format") == FORMAT:
+            if record.get("version") not in READABLE_VERSIONS:
+                return _unreadable(marked("written by a newer version"))
+            return _verified(record, kept, find_station)
     except (ValueError, TypeError, RecursionError):
-        return _unreadable(marked("unknown kind of file"))
-    return verify_bytes(data, kept, find_station)
+        pass
+    return _unreadable(marked("unknown kind of file"))
 
 
 def _unreadable(why: str) -> Verification:
     return Verification(state=RecordState.UNREADABLE, why=message(why))
 
 
-def _verified(
-    record: Record, kept: StoredRecords | None, find_station: FindStation, *, is_in_report: bool
-) -> Verification:
+def _verified(record: Mapping[str, object], kept: StoredRecords | None, find_station: FindStation) -> Verification:
     signer = _signer(record)
     is_claimed = record.get("station") is not None or "signature" in record
     altered = [CONTENT] if record.get("hash") != hash_of(record) else []
@@ -209,7 +205,7 @@ def _verified(
     is_known_here = not altered and kept is not None and kept.record(str(record.get("hash"))) is not None
     return Verification(
         state=state, record=record, altered=tuple(altered), contradictions=against, chain=chain,
-        is_known_here=is_known_here, is_report=is_in_report, signer=signer, station=station,
+        is_known_here=is_known_here, signer=signer, station=station,
     )  # fmt: skip
 
 

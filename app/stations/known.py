@@ -3,7 +3,6 @@
 A revoked station was trusted once, and its key is lost or was copied: nothing that it signed counts any more.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -55,21 +54,14 @@ class Stations:
         self._write((*(station for station in self._others() if station.public != public), new))
         return new
 
-    def remove(self, fingerprint: str) -> KnownStation | None:
-        """Neither known nor revoked any more. None if no station has this fingerprint. Raises OSError."""
-        return self._replace(fingerprint, lambda _station: ())
-
-    def revoke(self, fingerprint: str) -> KnownStation | None:
-        """Its key is lost or was copied. None if no station has this fingerprint. Raises OSError."""
-        return self._replace(fingerprint, lambda station: (station._replace(is_revoked=True),))
-
-    def _replace(
-        self, fingerprint: str, new: Callable[[KnownStation], tuple[KnownStation, ...]]
-    ) -> KnownStation | None:
+    def remove(self, fingerprint: str, *, is_revoked: bool = False) -> KnownStation | None:
+        """Neither known nor revoked any more. `is_revoked`: its key is lost or was copied. None if no station has this
+        fingerprint. Raises OSError."""
         others = self._others()
         known = next((station for station in others if is_same_fingerprint(station.fingerprint, fingerprint)), None)
         if known is not None:
-            self._write((*(station for station in others if station.public != known.public), *new(known)))
+            revoked = (known._replace(is_revoked=True),) if is_revoked else ()
+            self._write((*(station for station in others if station.public != known.public), *revoked))
         return known
 
     def _others(self) -> tuple[KnownStation, ...]:
@@ -100,8 +92,5 @@ class Stations:
 
 def is_same_fingerprint(fingerprint: str, other: str) -> bool:
     """Ignores case, spaces and dashes."""
-    return _digits(fingerprint) == _digits(other)
-
-
-def _digits(text: str) -> str:
-    return "".join(filter(str.isalnum, text)).upper()
+    one, two = ("".join(filter(str.isalnum, text)).upper() for text in (fingerprint, other))
+    return one == two

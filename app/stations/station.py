@@ -11,7 +11,6 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -22,7 +21,7 @@ from app.text.user_error import UserError
 from protocol.translatable import marked
 
 if TYPE_CHECKING:  # imported on first use, to keep the start fast
-    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 KEY_FILE: Final = "station.key"
 KEY_BYTES: Final = 32
@@ -58,20 +57,13 @@ def shown_station(public: str) -> str:
 def is_signature(public: bytes, signature: bytes, data: bytes) -> bool:
     """Whether the owner of this key signed these bytes."""
     from cryptography.exceptions import InvalidSignature
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
     try:
-        _public_key(public).verify(signature, data)
+        Ed25519PublicKey.from_public_bytes(public).verify(signature, data)
     except (InvalidSignature, ValueError):
         return False
     return True
-
-
-@lru_cache(maxsize=64)
-def _public_key(public: bytes) -> "Ed25519PublicKey":
-    """Raises `ValueError` if it is not a key."""
-    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
-
-    return Ed25519PublicKey.from_public_bytes(public)
 
 
 def own_station(folder: Path) -> Station:

@@ -39,6 +39,7 @@ _POLL_EVERY_S: Final = 0.1
 
 def run(args: argparse.Namespace) -> int:
     batch = batch_of(args.profile, args.names, args.baud)
+    args.baud = args.baud or batch.profile.settings.get("baud_rate")
     for path in filter(None, (args.labels, args.list)):
         check_batch_target(path)
     if not args.yes:

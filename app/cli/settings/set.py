@@ -174,20 +174,9 @@ def json_of(report: WriteReport) -> dict[str, object]:
     }
 
 
-def _result(
-    target: Value,
-    before: Value | None,
-    *,
-    acknowledged: bool | None = None,
-    read_back: Value | None = None,
-    verified: bool | None = None,
-    verified_age_s: float | None = None,
-    error: str | None = None,
-) -> dict[str, object]:
-    return {
-        "wanted": target, "before": before, "acknowledged": acknowledged, "read_back": read_back,
-        "verified": verified, "verified_age_s": verified_age_s, "error": error,
-    }  # fmt: skip
+def _result(target: Value, before: Value | None, **known: object) -> dict[str, object]:
+    unknown = dict.fromkeys(("acknowledged", "read_back", "verified", "verified_age_s", "error"))
+    return {"wanted": target, "before": before, **unknown, **known}
 
 
 def _remarks(report: WriteReport) -> list[str]:

@@ -249,6 +249,12 @@ def test_without_consent_or_where_no_module_can_pass_nothing_is_sent(
     assert wire == []
 
 
+def test_with_auto_the_modules_are_looked_for_at_the_rate_of_the_profile(batch: Batch, port: str) -> None:
+    bench_of(port).module.baud_rate = 9600
+    lines = batch(*ALLOWED, "-b", "auto", "--names", "M-001", profile=SETTINGS + "baud_rate = 9600\n")
+    assert "M-001: READY" in lines
+
+
 def test_a_name_that_is_known_is_left_out(batch: Batch, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     with closing(open_store()) as store:
         store.register_module("M-001")

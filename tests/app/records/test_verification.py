@@ -192,11 +192,11 @@ def test_the_signature_of_a_revoked_station_counts_no_more(tmp_path: Path) -> No
     public = station().public
     stations.trust(public, "Hangar")
     assert verify(record, find_station=stations.find).state is RecordState.INTACT
-    assert stations.revoke(fingerprint_of(public)) is not None
+    assert stations.remove(fingerprint_of(public), is_revoked=True) is not None
     found = verify(record, find_station=stations.find)
     assert (found.state, found.signer) == (RecordState.REVOKED_STATION, public)
     assert _words(found).startswith("REVOKED STATION: signed by Hangar,")
-    assert stations.revoke("0000") is None
+    assert stations.remove("0000", is_revoked=True) is None
     stations.trust(public, "Hangar")  # a person compared the fingerprint again
     assert verify(record, find_station=stations.find).state is RecordState.INTACT
 
