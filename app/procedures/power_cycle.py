@@ -12,7 +12,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.identity import went_back
-from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, ask_value
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report
 from app.engine.setting_changes import BOOT_COUNT, BOOTS
 from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import SETTINGS, Command
@@ -21,7 +21,6 @@ from protocol.translatable import marked
 
 MAX_WAIT_S = 120.0
 POLL_EVERY_S = 1.0
-ASK_WAITS_S = (1.0,)
 
 
 class Retention(Enum):
@@ -75,7 +74,7 @@ def survives_power_cycle(
 ) -> Procedure[PowerCycleResult]:
     """`written`: the values by key."""
     before: EngineView = yield Inspect()
-    boots_before = yield from _boots()
+    boots_before = (yield from read_back(BOOT_COUNT)).raw
     boots: int | None = None
     while True:
         view: EngineView = yield Inspect()
@@ -84,7 +83,7 @@ def survives_power_cycle(
             return PowerCycleResult(ending=Ending.NOT_SEEN, stamps={}, boots_before=boots_before)
         yield Report(int(waited_s), int(longest_wait_s), marked("Switch the module off and on"))
         has_restarted = view.device.restarts != before.device.restarts
-        boots = yield from _boots()
+        boots = (yield from read_back(BOOT_COUNT)).raw
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break
         yield Pause(POLL_EVERY_S)
@@ -109,17 +108,6 @@ def _stamp(command: Command, target: Value, raw: int | None) -> SettingRetention
         return SettingRetention(target, Retention.NOT_READ)
     value = command.write.decode(raw)
     return SettingRetention(target, Retention.RETAINED if value == target else Retention.LOST, value)
-
-
-def _boots() -> Procedure[int | None]:
-    """The boot count, if two answers agree: one damaged frame must not count as a restart."""
-    counts: list[int] = []
-    for _ in range(2):
-        reading = yield from ask_value(BOOT_COUNT, ASK_WAITS_S)
-        if reading is None:
-            return None
-        counts.append(reading.raw)
-    return counts[0] if counts[0] == counts[1] else None
 
 
 def _ending(before: int | None, after: int | None) -> Ending:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from app.engine.device import How, Sleep
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, Slept, is_alive
 from app.engine.setting_changes import READABLE_SETTINGS
-from app.procedures.read import READABLE
+from app.procedures.read import read_everything
 from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown
@@ -140,7 +140,7 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
         progress.due.pop(_BOOT_COUNT, None)
     progress.is_suspicious = view.device.is_restart_suspected
     if read_all and not progress.has_read:
-        yield from _read_all(progress)
+        progress.has_read = not (yield from read_everything()).is_silent
         progress.due |= {question: view.now + every_s for question, every_s in _SETTINGS}
         # One after the other: while the module streams, its silence shows only in a question.
         progress.due |= {question: view.now + at * SLOW_EVERY_S / len(_SLOW) for at, question in enumerate(_SLOW)}
@@ -156,7 +156,8 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
         # The longest overdue in periods of its own: on a slow line the status must not starve the others.
         request, every_s = max(due, key=lambda asked: (view.now - progress.due.get(asked[0], 0.0)) / asked[1])
         progress.due[request] = view.now + every_s
-        yield from _ask(request, attempts=1)  # it is repeated soon anyway
+        if not isinstance((yield Ask(request, attempts=1)), Answered):  # it is repeated soon anyway
+            yield from is_alive()
         yield from _confirm_change(progress, request, view)
     progress.rests_until = 0.0 if is_beginning else min(progress.due.get(request, 0.0) for request, _ in polled)
 
@@ -167,20 +168,6 @@ def _confirm_change(progress: _StreamProgress, request: Request, before: EngineV
     old, new = before.device.values.get(key), after.device.values.get(key)
     if request.command in READABLE_SETTINGS and old is not None and new is not None and old.value != new.value:
         progress.due[request] = 0.0
-
-
-def _read_all(progress: _StreamProgress) -> Procedure[None]:
-    for command in READABLE:
-        is_alive = yield from _ask(command.query())
-        if not is_alive:
-            return
-    progress.has_read = True
-
-
-def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
-    """Ask; return whether the module answers the question or else a heartbeat."""
-    outcome = yield Ask(question, attempts=attempts)
-    return isinstance(outcome, Answered) or (yield from is_alive())
 
 
 def _steer_stream(progress: _StreamProgress, switch: StreamSwitch, view: EngineView) -> Procedure[None]:

@@ -44,10 +44,7 @@ def read_triggers() -> Procedure[TriggersReading]:
     """Only sends queries. Raises `UserError` if another module answered meanwhile."""
     begin: EngineView = yield Inspect()
     history = yield from read_history()
-    back = yield from read_back(BOOT_COUNT)
-    boots = None
-    if back.raw is not None and BOOT_COUNT.reply is not None:
-        boots = int(BOOT_COUNT.reply.decode(back.raw))
+    boots = (yield from read_back(BOOT_COUNT)).raw
     if history.is_line_dead:
         return TriggersReading(history, boots)
     is_other = yield from is_another(begin)

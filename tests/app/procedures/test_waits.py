@@ -78,7 +78,7 @@ def write_one(*, is_held: bool = False) -> Procedure[WriteReport]:
         (write_one, {"mute-codes": "23"}, 8.93, 28),
         (lambda: write_one(is_held=True), {}, 2.15, 32),
         (lock, SILENT, 12.07, 33),
-        (lambda: survives_power_cycle({}), SILENT, 120.6, 115),
+        (lambda: survives_power_cycle({}), SILENT, 123.6, 119),
         (lambda: survives_power_cycle({}), {}, 120.25, 242),
         (lambda: run_preflight(Evidence(port="sim")), SILENT, 11.06, 11),
         (lambda: run_preflight(Evidence(port="sim")), NO_SETTINGS, 26.3, 104),
