@@ -50,18 +50,17 @@ def export(
 ) -> Exported:
     """Writes a CSV table, with `appends` behind the rows of the file; or copies the session. Raises OSError,
     `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
-    with open_recording(entry) as recording:
-        damage = recording.damage
-        if not is_table:
-            write_parts(path, _blocks(entry.path), entry.size_bytes // _BLOCK_BYTES + 1, on_progress)
-            return Exported(len(recording.tilt), damage)
-        excerpt = recording.excerpt(recording.start_s, recording.end_s)
-        rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
-        if appends and path.exists() and path.stat().st_size:
-            next(rows)  # without a second head
-            rows = chain((path.read_bytes(),), rows)
-        write_parts(path, rows, part_count(excerpt), on_progress)
-        return Exported(excerpt.row_count, damage)
+    recording = open_recording(entry)
+    if not is_table:
+        write_parts(path, _blocks(entry.path), entry.size_bytes // _BLOCK_BYTES + 1, on_progress)
+        return Exported(len(recording.tilt), recording.damage)
+    excerpt = recording.excerpt(recording.start_s, recording.end_s)
+    rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
+    if appends and path.exists() and path.stat().st_size:
+        next(rows)  # without a second head
+        rows = chain((path.read_bytes(),), rows)
+    write_parts(path, rows, part_count(excerpt), on_progress)
+    return Exported(excerpt.row_count, recording.damage)
 
 
 def _blocks(path: Path) -> Iterator[bytes]:

@@ -143,9 +143,13 @@ def new_path(library: Path, started_at: datetime) -> Path:
 
 def entry_of(path: Path) -> RecordingEntry:
     """The present entry of this file; never raises."""
+    try:
+        size_bytes, modified_s = path.stat().st_size, path.stat().st_mtime
+    except OSError:
+        size_bytes, modified_s = 0, 0.0
     entry = RecordingEntry(
-        path=path, started_at=_modified_at(path), size_bytes=_size_of(path), is_pinned=_mark_of(path).exists(),
-        is_running=is_held(path),
+        path=path, started_at=datetime.fromtimestamp(modified_s, UTC), size_bytes=size_bytes,
+        is_pinned=_mark_of(path).exists(), is_running=is_held(path),
     )  # fmt: skip
     try:
         file = read_heading(path)
@@ -189,20 +193,6 @@ def _files(place: Path) -> list[Path]:
 
 def _mark_of(path: Path) -> Path:
     return path.with_suffix(_PINNED)
-
-
-def _size_of(path: Path) -> int:
-    try:
-        return path.stat().st_size
-    except OSError:
-        return 0
-
-
-def _modified_at(path: Path) -> datetime:
-    try:
-        return datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    except OSError:
-        return datetime.fromtimestamp(0, UTC)
 
 
 def unreadable(path: Path, error: Exception) -> UserMessage:

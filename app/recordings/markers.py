@@ -1,6 +1,6 @@
 """Markers on the time line, derived from batches."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from enum import Enum
 from typing import NamedTuple
 
@@ -102,7 +102,7 @@ class MarkerTracker:
         if not is_opening:
             self._on_device(batch.device, batch.events, batch.at)
         self._on_loss(batch.connection, batch.at)
-        self.limits = NO_LIMITS if is_opening else limits_of(batch.device, batch.at)
+        self.limits = NO_LIMITS if is_opening else _limits(lambda key: batch.device.fresh(key, batch.at))
         return self._new
 
     def _add(self, at: float, kind: MarkerKind) -> None:
@@ -161,19 +161,10 @@ class MarkerTracker:
             self._is_charging = is_charging
 
 
-def limits_of(device: DeviceView, at: float) -> ModuleLimits:
-    """The limits that are fresh at `at` and enabled."""
-    return _limits(lambda key: device.fresh(key, at))
-
-
 def last_limits(device: DeviceView) -> ModuleLimits:
     """The last reported limits, including stale ones."""
-
-    def last(key: str) -> Value | None:
-        known = device.values.get(key)
-        return None if known is None else known.value
-
-    return _limits(last)
+    last = {key: known.value for key, known in device.values.items()}
+    return _limits(last.get)
 
 
 def _limits(find: Callable[[str], Value | None]) -> ModuleLimits:
@@ -189,6 +180,3 @@ def _limits(find: Callable[[str], Value | None]) -> ModuleLimits:
         free_fall_s=limit("freefall_time_s", "freefall_trigger"),
         light_v=None if light is None else float(light),
     )
-
-
-KIND_OF_WORD: Mapping[str, MarkerKind] = {kind.value: kind for kind in MarkerKind}

@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator
 from datetime import datetime
 from operator import itemgetter
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from app.captures.entries import CaptureEntry
 from app.captures.line import NANOSECONDS, LineBytes, LinePart
 from app.recordings.excerpt import Excerpt
 from app.recordings.library import RecordingEntry, unreadable
-from app.recordings.markers import KIND_OF_WORD, NO_LIMITS, Marker, MarkerKind, ModuleLimits
+from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
 from app.recordings.measured import Measured
 from app.recordings.reports import ReportColumns, ReportFinder
 from app.recordings.session_format import EVENTS, RX, TX, is_time
@@ -31,6 +30,7 @@ _MAX_EXPECTED = 1 << 25
 _LARGEST = 1e9
 _KINDS = (np.float64, np.float32, np.float32, np.uint8)
 """Of times, tilt, acceleration and flags."""
+_MARKED = frozenset(kind.value for kind in MarkerKind)
 
 
 LimitsAt = tuple[float, ModuleLimits]
@@ -51,7 +51,7 @@ class Recording(Measured):
         self.entry = entry
         self.missing_count = 0
         """Status reports and events that were lost because the disk was too slow."""
-        self._columns = _Columns(min(entry.sample_count, _MAX_EXPECTED))
+        columns = _Columns(min(entry.sample_count, _MAX_EXPECTED))
         self._polled: dict[str, list[tuple[float, float]]] = {"cell_voltage_v": [], "light_v": []}
         markers: list[Marker] = []
         limits: list[LimitsAt] = []
@@ -59,7 +59,7 @@ class Recording(Measured):
         for file, messages in read_blocks(entry.path):
             if not messages:  # a gap
                 finder.forget()
-            self._columns.append(finder.feed(_line_part(messages, RX)), file.opening.wall_offset_ns)
+            columns.append(finder.feed(_line_part(messages, RX)), file.opening.wall_offset_ns)
             self._read_events(file, messages, markers, limits)
             pace.checkpoint()
         self.opening = file.opening
@@ -69,10 +69,14 @@ class Recording(Measured):
         markers += [Marker(first, MarkerKind.DAMAGED) for first, _ in self.damaged]
         self.markers = tuple(sorted(markers, key=lambda marker: marker.time_s))
         self.limits = tuple(sorted(limits, key=itemgetter(0)))
-        self._join()
+        self._times, tilt, acceleration, self._flags = columns.whole()
+        firsts = bucket_firsts(self._times)
+        self.tilt = RecordedSeries(self._times, tilt, firsts)
+        self.acceleration = RecordedSeries(self._times, acceleration, firsts)
+        self.cell, self.light = map(_series, self._polled.values())
         tables = [series for series in (self.tilt, self.cell, self.light) if len(series)]
-        firsts = [series.exact_since_s for series in tables] + [marker.time_s for marker in self.markers[:1]]
-        self.start_s = min((self.opening.start_s, *firsts))
+        begins = [series.exact_since_s for series in tables] + [marker.time_s for marker in self.markers[:1]]
+        self.start_s = min((self.opening.start_s, *begins))
         ends = [series.last.time_s for series in tables if series.last is not None]
         self.end_s = max((self.opening.mono_s(file.end_ns), *ends))
         for time_s, known in self.limits:
@@ -99,26 +103,8 @@ class Recording(Measured):
             missing.append(message(text, count=f"{self.missing_count:,}"))
         return joined(missing, " ") if missing else None
 
-    def close(self) -> None:
-        """Releases the columns. Series and excerpts taken before still hold them."""
-        self._columns = _Columns(0)
-        self._polled = {key: [] for key in self._polled}
-        self._join()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _read_events(
-        self,
-        file: SessionFile,
-        messages: Iterable[FileMessage],
-        markers: list[Marker],
-        limits: list[tuple[float, ModuleLimits]],
+        self, file: SessionFile, messages: Iterable[FileMessage], markers: list[Marker], limits: list[LimitsAt]
     ) -> None:
         for _, log_ns, data in filter(lambda message: message.topic == EVENTS, messages):
             fields, at_s = object_in(data), file.opening.mono_s(log_ns)
@@ -134,16 +120,8 @@ class Recording(Measured):
                 case word:
                     if word == MarkerKind.MISSING.value:
                         self.missing_count += int(_number(fields.get("count")) or 0)
-                    kind = KIND_OF_WORD.get(str(word))
-                    if kind is not None and is_time(at_s):
-                        markers.append(Marker(at_s, kind, str(fields.get("port", ""))))
-
-    def _join(self) -> None:
-        self._times, self._tilt, self._acceleration, self._flags = self._columns.whole()
-        firsts = bucket_firsts(self._times)
-        self.tilt = RecordedSeries(self._times, self._tilt, firsts)
-        self.acceleration = RecordedSeries(self._times, self._acceleration, firsts)
-        self.cell, self.light = (_series(self._polled[key]) for key in ("cell_voltage_v", "light_v"))
+                    if str(word) in _MARKED and is_time(at_s):
+                        markers.append(Marker(at_s, MarkerKind(str(word)), str(fields.get("port", ""))))
 
 
 class _Columns:

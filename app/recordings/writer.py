@@ -98,12 +98,9 @@ class SessionWriter:
                 self.note(batch.at, "baud rate", baud_rate=self._baud_rate)
         for marker in markers:
             self.note(marker.time_s, marker.kind.value, port=marker.port)
-        self.put_limits(batch.at, limits)
-
-    def put_limits(self, at: float, limits: ModuleLimits) -> None:
         if limits != self._limits:
             self._limits = limits
-            self.note(at, "limits", **limits._asdict())
+            self.note(batch.at, "limits", **limits._asdict())
 
     def put_recorded(self, recorded: CaptureEntry | Note) -> None:
         """Takes in what was recorded before."""

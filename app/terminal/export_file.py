@@ -76,10 +76,10 @@ def _write_out(entry: "RecordingEntry") -> "UserMessage | None":
     from app.recordings.excerpt import csv_parts
     from app.recordings.recording import open_recording
 
-    with open_recording(entry) as recording:
-        excerpt = recording.excerpt(recording.start_s, recording.end_s)
-        write_table(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s))
-        return recording.damage
+    recording = open_recording(entry)
+    excerpt = recording.excerpt(recording.start_s, recording.end_s)
+    write_table(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s))
+    return recording.damage
 
 
 def write_table(parts: Iterable[bytes]) -> None:

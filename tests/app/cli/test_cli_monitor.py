@@ -193,10 +193,10 @@ def test_what_another_module_sends_is_in_another_file(
         assert record(port, tmp_path / "a.mcap", seconds="3") == 0
     assert "This may be another module: " in Printed(capsys).err
     for name, fires_deg, tilt_deg in (("a.mcap", 60, 0), ("a-2.mcap", 85, 33)):
-        with opened(tmp_path / name) as recording:
-            assert {limits.fires_deg for _, limits in recording.limits} - {None} == {fires_deg}
-            assert len(recording.tilt) > 30
-            assert set(recording.tilt.window(0, 1e12).value.tolist()) == {tilt_deg}
+        recording = opened(tmp_path / name)
+        assert {limits.fires_deg for _, limits in recording.limits} - {None} == {fires_deg}
+        assert len(recording.tilt) > 30
+        assert set(recording.tilt.window(0, 1e12).value.tolist()) == {tilt_deg}
 
 
 def test_a_restart_goes_on_in_the_same_file(port: str, tmp_path: Path) -> None:

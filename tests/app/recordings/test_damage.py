@@ -70,8 +70,7 @@ def changed(whole: Whole, folder: Path, raw: bytes) -> Iterator[Recording | None
     assert all(known[at] == tilt for at, tilt in zip(window.time_s.tolist(), window.value.tolist(), strict=True))
     sent = b"".join(entry.raw for entry in traffic_of(recording.entry))
     assert len(sent) == 8 * len(window.time_s)
-    with recording:
-        yield recording
+    yield recording
 
 
 Folders = settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
@@ -291,26 +290,26 @@ def test_every_sample_and_every_byte_is_converted(library: Path, name: str) -> N
     flags = np.fromfile(folder / "status.flags.u1", "u1")
     traffic = list(entries_in((folder / "line.dpscap").read_text("utf-8").splitlines()))
     size = {file.name: file.stat().st_size for file in folder.iterdir()}
-    with opened(convert_in(library, folder)) as recording:
-        excerpt = recording.excerpt(recording.start_s, recording.end_s)
-        for file, attribute in COLUMNS.items():
-            found = attrgetter(attribute)(excerpt)
-            # `record --seconds` kept what came after its end among the bytes, not among the reports.
-            assert found[: len(columns[file])].tolist() == columns[file].tolist(), file
-        assert len(columns["status.time_s.f8"]) > 30
-        assert excerpt.is_active[: len(flags)].tolist() == (flags & 1 != 0).tolist()
-        assert excerpt.is_triggered[: len(flags)].tolist() == (flags & 2 != 0).tolist()
-        found_traffic = list(traffic_of(recording.entry))
-        assert [(entry.way, entry.raw) for entry in found_traffic] == [(entry.way, entry.raw) for entry in traffic]
-        assert [entry.at_s for entry in found_traffic] == pytest.approx([entry.at_s for entry in traffic], abs=2e-6)
-        assert [mark.kind for mark in recording.markers] == [
-            MarkerKind.CONNECTED, *([MarkerKind.TRIGGERED] if name == "whole" else [])
-        ]  # fmt: skip
-        assert (60.0, 50.0, 0.5, 1.8) in [
-            (limits.fires_deg, limits.rearms_deg, limits.free_fall_g, limits.light_v) for _, limits in recording.limits
-        ]
-        assert recording.entry.was_cut_off == (name == "cutoff")
-        assert recording.entry.sequence == (2 if name == "cutoff" else 1)
+    recording = opened(convert_in(library, folder))
+    excerpt = recording.excerpt(recording.start_s, recording.end_s)
+    for file, attribute in COLUMNS.items():
+        found = attrgetter(attribute)(excerpt)
+        # `record --seconds` kept what came after its end among the bytes, not among the reports.
+        assert found[: len(columns[file])].tolist() == columns[file].tolist(), file
+    assert len(columns["status.time_s.f8"]) > 30
+    assert excerpt.is_active[: len(flags)].tolist() == (flags & 1 != 0).tolist()
+    assert excerpt.is_triggered[: len(flags)].tolist() == (flags & 2 != 0).tolist()
+    found_traffic = list(traffic_of(recording.entry))
+    assert [(entry.way, entry.raw) for entry in found_traffic] == [(entry.way, entry.raw) for entry in traffic]
+    assert [entry.at_s for entry in found_traffic] == pytest.approx([entry.at_s for entry in traffic], abs=2e-6)
+    assert [mark.kind for mark in recording.markers] == [
+        MarkerKind.CONNECTED, *([MarkerKind.TRIGGERED] if name == "whole" else [])
+    ]  # fmt: skip
+    assert (60.0, 50.0, 0.5, 1.8) in [
+        (limits.fires_deg, limits.rearms_deg, limits.free_fall_g, limits.light_v) for _, limits in recording.limits
+    ]
+    assert recording.entry.was_cut_off == (name == "cutoff")
+    assert recording.entry.sequence == (2 if name == "cutoff" else 1)
     assert {file.name: file.stat().st_size for file in (library / ".trash" / name).iterdir()} == size
 
 
@@ -318,34 +317,35 @@ def test_a_capture_is_converted(library: Path) -> None:
     lines = (library / "session.dpscap").read_text("utf-8").splitlines()
     expected = list(entries_in(lines))
     convert(library / "session.dpscap", library / "session.mcap")
-    with opened(library / "session.mcap") as recording:
-        assert f"# port: {recording.opening.port}" in lines
-        assert f"# started: {recording.opening.started_at.isoformat()}" in lines
-        traffic = list(traffic_of(recording.entry))
-        assert [(entry.way, entry.raw) for entry in traffic] == [(entry.way, entry.raw) for entry in expected]
-        assert [entry.at_s for entry in traffic] == pytest.approx([entry.at_s for entry in expected], abs=2e-6)
-        pieces = (row.piece for row in explained(expected) if row.way is Way.IN)
-        assert len(recording.tilt) == sum(isinstance(piece, Frame) and len(piece.raw) == 8 for piece in pieces)
+    recording = opened(library / "session.mcap")
+    assert f"# port: {recording.opening.port}" in lines
+    assert f"# started: {recording.opening.started_at.isoformat()}" in lines
+    traffic = list(traffic_of(recording.entry))
+    assert [(entry.way, entry.raw) for entry in traffic] == [(entry.way, entry.raw) for entry in expected]
+    assert [entry.at_s for entry in traffic] == pytest.approx([entry.at_s for entry in expected], abs=2e-6)
+    pieces = (row.piece for row in explained(expected) if row.way is Way.IN)
+    assert len(recording.tilt) == sum(isinstance(piece, Frame) and len(piece.raw) == 8 for piece in pieces)
 
 
 def test_an_mcap_export_is_converted_with_all_that_it_holds(library: Path) -> None:
     path, target = library / "export.mcap", library / "export-converted.mcap"
-    with pytest.raises(UserError, match="recordings convert FILE"), opened(path):
-        pass
+    with pytest.raises(UserError, match="recordings convert FILE"):
+        opened(path)
     assert program.main(["recordings", "convert", str(path)]) == 0
-    with opened(convert_in(library, library / "whole")) as folder, opened(target) as export:
-        assert (export.opening.port, export.opening.module) == (folder.opening.port, folder.opening.module)
-        assert export.opening.started_at == folder.opening.started_at
-        since_s = folder.opening.start_s
-        assert export.tilt.last is not None
-        first, second = (one.excerpt(one.start_s, one.end_s) for one in (export, folder))
-        assert first.tilt.time_s == pytest.approx(second.tilt.time_s - since_s, abs=2e-6)
-        for name in ("tilt.value", "acceleration.value", "flags", "cell.value", "light.value"):
-            assert attrgetter(name)(first) == pytest.approx(attrgetter(name)(second), abs=2e-6), name
-        assert [mark.kind for mark in export.markers] == [mark.kind for mark in folder.markers]
-        assert [one.raw for one in traffic_of(export.entry)] == [one.raw for one in traffic_of(folder.entry)]
-        assert [limits.fires_deg for _, limits in export.limits] == [limits.fires_deg for _, limits in folder.limits]
-        assert not export.entry.was_cut_off
+    folder = opened(convert_in(library, library / "whole"))
+    export = opened(target)
+    assert (export.opening.port, export.opening.module) == (folder.opening.port, folder.opening.module)
+    assert export.opening.started_at == folder.opening.started_at
+    since_s = folder.opening.start_s
+    assert export.tilt.last is not None
+    first, second = (one.excerpt(one.start_s, one.end_s) for one in (export, folder))
+    assert first.tilt.time_s == pytest.approx(second.tilt.time_s - since_s, abs=2e-6)
+    for name in ("tilt.value", "acceleration.value", "flags", "cell.value", "light.value"):
+        assert attrgetter(name)(first) == pytest.approx(attrgetter(name)(second), abs=2e-6), name
+    assert [mark.kind for mark in export.markers] == [mark.kind for mark in folder.markers]
+    assert [one.raw for one in traffic_of(export.entry)] == [one.raw for one in traffic_of(folder.entry)]
+    assert [limits.fires_deg for _, limits in export.limits] == [limits.fires_deg for _, limits in folder.limits]
+    assert not export.entry.was_cut_off
     (library / "broken.mcap").write_bytes(path.read_bytes()[:3000])
     assert program.main(["recordings", "convert", str(library / "broken.mcap")]) == 4
 
@@ -356,9 +356,9 @@ def test_damage_is_left_out_and_shown(library: Path) -> None:
     raw = bytearray(path.read_bytes())
     raw[len(raw) // 2] ^= 0x40
     path.write_bytes(raw)
-    with opened(convert_in(library, folder)) as recording:
-        assert 40 < len(recording.tilt) < 83
-        assert MarkerKind.DAMAGED in [mark.kind for mark in recording.markers]
+    recording = opened(convert_in(library, folder))
+    assert 40 < len(recording.tilt) < 83
+    assert MarkerKind.DAMAGED in [mark.kind for mark in recording.markers]
 
 
 def test_new_sessions_sort_behind_what_is_not_converted_yet(library: Path) -> None:

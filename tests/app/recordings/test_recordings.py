@@ -52,20 +52,17 @@ INWARDS = (Received, Rejected)
 def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     batches = [batch(1000.0, events=(asked(1000.0),)), *stream(1000.0, 3.0)]
     samples = [sample for each in batches for sample in each.samples]
-    with opened(recorded(tmp_path, 3.0)) as recording:
-        excerpt = recording.excerpt(recording.start_s, recording.end_s)
-        assert excerpt.tilt.time_s.tolist() == pytest.approx([sample.at for sample in samples], abs=2e-9)
-        assert excerpt.tilt.value.tolist() == [sample.tilt_deg for sample in samples]
-        assert (
-            excerpt.acceleration.value.tolist()
-            == np.array([sample.acceleration_g for sample in samples], "f4").tolist()
-        )
-        assert not excerpt.is_triggered.any()
-        assert not excerpt.is_active.any()
-        assert excerpt.cell.time_s.tolist() == [1000.0, 1001.0, 1002.0]
-        assert excerpt.cell.value.tolist() == pytest.approx([3.0, 3.01, 3.02])
-        assert excerpt.light.value.tolist() == pytest.approx([1.0, 1.1, 1.2])
-        traffic = list(traffic_of(recording.entry))
+    recording = opened(recorded(tmp_path, 3.0))
+    excerpt = recording.excerpt(recording.start_s, recording.end_s)
+    assert excerpt.tilt.time_s.tolist() == pytest.approx([sample.at for sample in samples], abs=2e-9)
+    assert excerpt.tilt.value.tolist() == [sample.tilt_deg for sample in samples]
+    assert excerpt.acceleration.value.tolist() == np.array([sample.acceleration_g for sample in samples], "f4").tolist()
+    assert not excerpt.is_triggered.any()
+    assert not excerpt.is_active.any()
+    assert excerpt.cell.time_s.tolist() == [1000.0, 1001.0, 1002.0]
+    assert excerpt.cell.value.tolist() == pytest.approx([3.0, 3.01, 3.02])
+    assert excerpt.light.value.tolist() == pytest.approx([1.0, 1.1, 1.2])
+    traffic = list(traffic_of(recording.entry))
     bytes_of = directions([(one.way, one.raw) for one in traffic])
     assert bytes_of[Way.OUT] == asked(1000.0).raw
     frames = [event.frame.raw for each in batches[1:] for event in each.events]  # type: ignore[union-attr]
@@ -77,18 +74,18 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
 
 def test_the_entry_of_a_session(tmp_path: Path) -> None:
     folder = recorded(tmp_path, 3.0)
-    with opened(folder) as recording:
-        entry = recording.entry
-        assert (entry.started_at, entry.port, entry.baud_rate, entry.module) == (NOON, PORT, 115200, "Bench 7")
-        assert (entry.sample_count, entry.trouble) == (4320, None)
-        assert entry.duration_s == pytest.approx(3.0, abs=0.01)
-        assert entry.size_bytes == folder.stat().st_size
-        flags = (entry.is_running, entry.was_cut_off, entry.is_pinned, entry.is_simulated)
-        assert flags == (False, False, False, False)
-        assert recording.start_s == 1000.0
-        assert recording.start_s + recording.wall_offset_s == NOON.timestamp()
-        assert [(marker.kind, marker.time_s) for marker in recording.markers] == [(MarkerKind.CONNECTED, 1000.0)]
-        assert recording.missing_count == 0
+    recording = opened(folder)
+    entry = recording.entry
+    assert (entry.started_at, entry.port, entry.baud_rate, entry.module) == (NOON, PORT, 115200, "Bench 7")
+    assert (entry.sample_count, entry.trouble) == (4320, None)
+    assert entry.duration_s == pytest.approx(3.0, abs=0.01)
+    assert entry.size_bytes == folder.stat().st_size
+    flags = (entry.is_running, entry.was_cut_off, entry.is_pinned, entry.is_simulated)
+    assert flags == (False, False, False, False)
+    assert recording.start_s == 1000.0
+    assert recording.start_s + recording.wall_offset_s == NOON.timestamp()
+    assert [(marker.kind, marker.time_s) for marker in recording.markers] == [(MarkerKind.CONNECTED, 1000.0)]
+    assert recording.missing_count == 0
 
 
 def test_flags_and_markers(tmp_path: Path) -> None:
@@ -103,20 +100,20 @@ def test_flags_and_markers(tmp_path: Path) -> None:
             batch(1006.0, report(1006.0, active=True), view=device(1006.0)),
         )
         bench.finish()
-        with opened(bench.path) as recording:
-            excerpt = recording.excerpt(1000.0, 1010.0)
-            assert excerpt.is_active.tolist() == [False, True, True, True, True]
-            assert excerpt.is_triggered.tolist() == [False, False, True, False, False]
-            assert [(marker.kind.value, marker.time_s) for marker in recording.markers] == [
-                ("connected", 1000.0),
-                ("activated", 1001.0),
-                ("triggered", 1001.5),
-                ("trigger ended", 1003.0),
-                ("offline", 1003.2),
-                ("port lost", 1004.0),
-                ("reconnected", 1006.0),
-            ]
-            assert excerpt.markers == recording.markers
+        recording = opened(bench.path)
+        excerpt = recording.excerpt(1000.0, 1010.0)
+        assert excerpt.is_active.tolist() == [False, True, True, True, True]
+        assert excerpt.is_triggered.tolist() == [False, False, True, False, False]
+        assert [(marker.kind.value, marker.time_s) for marker in recording.markers] == [
+            ("connected", 1000.0),
+            ("activated", 1001.0),
+            ("triggered", 1001.5),
+            ("trigger ended", 1003.0),
+            ("offline", 1003.2),
+            ("port lost", 1004.0),
+            ("reconnected", 1006.0),
+        ]
+        assert excerpt.markers == recording.markers
 
 
 def test_limits_hold_until_they_change_or_are_stale(tmp_path: Path) -> None:
@@ -128,15 +125,15 @@ def test_limits_hold_until_they_change_or_are_stale(tmp_path: Path) -> None:
             batch(1003.0, report(1003.0), view=device(1003.0, attitude_threshold_deg=45, attitude_trigger=False)),
         )
         bench.finish()
-        with opened(bench.path) as recording:
-            assert [(at, now.fires_deg, now.rearms_deg, now.free_fall_g) for at, now in recording.limits] == [
-                (1001.0, 60.0, 50.0, None),
-                (1002.0, 45.0, 35.0, 0.3),
-                (1003.0, None, None, None),
-            ]
-            assert recording.fires.between(1000.5, 1002.5) == [(1001.0, 60.0), (1002.0, 45.0)]
-            assert recording.falls.between(1002.5, 1009.0) == [(1002.0, 0.3), (1003.0, None)]
-            assert recording.lights.value is None
+        recording = opened(bench.path)
+        assert [(at, now.fires_deg, now.rearms_deg, now.free_fall_g) for at, now in recording.limits] == [
+            (1001.0, 60.0, 50.0, None),
+            (1002.0, 45.0, 35.0, 0.3),
+            (1003.0, None, None, None),
+        ]
+        assert recording.fires.between(1000.5, 1002.5) == [(1001.0, 60.0), (1002.0, 45.0)]
+        assert recording.falls.between(1002.5, 1009.0) == [(1002.0, 0.3), (1003.0, None)]
+        assert recording.lights.value is None
 
 
 def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None:
@@ -148,8 +145,8 @@ def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None
         first = batch(1000.0, view=before, connection=opening, events=(asked(1000.0),))
         bench.feed(first, batch(1001.0, report(1001.0)))
         bench.finish()
-        with opened(bench.path) as recording:
-            assert (len(recording.cell), len(recording.light), recording.limits) == (0, 0, ())
+        recording = opened(bench.path)
+        assert (len(recording.cell), len(recording.light), recording.limits) == (0, 0, ())
 
 
 def test_stale_voltages_are_not_recorded(tmp_path: Path) -> None:
@@ -160,17 +157,17 @@ def test_stale_voltages_are_not_recorded(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)), batch(1001.0, view=view), batch(1002.0, view=doubted))
         bench.finish()
-        with opened(bench.path) as recording:
-            assert recording.cell.window(0, 2000).time_s.tolist() == [1001.0]
+        recording = opened(bench.path)
+        assert recording.cell.window(0, 2000).time_s.tolist() == [1001.0]
 
 
 def test_times_ascend_even_when_the_clock_steps_back(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1001.0, report(1001.0), report(1000.5)), batch(1002.0, report(1000.7), report(1002.0)))
-        with opened(bench.path) as recording:
-            times = recording.tilt.window(0, 2000).time_s
-            assert times.tolist() == pytest.approx([1001.0, 1001.0, 1001.0, 1002.0], abs=1e-8)
-            assert (np.diff(times) >= 0).all()
+        recording = opened(bench.path)
+        times = recording.tilt.window(0, 2000).time_s
+        assert times.tolist() == pytest.approx([1001.0, 1001.0, 1001.0, 1002.0], abs=1e-8)
+        assert (np.diff(times) >= 0).all()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions are not bits on Windows")
@@ -194,8 +191,8 @@ def test_a_file_that_may_only_be_read_is_not_taken_for_one_being_written(
         return open_any(self, mode, *args, **values)
 
     monkeypatch.setattr(Path, "open", open_for_reading)
-    with opened(path) as recording:
-        assert not recording.entry.is_running
+    recording = opened(path)
+    assert not recording.entry.is_running
 
 
 # Pictures
@@ -223,19 +220,12 @@ def test_a_recording_is_drawn_exactly_as_on_the_live_page(
 
 
 def test_a_million_reports_are_opened_whole(tmp_path: Path) -> None:
-    with opened(written_at_once(tmp_path, 1_000_000)) as recording:
-        assert len(recording.tilt) == 1_000_000
-        whole = recording.tilt.decimated(recording.start_s, recording.end_s, 1000)
-        exact = recording.tilt.window(recording.start_s, recording.end_s).value
-        assert (whole.low.min(), whole.high.max()) == (exact.min(), exact.max())
-        assert len(whole.low) <= 1002
-
-
-def test_a_closed_recording_is_empty(tmp_path: Path) -> None:
-    recording = opened(recorded(tmp_path, 0.2))
-    recording.close()
-    assert len(recording.tilt) == 0
-    assert recording.excerpt(0, 2000).row_count == 1  # the connected marker
+    recording = opened(written_at_once(tmp_path, 1_000_000))
+    assert len(recording.tilt) == 1_000_000
+    whole = recording.tilt.decimated(recording.start_s, recording.end_s, 1000)
+    exact = recording.tilt.window(recording.start_s, recording.end_s).value
+    assert (whole.low.min(), whole.high.max()) == (exact.min(), exact.max())
+    assert len(whole.low) <= 1002
 
 
 # What is no recording
@@ -284,12 +274,12 @@ def test_unknown_events_of_a_later_version_are_skipped(tmp_path: Path) -> None:
         writer.note(1000.0, "limits", light_v="2")
         writer.note(1000.0, "reading", light_v=10**400)
         bench.settle()
-        with opened(bench.path) as recording:
-            assert [marker.kind for marker in recording.markers] == [MarkerKind.CONNECTED]
-            assert len(recording.limits) == 1
-            assert (len(recording.cell), len(recording.light)) == (0, 0)
-            assert recording.entry.is_simulated
-            assert recording.entry.is_running
+        recording = opened(bench.path)
+        assert [marker.kind for marker in recording.markers] == [MarkerKind.CONNECTED]
+        assert len(recording.limits) == 1
+        assert (len(recording.cell), len(recording.light)) == (0, 0)
+        assert recording.entry.is_simulated
+        assert recording.entry.is_running
 
 
 def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
@@ -312,17 +302,17 @@ def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
             simulated.remove_bench("recorded-by-a-worker")
         made.recorder.end()
         made.settle()
-        with opened(made.path) as recording:
-            samples = [sample for one in heard.all for sample in one.samples]
-            # Of more than `MAX_ENTRY_BYTES` that came at once the rest has a time of its own, 1 ns later.
-            assert recording.tilt.window(0, 1e12).time_s == pytest.approx([one.at for one in samples], rel=0, abs=1e-7)
-            events = [event for one in heard.all for event in one.events]
-            # The stream was running when the port was opened: it may begin with half a frame, which is rejected.
-            came = [one.frame if isinstance(one, Received) else one.noise for one in events if isinstance(one, INWARDS)]
-            found = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])
-            assert found[Way.IN] == b"".join(one.raw for one in came)
-            assert found[Way.OUT] == b"".join(one.raw for one in events if isinstance(one, Sent))
-            assert recording.entry.is_simulated
+        recording = opened(made.path)
+        samples = [sample for one in heard.all for sample in one.samples]
+        # Of more than `MAX_ENTRY_BYTES` that came at once the rest has a time of its own, 1 ns later.
+        assert recording.tilt.window(0, 1e12).time_s == pytest.approx([one.at for one in samples], rel=0, abs=1e-7)
+        events = [event for one in heard.all for event in one.events]
+        # The stream was running when the port was opened: it may begin with half a frame, which is rejected.
+        came = [one.frame if isinstance(one, Received) else one.noise for one in events if isinstance(one, INWARDS)]
+        found = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])
+        assert found[Way.IN] == b"".join(one.raw for one in came)
+        assert found[Way.OUT] == b"".join(one.raw for one in events if isinstance(one, Sent))
+        assert recording.entry.is_simulated
 
 
 def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
@@ -331,12 +321,12 @@ def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
     path = recorded(tmp_path, 1.0)
     found: dict[str, object] = {}
     exec(code.replace("20261121T014905Z-3f9a1c.mcap", path.as_posix()), found)
-    with opened(path) as recording:
-        traffic = list(traffic_of(recording.entry))
-        assert found["received"] == [
-            (pytest.approx(recording.opening.started_at.timestamp() + one.at_s, abs=1e-6), one.raw)
-            for one in traffic if one.way is Way.IN
-        ]  # fmt: skip
+    recording = opened(path)
+    traffic = list(traffic_of(recording.entry))
+    assert found["received"] == [
+        (pytest.approx(recording.opening.started_at.timestamp() + one.at_s, abs=1e-6), one.raw)
+        for one in traffic if one.way is Way.IN
+    ]  # fmt: skip
     for topic in CHANNELS.values():
         assert f"`{topic}`" in text
 
@@ -346,5 +336,5 @@ def test_a_session_says_which_station_recorded_it(tmp_path: Path) -> None:
     with recorder_in(tmp_path / "recordings") as bench:
         bench.record(batch(1000.0, report(1000.0)))
         (entry,) = bench.library.entries()
-    with opened(entry.path) as recording:
-        assert recording.opening.station == fingerprint_of(station.public)
+    recording = opened(entry.path)
+    assert recording.opening.station == fingerprint_of(station.public)

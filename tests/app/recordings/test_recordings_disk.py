@@ -188,13 +188,13 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
         assert not bench.recorder.stop(0.0), "closing the window does not wait for it"
         jam.goes_on.set()
         assert bench.recorder.stop(WAIT_S)
-        with opened(bench.path) as recording:
-            assert len(recording.tilt) == 101
-            assert recording.missing_count == 1800
-            assert [marker.kind for marker in recording.markers].count(MarkerKind.MISSING) == 1
-            assert recording.damage is not None
-            assert recording.damage.in_english().endswith("the disk was too slow; reports and frames: 1,800.")
-            assert not recording.entry.was_cut_off
+        recording = opened(bench.path)
+        assert len(recording.tilt) == 101
+        assert recording.missing_count == 1800
+        assert [marker.kind for marker in recording.markers].count(MarkerKind.MISSING) == 1
+        assert recording.damage is not None
+        assert recording.damage.in_english().endswith("the disk was too slow; reports and frames: 1,800.")
+        assert not recording.entry.was_cut_off
 
 
 def test_after_lost_batches_the_last_state_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -208,11 +208,11 @@ def test_after_lost_batches_the_last_state_is_recorded(tmp_path: Path, monkeypat
         jam.goes_on.set()
         bench.settle()
         bench.feed(batch(1003.0, report(1003.0)))
-        with opened(bench.path) as recording:
-            assert recording.cell.window(0, 2000).time_s.tolist() == [1002.0]
-            assert recording.tilt.last is not None
-            assert recording.tilt.last.time_s == 1003.0
-            assert recording.missing_count == 80
+        recording = opened(bench.path)
+        assert recording.cell.window(0, 2000).time_s.tolist() == [1002.0]
+        assert recording.tilt.last is not None
+        assert recording.tilt.last.time_s == 1003.0
+        assert recording.missing_count == 80
 
 
 @pytest.fixture
@@ -234,8 +234,8 @@ def recording(tmp_path: Path) -> Iterator[Recording]:
             batch(1004.0, connection=CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, "gone"))),
         )
         bench.finish()
-        with opened(bench.path) as made:
-            yield made
+        made = opened(bench.path)
+        yield made
 
 
 def messages(path: Path) -> dict[str, list[tuple[int, dict[str, Any]]]]:

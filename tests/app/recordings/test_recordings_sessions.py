@@ -42,11 +42,11 @@ def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Pat
         assert not any(entry.was_cut_off for entry in entries)
         times, polled, sent = list[float](), list[float](), 0
         for entry in entries:
-            with opened(entry.path) as recording:
-                times += recording.tilt.window(0, 1e9).time_s.tolist()
-                polled += recording.cell.window(0, 1e9).time_s.tolist()
-                sent += sum(len(piece.raw) for piece in traffic_of(entry))
-                assert recording.fires.between(0, 1e9)[0].value == 60.0, "each says what is in force"
+            recording = opened(entry.path)
+            times += recording.tilt.window(0, 1e9).time_s.tolist()
+            polled += recording.cell.window(0, 1e9).time_s.tolist()
+            sent += sum(len(piece.raw) for piece in traffic_of(entry))
+            assert recording.fires.between(0, 1e9)[0].value == 60.0, "each says what is in force"
         assert times == [sample.at for one in batches for sample in one.samples]
         assert sent == 8 * len(times)
         assert polled == np.arange(1000.0, 1060.0).tolist()
@@ -193,7 +193,7 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
         bench.feed(*(batch(sample.at, sample) for sample in samples))
         bench.finish()
-        with opened(bench.path) as recording:
-            traffic = list(traffic_of(recording.entry))
+        recording = opened(bench.path)
+        traffic = list(traffic_of(recording.entry))
         assert b"".join(one.raw for one in traffic) == b"".join(received(sample).frame.raw for sample in samples)
         assert len(traffic) == 15

@@ -207,10 +207,10 @@ class Whole(NamedTuple):
 
 
 def whole_of(path: Path) -> Whole:
-    with opened(path) as recording:
-        window = recording.tilt.window(0.0, 1e9)
-        raw = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])[Way.IN]
-        return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)
+    recording = opened(path)
+    window = recording.tilt.window(0.0, 1e9)
+    raw = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])[Way.IN]
+    return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)
 
 
 # What was recorded

@@ -217,7 +217,6 @@ class LivePage(StreamPage):
         if recording is not None:
             self._plots.removeWidget(plot)
             plot.deleteLater()
-            recording.close()
 
     def _show_source(self) -> None:
         self.banner.show_recording(self.recording)

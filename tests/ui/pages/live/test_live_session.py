@@ -239,8 +239,8 @@ def test_where_a_recording_has_a_gap_nothing_is_said_of_the_module(tmp_path: Pat
     with recorder_in(tmp_path) as made:
         made.record(batch(1000.0, report(1000.0, active=True)), batch(1060.0, report(1060.0, active=True)))
         made.finish()
-        with opened(made.path) as recording:
-            seen = [device_at(recording, at_s) for at_s in (1000.0, 1030.0)]
+        recording = opened(made.path)
+        seen = [device_at(recording, at_s) for at_s in (1000.0, 1030.0)]
     assert [one.fresh("active", 1000.0) for one in seen] == [True, None]
     assert seen[1].values == {}
 

@@ -107,7 +107,6 @@ def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
     one.until(lambda: bool(page.outlines.of(entry)))
     recording = recordings_made.opened(entry.path)
     highest = recording.tilt.decimated(recording.start_s, recording.end_s).high.max()
-    recording.close()
     assert max(high for _, high in page.outlines.of(entry)) == highest
     page.table.selectRow(0)
     assert page.detail.facts["duration"].text() == one.texts(Column.DURATION)[0]
