@@ -63,10 +63,6 @@ class Frame(NamedTuple):
     raw: bytes
     offset: int = 0
 
-    @property
-    def code(self) -> int:
-        return self.raw[2]
-
 
 @dataclass(frozen=True, slots=True)
 class Fault:

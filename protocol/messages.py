@@ -136,11 +136,6 @@ class EmptySlot(NamedTuple):
 Message = Heartbeat | Reading | Acknowledgement | Status | TriggerRecord | EmptySlot
 
 
-def decode_status(raw: bytes) -> Status:
-    """The eight bytes of a valid status frame."""
-    return Status(raw[3], raw[4] / TENTH_G.per_unit, raw[5] == 0x01, raw[6] == 0x01)
-
-
 def decode_record(raw: bytes) -> TriggerRecord | EmptySlot:
     """The sixteen bytes of a valid record frame."""
     if is_empty_slot(raw):
@@ -161,7 +156,7 @@ def decode(raw: bytes, asked: Request | None = None) -> Message:
     if code == HEARTBEAT_CODE:
         return Heartbeat()
     if code == STATUS_CODE:
-        return decode_status(raw)
+        return Status(raw[3], raw[4] / TENTH_G.per_unit, raw[5] == 0x01, raw[6] == 0x01)
     if len(raw) == Layout.RECORD.value:
         return decode_record(raw)
     if asked is not None and answers(raw, asked):

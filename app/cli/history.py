@@ -23,7 +23,7 @@ from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written
 from app.text.user_error import UserError
-from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_word
+from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
 from protocol.messages import EmptySlot, TriggerRecord
@@ -139,7 +139,7 @@ def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
     return (
         str(record.boot_count) if is_certain else f"{record.boot_count}{in_brackets('?')}",
         stopwatch(record.uptime_s),
-        join_names(map(source_word, record.sources)) or tr("unknown"),
+        join_names(source_message(source).translated() for source in record.sources) or tr("unknown"),
         f"{record.attitude_threshold_deg}°",
         f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
         tr("yes") if record.serial_connected else tr("no"),

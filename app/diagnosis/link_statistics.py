@@ -32,10 +32,6 @@ class Slice(NamedTuple):
     slowest_s: float | None = None
     """The longest round trip."""
 
-    def with_more(self, grown: Counters, losses: int, trips_s: Sequence[float]) -> "Slice":
-        slowest_s = max((*trips_s, *(() if self.slowest_s is None else (self.slowest_s,))), default=None)
-        return Slice(self.begins_s, self.counters + grown, self.losses + losses, slowest_s)
-
 
 @dataclass(frozen=True, slots=True)
 class TripClass:
@@ -43,11 +39,6 @@ class TripClass:
 
     up_to_ms: float | None
     count: int
-
-
-def _is_later(totals: Counters, before: Counters) -> bool:
-    """Whether they go on counting; after the port was reopened they start at zero."""
-    return totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
 
 
 def _counted(events: Iterable[Event]) -> Counters:
@@ -97,7 +88,9 @@ class LinkStatistics:
         trips = [event.round_trip_s for event in batch.events if isinstance(event, Answered)]
         before, totals = self._last, self._last if batch.link is None else batch.link.counters
         self._last = totals
-        grown = totals - before if _is_later(totals, before) else totals
+        # After the port was reopened they start at zero.
+        goes_on = totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
+        grown = totals - before if goes_on else totals
         if grown.frames:
             self.last_frame_at = batch.at
         if grown.rejected:
@@ -136,7 +129,9 @@ class LinkStatistics:
     def _add(self, now: float, grown: Counters, losses: int, trips_s: Sequence[float]) -> None:
         if not self._slices or now // 1 > self._slices[-1].begins_s:
             self._slices.append(Slice(now // 1, Counters()))
-        self._slices[-1] = self._slices[-1].with_more(grown, losses, trips_s)
+        begins_s, counters, former, slowest_s = self._slices[-1]
+        slowest_s = max((*trips_s, *(() if slowest_s is None else (slowest_s,))), default=None)
+        self._slices[-1] = Slice(begins_s, counters + grown, former + losses, slowest_s)
         for trip_s in trips_s:
             self._trips_s.append(trip_s)
             self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1

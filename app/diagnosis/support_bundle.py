@@ -91,7 +91,7 @@ class Contents:
 
 
 class SupportBundle:
-    """Immutable: `preview` and `write` have the same content."""
+    """Immutable. `files`: exactly what `write` writes."""
 
     def __init__(self, contents: Contents, *, names: Names | None = None) -> None:
         names = names or Names.of_this_computer()
@@ -103,16 +103,12 @@ class SupportBundle:
             "log.txt": contents.log,
             "capture.txt": "".join(f"{line}\n" for line in _capture_lines(contents)),
         }
-        self._parts = tuple(BundleFile(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
-
-    def preview(self) -> tuple[BundleFile, ...]:
-        """The files that `write` writes."""
-        return self._parts
+        self.files = tuple(BundleFile(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
 
     def write(self, path: Path) -> None:
         """Writes the zip atomically. Raises OSError."""
         with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-            for part in self._parts:
+            for part in self.files:
                 # A fixed time and mode, so that the zip contains no more than the preview.
                 entry = zipfile.ZipInfo(part.name, _ZIP_TIME)
                 entry.compress_type = zipfile.ZIP_DEFLATED

@@ -16,16 +16,19 @@ class Snapshot:
     boot_count: int | None = None
 
 
-def snapshot_of(device: DeviceView, now: float) -> Snapshot:
+def fresh_settings(device: DeviceView, now: float) -> dict[str, Value]:
     """The settings that are known and not stale at `now`, except the serial output, which the program itself
     switches."""
-    settings = {
+    return {
         command.key: value
         for command in SETTINGS
         if command is not SERIAL_OUTPUT and (value := device.fresh(command.key, now)) is not None
     }
+
+
+def snapshot_of(device: DeviceView, now: float) -> Snapshot:
     boots = device.fresh("boot_count", now)
-    return Snapshot(settings=settings, boot_count=None if boots is None else int(boots))
+    return Snapshot(settings=fresh_settings(device, now), boot_count=None if boots is None else int(boots))
 
 
 def restorable(settings: Mapping[str, object]) -> dict[str, Value]:

@@ -8,12 +8,12 @@ from functools import partial
 from typing import Final
 
 from app.engine.identity import IdentityEvidence, Trust, same_module, went_back
+from app.engine.setting_changes import READABLE_SETTINGS
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastTested
 from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
-from app.settings.fingerprint import COVERED
 from app.settings.identity_words import known_by
 from app.settings.setting_texts import value_text
 from app.text.messages import UserMessage, joined, message
@@ -22,7 +22,7 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 NOT_NAMED: Final = message(marked("module not named"))
-FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
+FINGERPRINT_KEYS = tuple(command.key for command in READABLE_SETTINGS)
 
 
 def light_threshold(case: Case) -> Finding:

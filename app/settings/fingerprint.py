@@ -10,14 +10,13 @@ and nearly all swapped neighbours.
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from app.engine.device import DeviceView
+from app.engine.setting_changes import READABLE_SETTINGS
 from app.settings.values import field_of
-from protocol.catalogue import SETTINGS, Command
+from protocol.catalogue import Command
 from protocol.fields import Value
 
 ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
 HASHED_CHARACTERS = 7
-COVERED: tuple[Command, ...] = tuple(command for command in SETTINGS if command.reads_back)
 
 
 class Fingerprint(NamedTuple):
@@ -35,8 +34,8 @@ def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
     """The fingerprint of settings by key. With some missing the code differs from any complete one."""
     import hashlib  # slow: loads OpenSSL
 
-    known = [command for command in COVERED if command.key in settings]
-    missing = tuple(command for command in COVERED if command.key not in settings)
+    known = [command for command in READABLE_SETTINGS if command.key in settings]
+    missing = tuple(command for command in READABLE_SETTINGS if command.key not in settings)
     if not known:
         return Fingerprint(None, missing)
     parts = [f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in known]
@@ -48,12 +47,6 @@ def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
     body = "".join(characters)
     code = body + _check(body)
     return Fingerprint(f"{code[:4]}-{code[4:]}", missing)
-
-
-def fingerprint_of(device: DeviceView, now: float) -> Fingerprint:
-    """The fingerprint of the settings that are known at `now` and not stale."""
-    known = {command.key: device.fresh(command.key, now) for command in COVERED}
-    return fingerprint({key: value for key, value in known.items() if value is not None})
 
 
 def is_fingerprint(text: str) -> bool:

@@ -111,7 +111,8 @@ class SettingsForm:
         self._failures: dict[str, _Failure] = {}
         self.watch = watch or SettingsWatch()
         """Of the connection; it knows what other parts of the program write."""
-        self._written: dict[str, Value] = {}
+        self.written: dict[str, Value] = {}
+        """Values written to this module, which a power cycle should not change."""
         self._retentions: dict[str, SettingRetention] = {}
 
     # Editing
@@ -287,7 +288,7 @@ class SettingsForm:
                 continue
             if written.fault is None:
                 settled.append(key)
-                self._written[key] = written.target
+                self.written[key] = written.target
                 if written.verified:
                     self._verified[key] = written.target
                     self.watch.expect(key, written.target)
@@ -310,11 +311,6 @@ class SettingsForm:
         }
         self.on_written(known)
 
-    @property
-    def written(self) -> Mapping[str, Value]:
-        """Values written to this module, which a power cycle should not change."""
-        return self._written
-
     def set_retentions(self, retentions: Mapping[str, SettingRetention]) -> None:
         self._retentions = dict(retentions)
         self.watch.accept(retentions)  # their rows show what the power cycle changed
@@ -322,7 +318,7 @@ class SettingsForm:
     def reset(self, watch: SettingsWatch | None = None) -> None:
         """Discards everything, for another module."""
         self.watch = watch or SettingsWatch()
-        self._written, self._retentions = {}, {}
+        self.written, self._retentions = {}, {}
         self._steps, self._step, self._typing = [{}], 0, None
         self._writing, self._verified, self._failures = {}, {}, {}
         self._seen = None

@@ -35,7 +35,7 @@ from typing import NamedTuple
 
 from app.engine.device import DeviceView, Known
 from app.guided.results import GuidedKind
-from protocol.catalogue import SERIAL_OUTPUT, SETTINGS, Command
+from protocol.catalogue import SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -181,10 +181,3 @@ def _row(command: Command, profile: Profile, device: DeviceView, now: float) -> 
     if module_value is None or module_value.is_stale:
         return ProfileRow(command, target, module_value, Match.UNKNOWN)
     return ProfileRow(command, target, module_value, Match.SAME if module_value.value == target else Match.DIFFERENT)
-
-
-def profile_of(device: DeviceView, now: float, *, name: str) -> Profile:
-    """The module's current settings as a profile, without those that are unknown or stale, and without the serial
-    output, which the program itself switches."""
-    known = {key: device.fresh(key, now) for key in SETTINGS_BY_KEY if key != SERIAL_OUTPUT.key}
-    return Profile(name=name, settings={key: value for key, value in known.items() if value is not None})

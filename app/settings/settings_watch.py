@@ -1,6 +1,6 @@
 """Detects settings that changed without being written here."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from app.engine.device import DeviceView, How
@@ -24,12 +24,8 @@ class SettingsWatch:
         """The expected value of each setting, by key."""
         self._written: dict[str, _Write] = {}
         """By key."""
-        self._changed: dict[str, ChangedSetting] = {}
-
-    @property
-    def changed(self) -> Mapping[str, ChangedSetting]:
+        self.changed: dict[str, ChangedSetting] = {}
         """By key, until the setting is written, accepted, or reads as expected again."""
-        return self._changed
 
     def note_writes(self, events: Iterable[Event]) -> None:
         """Whatever part of the program sent them: what the module then reads is no foreign change."""
@@ -52,9 +48,9 @@ class SettingsWatch:
                 self._held.pop(key, None)
             held = self._held.setdefault(key, known.value)
             if known.value == held:
-                self._changed.pop(key, None)
-            elif key not in self._changed or self._changed[key].after != known.value:
-                self._changed[key] = ChangedSetting(command, held, known.value)
+                self.changed.pop(key, None)
+            elif key not in self.changed or self.changed[key].after != known.value:
+                self.changed[key] = ChangedSetting(command, held, known.value)
 
     def expect(self, key: str, value: Value) -> None:
         """The module was read back to hold it: a later reading of another value is a change."""
@@ -63,8 +59,8 @@ class SettingsWatch:
     def accept(self, keys: Iterable[str] | None = None) -> None:
         """Makes the next reading of these settings (None: of all) the expected one."""
         if keys is None:
-            self._held, self._written, self._changed = {}, {}, {}
+            self._held, self._written, self.changed = {}, {}, {}
             return
         for key in list(keys):
             self._held.pop(key, None)
-            self._changed.pop(key, None)
+            self.changed.pop(key, None)

@@ -5,8 +5,8 @@ substituted without `str.format`, so that a text from a file cannot run a format
 """
 
 import re
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Union
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, TypeVar, Union
 
 from app.text.i18n import CHINESE, language, tr
 from app.text.sentences import join_sentences
@@ -18,6 +18,7 @@ _PLACE = re.compile(r"\{(\w{1,40})(?::([\w.]{1,6}))?\}")
 _LIST = re.compile(r"\{p0\}(?:, \{p\d+\})+")
 _SENTENCES = re.compile(r"\{p0\}(?: \{p\d+\})+")
 _DEEPEST = 4
+Rendered = TypeVar("Rendered")
 
 
 class UserMessage(NamedTuple):
@@ -28,19 +29,22 @@ class UserMessage(NamedTuple):
 
     def in_english(self) -> str:
         """The message in English, for JSON."""
-        return _filled(self.text, {name: _english(value) for name, value in self.values})
+        return _filled(self.text, self._rendered(UserMessage.in_english))
 
     def translated(self) -> str:
         """The message in the language in use."""
         is_list = language() == CHINESE and _LIST.fullmatch(self.text) is not None
         text = self.text.replace(", ", "，") if is_list else tr(self.text)  # see `joined`
-        filled = _filled(text, {name: _translated(value) for name, value in self.values})
+        filled = _filled(text, self._rendered(UserMessage.translated))
         return join_sentences([filled]) if _SENTENCES.fullmatch(self.text) else filled
 
     def to_json(self) -> dict[str, object]:
         """As JSON for a record; `message_from_json` reverses it."""
-        values = {name: value.to_json() if isinstance(value, UserMessage) else value for name, value in self.values}
+        values = self._rendered(UserMessage.to_json)
         return {"text": self.text, "values": values} if values else {"text": self.text}
+
+    def _rendered(self, render: "Callable[[UserMessage], Rendered]") -> "dict[str, str | Rendered]":
+        return {name: render(value) if isinstance(value, UserMessage) else value for name, value in self.values}
 
 
 def message(text: str, /, **values: object) -> UserMessage:
@@ -69,20 +73,11 @@ def message_from_json(plain: object, *, depth: int = 0) -> UserMessage:
     values = plain.get("values")
     if not isinstance(values, Mapping) or depth > _DEEPEST:
         return UserMessage(plain["text"])
-    pairs = [(str(name), _value_from(value, depth)) for name, value in values.items()]
+    pairs = (
+        (str(name), message_from_json(value, depth=depth + 1) if isinstance(value, Mapping) else str(value))
+        for name, value in values.items()
+    )
     return UserMessage(plain["text"], tuple(pairs))
-
-
-def _value_from(value: object, depth: int) -> Union[str, "UserMessage"]:
-    return message_from_json(value, depth=depth + 1) if isinstance(value, Mapping) else str(value)
-
-
-def _english(value: Union[str, "UserMessage"]) -> str:
-    return value.in_english() if isinstance(value, UserMessage) else value
-
-
-def _translated(value: Union[str, "UserMessage"]) -> str:
-    return value.translated() if isinstance(value, UserMessage) else value
 
 
 def _filled(text: str, values: Mapping[str, str]) -> str:

@@ -8,6 +8,7 @@ import unicodedata
 
 NEWLINE = "\n"
 _LINE_BREAKS = "\t\n\r\v\f\x85\u2028\u2029"
+_DIRECTION_MARKS = "\u061c\u200b\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\ufeff"
 _IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 
 
@@ -27,11 +28,6 @@ def visible_json(text: str) -> str:
 def _visible(character: str) -> str:
     if character in _LINE_BREAKS:
         return " "
-    if unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") or _is_direction_mark(character):
+    if unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") or character in _DIRECTION_MARKS:
         return f"[U+{ord(character):04X}]"
     return character
-
-
-def _is_direction_mark(character: str) -> bool:
-    is_embedding = "\u202a" <= character <= "\u202e" or "\u2066" <= character <= "\u2069"
-    return is_embedding or character in "\u061c\u200b\u200e\u200f\ufeff"

@@ -1,6 +1,5 @@
 """Fields of a trigger record in JSON, CSV and the archive, and texts of its sources."""
 
-from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from protocol.catalogue import RECORD_PART
 from protocol.messages import TriggerRecord
@@ -37,9 +36,3 @@ def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
         "implausible": list(record.implausible),
         "raw": record.raw.hex(" ").upper(),
     }
-
-
-def source_word(name: str) -> str:
-    """Short text of a source, in the language in use."""
-    text = SOURCE_WORDS.get(name, name)
-    return tr(text)

@@ -12,8 +12,9 @@ from typing import Final
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QCursor
 
+from app.engine.snapshots import fresh_settings
 from app.records.labels import PAPERS, Label, Paper, write_labels
-from app.settings.fingerprint import Fingerprint, fingerprint, fingerprint_of
+from app.settings.fingerprint import Fingerprint, fingerprint
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import not_written
@@ -56,7 +57,7 @@ class LabelActions(QObject):
 
         connector = self._services.connector
         port = connector.current
-        shown = Label(port.module.name, _now(), _code(fingerprint_of(port.device, connector.clock())))
+        shown = Label(port.module.name, _now(), _code(fingerprint(fresh_settings(port.device, connector.clock()))))
         find = self._labels_of_all if key == _SHEET else lambda: [shown]
         name = file_name("DPS-S" if key == _SHEET else shown.name, tr("label"))
         suggested, write = self._folder / f"{name}.pdf", partial(self._write, find, PAPERS[key])

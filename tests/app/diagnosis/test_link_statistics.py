@@ -215,8 +215,8 @@ def test_the_zip_equals_the_preview(tmp_path: Path) -> None:
         held = {name: archive.read(name).decode() for name in archive.namelist()}
         assert archive.comment == b""
         assert all(entry.extra == b"" and entry.comment == b"" for entry in archive.infolist())
-    assert held == {part.name: part.text for part in bundle.preview()}
-    assert all(part.size_bytes == len(held[part.name].encode()) for part in bundle.preview())
+    assert held == {part.name: part.text for part in bundle.files}
+    assert all(part.size_bytes == len(held[part.name].encode()) for part in bundle.files)
     assert [path.name for path in tmp_path.iterdir()] == ["support.zip"]
 
 
@@ -227,7 +227,7 @@ def test_the_same_contents_give_the_same_file(tmp_path: Path) -> None:
 
 
 def test_a_bundle_names_nobody() -> None:
-    for part in SupportBundle(CONTENTS, names=NAMES).preview():
+    for part in SupportBundle(CONTENTS, names=NAMES).files:
         lower = part.text.lower()
         assert "wolfgang" not in lower, part.name
         assert "field-laptop" not in lower, part.name
@@ -238,13 +238,13 @@ def test_this_computers_names_are_replaced_by_default(monkeypatch: pytest.Monkey
     monkeypatch.setattr("socket.gethostname", lambda: "workbench")
     monkeypatch.setenv("SECRET_OF_THE_ENVIRONMENT", "hush-hush")
     bundle = SupportBundle(Contents(version="1", log="henriette@workbench"))
-    text = "".join(part.text for part in bundle.preview())
+    text = "".join(part.text for part in bundle.files)
     assert f"{USER}@{COMPUTER}" in text
     assert "hush-hush" not in text
 
 
 def test_a_bundle_contains_what_support_needs() -> None:
-    parts = {part.name: part.text for part in SupportBundle(CONTENTS, names=NAMES).preview()}
+    parts = {part.name: part.text for part in SupportBundle(CONTENTS, names=NAMES).files}
     link = json.loads(parts["link.json"])
     assert link["trouble"] == "busy"
     assert "minicom" in link["what"]
@@ -259,14 +259,14 @@ def test_a_bundle_contains_what_support_needs() -> None:
 
 
 def test_a_bundle_of_a_version_alone_can_be_made() -> None:
-    names = [part.name for part in SupportBundle(Contents(version="1"), names=NAMES).preview()]
+    names = [part.name for part in SupportBundle(Contents(version="1"), names=NAMES).files]
     assert names == ["about.json", "link.json", "module.json", "preferences.json"]
 
 
 def test_the_end_of_a_long_log_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.diagnosis.support_bundle.MAX_PART_LENGTH", 100)
     log = "".join(f"line {number}\n" for number in range(100))
-    parts = {part.name: part.text for part in SupportBundle(Contents(version="1", log=log), names=NAMES).preview()}
+    parts = {part.name: part.text for part in SupportBundle(Contents(version="1", log=log), names=NAMES).files}
     assert parts["log.txt"].startswith("…\nline ")
     assert parts["log.txt"].endswith("line 99\n")
     assert len(parts["log.txt"]) < 110

@@ -304,7 +304,7 @@ def test_only_a_boot_count_that_answers_what_was_just_asked_tells_of_another_mod
     rig = Rig(OPTIONS)
     rig.run(read_everything())
     check, device, at = IdentityCheck(), rig.session.device, rig.clock()
-    frame = next(e.frame for e in rig.session.take_events() if isinstance(e, Received) and e.frame.code == 0x23)
+    frame = next(e.frame for e in rig.session.take_events() if isinstance(e, Received) and e.frame.raw[2] == 0x23)
     check.on_event(Received(frame, Reading(BY_NAME["boot_count"], 12), role, at), device, at)
     assert check.identity.is_settled is (role is not Role.ANSWER)
     device.apply(Received(frame, Reading(BY_NAME["boot_count"], 38), role, at))

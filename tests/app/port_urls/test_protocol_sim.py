@@ -167,7 +167,7 @@ def test_it_streams_1440_frames_a_second_and_loses_none() -> None:
         opened.write(SERIAL_OUTPUT.set(False).encode())
         while data := opened.read(512):
             frames += parser.feed(data)
-        status = [frame for frame in frames if isinstance(frame, Frame) and frame.code == STATUS.code]
+        status = [frame for frame in frames if isinstance(frame, Frame) and frame.raw[2] == STATUS.code]
         assert len(status) == bench.module.stream_frames_sent
         assert len(frames) == len(status) + 2, "and two acknowledgements"
         assert len(status) > 650

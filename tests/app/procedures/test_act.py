@@ -53,7 +53,7 @@ def test_a_boot_count_that_only_lets_late_answers_pass_tells_of_a_restart_too() 
     rig.bench.module.restart(rig.clock(), is_silent=True)
     done = do(rig, Act.ACTIVATE)
     heard = [event for event in rig.session.take_events() if isinstance(event, Received)]
-    assert any(event.frame.code == 0x23 and event.frame.raw[4] == 38 for event in heard), "the fence brought it"
+    assert any(event.frame.raw[2] == 0x23 and event.frame.raw[4] == 38 for event in heard), "the fence brought it"
     assert rig.session.device.view(rig.clock()).restarts == 1
     known = rig.session.device.view(rig.clock()).values.get("boot_count")
     assert known is not None

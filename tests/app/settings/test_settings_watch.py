@@ -6,12 +6,13 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.device import DeviceView, How, Known, StaleReason
-from app.engine.snapshots import snapshot_of
+from app.engine.setting_changes import READABLE_SETTINGS
+from app.engine.snapshots import fresh_settings, snapshot_of
 from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
-from app.settings.fingerprint import ALPHABET, COVERED, fingerprint, fingerprint_of, is_fingerprint
+from app.settings.fingerprint import ALPHABET, fingerprint, is_fingerprint
 from app.settings.form import FormRow, RowState, SettingsForm
-from app.settings.profiles import Match, Profile, compare, profile_of
+from app.settings.profiles import Match, Profile, compare
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 from tests.support.journals import FakeJournal
@@ -38,14 +39,14 @@ def test_the_code_never_changes_between_versions() -> None:
 def test_only_the_covered_settings_decide_the_code() -> None:
     assert code() == code(freefall_time_s=1.60, attitude_threshold_deg=60.0)
     assert code() == code(attitude_trigger=True, serial_output=False, baud_rate=9600)
-    assert {command.name for command in set(SETTINGS) - set(COVERED)} == {
+    assert {command.name for command in set(SETTINGS) - set(READABLE_SETTINGS)} == {
         "serial_output", "attitude_trigger", "freefall_trigger", "baud_rate",
     }  # fmt: skip
 
 
 def test_every_setting_changes_the_code() -> None:
     codes = {code()}
-    for command in COVERED:
+    for command in READABLE_SETTINGS:
         assert command.write is not None
         for raw in range(256):
             codes.add(code(**{command.key: command.write.decode(raw)}))
@@ -77,10 +78,8 @@ def test_the_code_of_a_module_and_its_profile() -> None:
     rig = Rig()
     rig.run(read_everything())
     device, now = rig.session.device.view(rig.clock()), rig.clock()
-    assert fingerprint_of(device, now) == fingerprint(USUAL)
-    saved = profile_of(device, now, name="as it is")
-    assert saved.settings == {**USUAL, "baud_rate": 115200}
-    assert fingerprint(saved.settings) == fingerprint(USUAL)
+    assert fresh_settings(device, now) == {**USUAL, "baud_rate": 115200}
+    assert fingerprint(fresh_settings(device, now)) == fingerprint(USUAL)
 
 
 @pytest.mark.parametrize(
@@ -212,5 +211,4 @@ def test_the_serial_output_which_the_program_switches_is_in_no_profile_and_no_sn
     known = {command.key: Known(True, How.ACKNOWLEDGED, NOW_S) for command in SETTINGS}
     device = DeviceView(values=known)
     others = {command.key for command in SETTINGS} - {"serial_output"}
-    assert profile_of(device, NOW_S, name="H6").settings.keys() == others
     assert snapshot_of(device, NOW_S).settings.keys() == others

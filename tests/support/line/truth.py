@@ -78,7 +78,7 @@ class Truth:
     def take_arrived(self, data: bytes) -> None:
         for piece in self._parser.feed(data):
             if isinstance(piece, Frame) and piece.direction is Direction.MODULE_TO_HOST:
-                self.heard.setdefault(piece.code, []).append(Heard(self._clock(), piece.raw))
+                self.heard.setdefault(piece.raw[2], []).append(Heard(self._clock(), piece.raw))
 
     def take_sent(self, data: bytes) -> None:
         for at in range(0, len(data), 6):

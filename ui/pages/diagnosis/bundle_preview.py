@@ -129,7 +129,7 @@ class BundlePreview(QWidget):
         row = max(0, self.parts.currentRow())
         with QSignalBlocker(self.parts):
             self.parts.clear()
-            for part in bundle.preview():
+            for part in bundle.files:
                 item = QListWidgetItem(_title(part))
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, _title(part))
                 item.setToolTip(part.name)
@@ -139,7 +139,7 @@ class BundlePreview(QWidget):
         self._show_where()
 
     def _show_part(self, row: int) -> None:
-        parts = self.bundle.preview() if self.bundle is not None else ()
+        parts = self.bundle.files if self.bundle is not None else ()
         self.text.setPlainText(parts[row].text if 0 <= row < len(parts) else "")
 
     def _show_where(self) -> None:

@@ -23,7 +23,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.settings.fingerprint import Fingerprint, fingerprint_of
+from app.engine.snapshots import fresh_settings
+from app.settings.fingerprint import Fingerprint, fingerprint
 from app.settings.form import FORM_COMMANDS, RowState
 from app.settings.setting_texts import DEFAULTS
 from app.text.i18n import tr
@@ -137,7 +138,7 @@ class SettingsPage(Page):
         self.redo.setEnabled(work.can_edit and form.can_redo)
         self.find_rate.setEnabled(self._connector.current.is_open)
         self.strip.show_notice(work.notice() or self._idle_notice())
-        self._show_code(fingerprint_of(device, now))
+        self._show_code(fingerprint(fresh_settings(device, now)))
         self.files.refresh()
         self.compare.refresh(device, now, can_apply=work.can_write and work.can_edit)
         self.baud.refresh()

@@ -9,9 +9,10 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QMenu, QPushButton, QWidget
 
 from app.engine.device import DeviceView
+from app.engine.snapshots import fresh_settings
 from app.settings.form import FORM_COMMANDS
 from app.settings.profile_file import ProfileRefused, read_profile, save_or_say_why_not
-from app.settings.profiles import Match, Profile, ProfileRow, compare, profile_of
+from app.settings.profiles import Match, Profile, ProfileRow, compare
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
@@ -228,8 +229,8 @@ class ProfileFiles(QObject):
 
     def choose_and_save(self) -> None:
         """Saves the module's current settings where any are known."""
-        now = self._connector.clock()
-        profile = profile_of(self._connector.current.device, now, name=tr("Profile"))
+        known = fresh_settings(self._connector.current.device, self._connector.clock())
+        profile = Profile(name=tr("Profile"), settings=known)
         if not profile.settings:
             self._result.notify(Meaning.ATTENTION, lambda: tr("No settings known: read them first."))
             return

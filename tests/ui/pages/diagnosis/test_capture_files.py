@@ -303,7 +303,7 @@ def test_the_support_bundle_in_sight_is_made_again_for_another_module(
         qtbot.waitUntil(lambda: bundle.bundle is not None and bundle.save.isEnabled(), timeout=WAIT_MS)
         former = bundle.bundle
         assert former is not None
-        bundle.parts.setCurrentRow([part.name for part in former.preview()].index("module.json"))
+        bundle.parts.setCurrentRow([part.name for part in former.files].index("module.json"))
         assert "boot_count" in bundle.text.toPlainText()
         port.module.treat_as_new()
         for row in (0, bundle.parts.count() - 1):  # chosen while the next one is being made
@@ -311,5 +311,5 @@ def test_the_support_bundle_in_sight_is_made_again_for_another_module(
         assert (bundle.text.toPlainText(), bundle.save.isEnabled()) == ("", False)
         qtbot.waitUntil(bundle.save.isEnabled, timeout=WAIT_MS)
         assert bundle.bundle is not former
-        bundle.parts.setCurrentRow([part.name for part in former.preview()].index("module.json"))
+        bundle.parts.setCurrentRow([part.name for part in former.files].index("module.json"))
         assert "boot_count" not in bundle.text.toPlainText()

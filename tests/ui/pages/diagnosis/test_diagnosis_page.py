@@ -299,7 +299,7 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         qtbot.waitUntil(page.bundle.save.isEnabled)
         bundle = page.bundle.bundle
         assert bundle is not None
-        names = [part.name for part in bundle.preview()]
+        names = [part.name for part in bundle.files]
         assert {"about.json", "link.json", "module.json", "log.txt", "capture.txt"} <= set(names)
         page.bundle.parts.setCurrentRow(names.index("log.txt"))
         lines = page.bundle.text.toPlainText().splitlines()
@@ -311,7 +311,7 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
         qtbot.waitUntil(lambda: "Saved to" in page.strip.accessibleName())
         with zipfile.ZipFile(path) as archive:
             assert {name: archive.read(name).decode() for name in archive.namelist()} == {
-                part.name: part.text for part in bundle.preview()
+                part.name: part.text for part in bundle.files
             }
 
 
