@@ -103,7 +103,7 @@ class RecordedSession:
         """More than one after another module, a sleep or a jump of the clock."""
         self._same = SameModule()
         self._held: list[Batch] = []
-        """What came since a restart or a silence, until it is known whose it is."""
+        """What came since a restart or a silence, until it is known whose it is or the recording ends."""
         self._has_ended = False
         """Before its end: another module may answer."""
 
@@ -119,8 +119,9 @@ class RecordedSession:
             console.notify(another)
             self._begin_another(batch.connection)
         self._held.append(batch)
-        answered_at = next((sample.at for held in self._held for sample in held.samples), batch.at)
-        if not self._same.is_in_doubt or batch.at - answered_at > READ_WITHIN_S:
+        first = self._held[0]
+        is_answered = any(isinstance(event, Received) for event in first.events)  # a silence is nobody's
+        if not (self._same.is_in_doubt and is_answered) or batch.at - first.at > READ_WITHIN_S:
             self._record_held()
 
     def _begin_another(self, connection: Connection) -> None:
@@ -153,8 +154,6 @@ class RecordedSession:
     def close(self) -> None:
         """Wait until everything is on disk; print what is missing. Idempotent."""
         console.clear_progress()
-        if any(batch.samples for batch in self._held):
-            self._begin_another(self._held[-1].connection)
         self._record_held()
         self._recorder.settle(SETTLE_LIMIT_S)
         try:

@@ -7,16 +7,20 @@ import signal
 import threading
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 import app.__main__ as program
 from app.captures.entries import Way
+from app.cli.record import RecordedSession
+from app.engine.device import DeviceView
 from app.engine.procedure import Ask, Cancelled, Inspect
-from app.engine.worker import Worker
+from app.engine.worker import Batch, Connection, PortState, Worker
 from app.procedures import stream
 from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import Recorder
+from app.terminal.streaming import StreamSpan
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run_here
 from tests.support.line.sim_line import engine_view
@@ -197,6 +201,16 @@ def test_what_another_module_sends_is_in_another_file(
         assert {limits.fires_deg for _, limits in recording.limits} - {None} == {fires_deg}
         assert len(recording.tilt) > 30
         assert set(recording.tilt.window(0, 1e12).value.tolist()) == {tilt_deg}
+
+
+def test_what_comes_in_a_silence_is_written_at_once() -> None:
+    """What a silence of hours brings would be kept in memory, and lost with the program."""
+    connection = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
+    recorder = Mock(is_recording=True)
+    session = RecordedSession(recorder, StreamSpan(None), None)
+    silent = Batch(1.0, connection, DeviceView(breaks=1), None)
+    session.on_batch(silent)
+    recorder.on_batch.assert_called_once_with(silent)
 
 
 def test_a_restart_goes_on_in_the_same_file(port: str, tmp_path: Path) -> None:
