@@ -5,8 +5,9 @@ command needs an entry here and nothing else. E1 … E15 are the places where th
 `docs/protocol.md`.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from enum import Enum
+from types import MappingProxyType
 from typing import NamedTuple
 
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
@@ -55,8 +56,7 @@ class Advice(NamedTuple):
         return self.maximum_below is None or value < self.maximum_below
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Command:
+class Command(NamedTuple):
     """One row of the table. See the module's docstring."""
 
     code: int
@@ -81,7 +81,7 @@ class Command:
     write: Field | None = None
     """Meaning of D4 in a set; None where it cannot be set."""
     write_key: str | None = None
-    write_hazards: dict[int, Hazard] = field(default_factory=dict)
+    write_hazards: Mapping[int, Hazard] = MappingProxyType({})
     """Hazard of a set by D4, where it is not CHANGES."""
     extra_reply_codes: frozenset[int] = frozenset()
     """Further codes of its reply (E3, E4)."""

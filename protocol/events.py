@@ -5,7 +5,6 @@ Times (`at`) are the `now` of the link's caller: monotonic seconds.
 
 import operator
 from collections import Counter
-from dataclasses import dataclass, field, fields
 from enum import Enum
 from math import inf
 from typing import NamedTuple
@@ -121,18 +120,26 @@ Outcome = Answered | Unanswered | OutcomeUnknown
 Event = Sent | Received | Rejected | Outcome | Restarted | FellSilent | WentOnline | WentOffline
 
 
-@dataclass(slots=True)
 class Counters:
     """Totals since the port was opened."""
 
-    sent: int = 0
-    frames: int = 0
-    by_role: Counter[Role] = field(default_factory=Counter)
-    rejected_bytes: Counter[Reason] = field(default_factory=Counter)
-    time_outs: int = 0
-    retries: int = 0
-    restarts: int = 0
-    bytes_received: int = 0
+    def __init__(
+        self,
+        sent: int = 0,
+        frames: int = 0,
+        by_role: Counter[Role] | None = None,
+        rejected_bytes: Counter[Reason] | None = None,
+        time_outs: int = 0,
+        retries: int = 0,
+        restarts: int = 0,
+        bytes_received: int = 0,
+    ) -> None:
+        # In the order of the arguments, on which the sums depend.
+        self.sent, self.frames = sent, frames
+        self.by_role = Counter() if by_role is None else by_role
+        self.rejected_bytes = Counter() if rejected_bytes is None else rejected_bytes
+        self.time_outs, self.retries, self.restarts = time_outs, retries, restarts
+        self.bytes_received = bytes_received
 
     @property
     def rejected(self) -> int:
@@ -144,11 +151,8 @@ class Counters:
         return self + Counters()
 
     def __add__(self, other: "Counters") -> "Counters":
-        return Counters(*map(operator.add, _counts_of(self), _counts_of(other)))
+        return Counters(*map(operator.add, vars(self).values(), vars(other).values()))
 
     def __sub__(self, earlier: "Counters") -> "Counters":
         """What was counted since."""
-        return Counters(*map(operator.sub, _counts_of(self), _counts_of(earlier)))
-
-
-_counts_of = operator.attrgetter(*(count.name for count in fields(Counters)))
+        return Counters(*map(operator.sub, vars(self).values(), vars(earlier).values()))

@@ -8,7 +8,6 @@ threshold is not the one that was asked for.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from decimal import Decimal
 from itertools import count
 from typing import NamedTuple
@@ -117,11 +116,10 @@ class Flag(NamedTuple):
         return marked("yes") if raw == self.true else marked("no")
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(NamedTuple):
     """One of a few values, each with its own code (the baud rates)."""
 
-    values: Mapping[int, int] = field(hash=False)
+    values: Mapping[int, int]
     """Code on the wire -> value."""
     unit: str
     suffix: str = ""

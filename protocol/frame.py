@@ -12,9 +12,9 @@ value must also be ones that the table allows.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
+from types import MappingProxyType
 from typing import NamedTuple
 
 from protocol.catalogue import (
@@ -64,13 +64,12 @@ class Frame(NamedTuple):
     offset: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(NamedTuple):
     """What is wrong with bytes that begin like a frame: English, translatable, with the wrong bytes in hex."""
 
     reason: Reason
     text: str
-    values: Mapping[str, str] = field(default_factory=dict, hash=False)
+    values: Mapping[str, str] = MappingProxyType({})
     """The placeholders of `text`."""
 
     @property

@@ -5,7 +5,6 @@ answer a set of 17 (E4), D4 = 01 after a set may be "understood" instead of a va
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Flag as BitFlag
 from typing import Any, NamedTuple
 
@@ -32,7 +31,6 @@ LOWEST_CELL_V = 2.5
 """A lithium cell below this is destroyed and cannot have supplied the module."""
 
 
-@dataclass(frozen=True, slots=True)
 class Heartbeat:
     """Code 01: the module is present."""
 

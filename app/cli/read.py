@@ -6,7 +6,8 @@ when the link is lost. An unknown value is null in JSON and "unknown" with the r
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import NamedTuple
 
 from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
@@ -60,16 +61,15 @@ def run(args: argparse.Namespace) -> int:
     return console.PARTIAL if findings.errors or trouble is not None else console.SUCCESS
 
 
-@dataclass(frozen=True, slots=True)
-class Findings:
+class Findings(NamedTuple):
     """`values` and `errors` by key ("light_v"); `errors` has one key, "status", for all of the status."""
 
     port: str
     baud_rate: int
     round_trip_s: float | None = None
     """Median."""
-    values: Mapping[str, Value] = field(default_factory=dict)
-    errors: Mapping[str, UserMessage] = field(default_factory=dict)
+    values: Mapping[str, Value] = MappingProxyType({})
+    errors: Mapping[str, UserMessage] = MappingProxyType({})
     lag_s: float | None = None
     has_damaged: bool = False
     """Invalid bytes were received."""

@@ -8,9 +8,9 @@ import sys
 from collections import deque
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
+from typing import NamedTuple
 
 from app.engine.ports import PortInfo
 
@@ -23,8 +23,7 @@ SLOW_LATENCY_MS = 4
 """Largest harmless latency timer; the default of an FTDI adapter is 16 ms."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Access:
+class Access(NamedTuple):
     """Who may open a device file."""
 
     group: str | None = None
@@ -35,8 +34,7 @@ class Access:
     """… and this session has the group; otherwise the user must log out and in again."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AdapterFacts:
+class AdapterFacts(NamedTuple):
     """What the system says about one port."""
 
     grabbers: tuple[str, ...] = ()

@@ -7,7 +7,6 @@ evidence.
 import shlex
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -66,8 +65,7 @@ STEP_WORDS: Mapping[NextStep, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Explanation:
+class Diagnosis(NamedTuple):
     """Texts in the language in use; to be made when they are shown."""
 
     what: str
@@ -75,6 +73,10 @@ class Explanation:
     terminal_command: str = ""
     """A command of this program, for the command line."""
     step: NextStep = NextStep.CONNECT_AGAIN
+    cause: Cause | None = None
+    """None for what no row of `CAUSES` is about."""
+    command: str | None = None
+    """The shell command that is the next step."""
 
     @property
     def terminal_sentence(self) -> str:
@@ -82,14 +84,6 @@ class Explanation:
         if not self.terminal_command:
             return sentence
         return sentence[:-1] + in_brackets(self.terminal_command) + sentence[-1]  # before the full stop
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Diagnosis(Explanation):
-    """`command`: shell command that is the next step."""
-
-    cause: Cause
-    command: str | None = None
 
 
 class CauseRow(NamedTuple):
@@ -117,11 +111,11 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
                 next_step = keep_away("" if row.is_at_module else next_step)
             what = tr(row.what, **values)
             step = row.step if command is None else NextStep.COPY_COMMAND
-            return Diagnosis(what, next_step, row.terminal_command, step, cause=row.cause, command=command)
+            return Diagnosis(what, next_step, row.terminal_command, step, row.cause, command)
     return None
 
 
-def explain(error: Exception) -> Explanation:
+def explain(error: Exception) -> Diagnosis:
     """Explains a `PortError`, `NoAnswer` or `Slept`; any other error is reported as unexpected."""
     evidence = None
     if isinstance(error, PortError):
@@ -132,8 +126,8 @@ def explain(error: Exception) -> Explanation:
     if explanation is not None:
         return explanation
     if isinstance(error, Slept):
-        return Explanation(tr("The computer slept; the operation was cancelled."), tr("Try again"))
-    return Explanation(
+        return Diagnosis(tr("The computer slept; the operation was cancelled."), tr("Try again"))
+    return Diagnosis(
         tr("Unexpected error: {error}.", error=error),
         tr("Connect again. If it fails, save a support bundle (Diagnosis)."),
     )

@@ -2,7 +2,7 @@
 
 import re
 import sys
-from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
 from app.engine.procedure import LinkView
@@ -28,8 +28,7 @@ _PROBERS = {"modemmanager", "mmcli"}
 _BRAILLE = {"brltty"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PortEvidence:
+class PortEvidence(NamedTuple):
     """Observations of one port since it was opened, or why it was not. Times in seconds."""
 
     port: str = ""
@@ -46,14 +45,14 @@ class PortEvidence:
     """The module was ACTIVE when it was last heard."""
     was_shut_down: bool = False
     """Command 12 was sent and nothing was received since."""
-    counters: Counters = field(default_factory=Counters)
+    counters: Counters = Counters()
     noise: bytes = b""
     """The last rejected bytes, up to `MAX_NOISE_BYTES`."""
     round_trip_minimum_s: float | None = None
     round_trip_median_s: float | None = None
     short_visits: int = 0
     """See `PortHistory.short_visits`."""
-    facts: AdapterFacts = field(default_factory=AdapterFacts)
+    facts: AdapterFacts = AdapterFacts()
     platform: str = "linux"
     """As `sys.platform`."""
 
@@ -172,8 +171,7 @@ class EvidenceCollector:
                     pass
         del self._noise[:-MAX_NOISE_BYTES]
         is_open = connection.state is PortState.OPEN
-        self._seen = replace(
-            self._seen,
+        self._seen = self._seen._replace(
             port=connection.port or self._seen.port,
             baud_rate=connection.baud_rate or self._seen.baud_rate,
             trouble=connection.trouble,
@@ -186,7 +184,7 @@ class EvidenceCollector:
 
     def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> PortEvidence:
         """The evidence so far, with that of the system (`facts_about`, `PortHistory.short_visits`)."""
-        return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
+        return self._seen._replace(noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
 
     def _on_link(self, link: LinkView, *, is_online: bool) -> None:
         totals = link.counters
@@ -199,8 +197,7 @@ class EvidenceCollector:
         counters = totals - (self._base if is_answering else self._mark)
         # A request that was pending at the mark may have timed out since.
         counters.sent = max(counters.sent, counters.time_outs)
-        self._seen = replace(
-            self._seen,
+        self._seen = self._seen._replace(
             is_answering=is_answering,
             was_online=self._seen.was_online or has_answered,
             counters=counters,

@@ -12,7 +12,6 @@ defaults of the vendor's table are never used instead.
 
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from math import inf
 from types import MappingProxyType
@@ -111,11 +110,10 @@ class Sleep(NamedTuple):
     lasted_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class DeviceView:
+class DeviceView(NamedTuple):
     """What was known at one moment; immutable, so any thread may keep it."""
 
-    values: Mapping[str, Known] = field(default_factory=lambda: MappingProxyType({}))
+    values: Mapping[str, Known] = MappingProxyType({})
     presence: Presence = Presence.UNKNOWN
     presence_since: float | None = None
     is_streaming: bool = False

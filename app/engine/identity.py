@@ -7,9 +7,9 @@ lost port or an absence, only questions and LOCK are sent.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
+from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.device import READ_BACK, Device, How, Known, StaleReason
@@ -41,12 +41,11 @@ class Trust(Enum):
     """Nothing is expected and nobody said which module it is: nothing is kept under a name."""
 
 
-@dataclass(frozen=True, slots=True)
-class IdentityEvidence:
+class IdentityEvidence(NamedTuple):
     """What was read from a module. `settings`: by key, in the field's unit, without unread ones."""
 
     boot_count: int | None = None
-    settings: Mapping[str, Value] = field(default_factory=dict)
+    settings: Mapping[str, Value] = MappingProxyType({})
 
     @property
     def is_complete(self) -> bool:
@@ -78,13 +77,12 @@ class Expected(NamedTuple):
     is_named: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Identity:
+class Identity(NamedTuple):
     """`before`: what was last read from the expected module, None without one; `now`: from the one that answers."""
 
     trust: Trust = Trust.UNNAMED
     before: IdentityEvidence | None = None
-    now: IdentityEvidence = field(default_factory=IdentityEvidence)
+    now: IdentityEvidence = UNKNOWN
     is_adapter_same: bool = True
     is_named: bool = False
 
@@ -102,7 +100,7 @@ class Identity:
         has_all = seen.now.settings.items() <= self.now.settings.items()
         has_all &= seen.now.boot_count in (None, self.now.boot_count)
         against, seen_against = ((identity.is_boot_count_lower, identity.changed) for identity in (self, seen))
-        return has_all and against == seen_against and replace(self, now=seen.now) == seen
+        return has_all and against == seen_against and self._replace(now=seen.now) == seen
 
     @property
     def is_boot_count_lower(self) -> bool:
@@ -203,7 +201,7 @@ class IdentityCheck:
             self.confirm(is_named=True)
             return
         if (trust, evidence) != (self.identity.trust, self.identity.now):
-            self.identity = replace(self.identity, trust=trust, now=evidence)
+            self.identity = self.identity._replace(trust=trust, now=evidence)
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
         """Call before the device takes the event in: what may be another module from now on."""

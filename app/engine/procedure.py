@@ -17,7 +17,6 @@ undo what it changed, within the session's closing time.
 """
 
 from collections.abc import Generator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from app.engine.device import DeviceView, StatusSample
@@ -34,17 +33,17 @@ LOCKS_FOR_S = 10.0
 """From the first one, including the time without a port or in a search for the baud rate."""
 
 
-@dataclass(slots=True)
 class LockRepeat:
     """How often LOCK was sent and when it is sent next; shared by the procedure, the session and the display.
 
     The gaps differ, so that they do not fall into step with a stream on a half-duplex line.
     """
 
-    until: float | None = None
-    """Not sent after this time; set when it is first sent."""
-    sent: int = 0
-    next_at: float = 0.0
+    def __init__(self) -> None:
+        self.until: float | None = None
+        """Not sent after this time; set when it is first sent."""
+        self.sent = 0
+        self.next_at = 0.0
 
     def is_due(self, now: float) -> bool:
         return self.is_repeating(now) and now >= self.next_at
@@ -89,7 +88,6 @@ class UseRate(NamedTuple):
     baud_rate: int
 
 
-@dataclass(frozen=True, slots=True)
 class Inspect:
     pass
 

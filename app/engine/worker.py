@@ -9,7 +9,6 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Generic, NamedTuple
 
@@ -94,14 +93,14 @@ class Job(Generic[Result]):
         return self.run.result  # type: ignore[return-value]
 
 
-@dataclass(slots=True)
 class _Pending:
     """The contents of the next batch."""
 
-    samples: list[StatusSample] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
-    finished: list[Job[Any]] = field(default_factory=list)
-    is_urgent: bool = False
+    def __init__(self) -> None:
+        self.samples: list[StatusSample] = []
+        self.events: list[Event] = []
+        self.finished: list[Job[Any]] = []
+        self.is_urgent = False
 
 
 class Worker:

@@ -1,7 +1,6 @@
 """Results of guided tests: what was measured against which tolerance, and the verdict."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -77,8 +76,7 @@ class GuidedResult(NamedTuple):
         return GuidedVerdict.PASSED if verdicts == {GuidedVerdict.PASSED} else GuidedVerdict.UNCLEAR
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StoredTest:
+class StoredTest(NamedTuple):
     """A result that was kept. `at`: ISO 8601; `measured`: as `MeasuredValue.plain` gives it."""
 
     kind: GuidedKind

@@ -1,8 +1,7 @@
 """Reads everything that can be read; reads again what was disturbed."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from app.engine.device import READ_BACK
 from app.engine.procedure import Ask, Inspect, Procedure, Report, is_alive
@@ -27,32 +26,33 @@ PASSES = 3
 """How often is read if the module restarts or falls silent meanwhile."""
 
 
-@dataclass(slots=True)
-class Everything:
+class Everything(NamedTuple):
     """The values read. `errors`: the reason for each missing one."""
 
-    values: dict[str, Value] = field(default_factory=dict)
+    values: dict[str, Value]
     """By key ("light_threshold_v"), in the field's unit."""
-    errors: dict[str, Unanswered] = field(default_factory=dict)
-    is_silent: bool = False
+    errors: dict[str, Unanswered]
+    is_silent: bool
     """The module stopped answering; the rest was not asked for."""
 
 
 def read_everything() -> Procedure[Everything]:
-    everything = Everything()
+    values: dict[str, Value] = {}
+    errors: dict[str, Unanswered] = {}
+    is_silent = False
     for done, command in enumerate(READABLE):
         yield Report(done, len(READABLE), marked("Reading: {what}"), (("what", command.title),))
         outcome = yield Ask(command.query())
         if not isinstance(outcome, Answered):
-            everything.errors[command.key] = outcome
+            errors[command.key] = outcome
             if not (yield from is_alive()):
-                everything.is_silent = True
+                is_silent = True
                 break
             continue
         message = outcome.messages[0]
         if isinstance(message, Reading):
-            everything.values[command.key] = message.value
-    return everything
+            values[command.key] = message.value
+    return Everything(values, errors, is_silent)
 
 
 Readings = TypeVar("Readings", Everything, SettingsReading)

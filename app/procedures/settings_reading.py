@@ -6,8 +6,8 @@ Equal boot counts prove that all values were read without a restart between.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
 from enum import Enum
+from typing import NamedTuple
 
 from app.engine.identity import Trust, evidence_of, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
@@ -32,20 +32,19 @@ class ReadFault(Enum):
     UNSTEADY = marked("contradictory answers")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SettingsReading:
+class SettingsReading(NamedTuple):
     """Values by key, in the field's unit. `began_at`: monotonic seconds."""
 
     values: Mapping[str, Value]
     faults: Mapping[str, ReadFault]
     """By key, including the boot count."""
+    began_at: float
     boot_count: int | None = None
     """None unless both readings agree."""
     is_restarted: bool = False
     """The module restarted during the reading."""
     is_silent: bool = False
     """The module stopped answering; the rest was not asked for."""
-    began_at: float
 
     @property
     def is_complete(self) -> bool:
@@ -112,5 +111,5 @@ def is_refuted(begin: EngineView, view: EngineView, *, written: Collection[str] 
     now = evidence_of(read, is_fresh=False)
     is_counted = before.boot_count is not None and now.boot_count is not None
     starts = ((now.boot_count or 0) - (before.boot_count or 0)) % BOOTS if is_counted else 0
-    is_other = starts > MAX_STARTS or same_module(replace(before, settings=kept), now) is Trust.REFUTED
+    is_other = starts > MAX_STARTS or same_module(before._replace(settings=kept), now) is Trust.REFUTED
     return view.device.breaks != begin.device.breaks and is_other

@@ -8,7 +8,6 @@ unanswered set is not repeated; the read-back shows its result. A setting that c
 verified, only acknowledged.
 """
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -64,8 +63,7 @@ class WriteFault(Enum):
     MODULE_LOST = marked("no answer at any rate")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Written:
+class Written(NamedTuple):
     """The result of a write. Values are in the field's unit."""
 
     command: Command

@@ -233,7 +233,7 @@ def _last_reading(progress: _WriteProgress, begin: EngineView, before: SettingsR
     is_other = yield from is_another(begin, written=sent)
     view: EngineView = yield Inspect()
     if is_other or not view.is_settled:
-        last = replace(last, values={})
+        last = last._replace(values={})
         results = [
             _unconfirmed(written) if written.command.reads_back and written.command.key in sent else written
             for written in progress.results
@@ -261,11 +261,11 @@ def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
         return written
     value = values.get(written.command.key)
     if written.fault is not None:
-        return replace(written, read_back=value) if value is not None else written
+        return written._replace(read_back=value) if value is not None else written
     if value is None:
         return _unconfirmed(written)
     if value != written.target:
-        return replace(written, read_back=value, verified=False, fault=WriteFault.REVERTED)
+        return written._replace(read_back=value, verified=False, fault=WriteFault.REVERTED)
     return written
 
 
@@ -275,7 +275,7 @@ def unconfirmed(results: Iterable[Written]) -> list[Written]:
 
 
 def _unconfirmed(written: Written) -> Written:
-    return replace(written, read_back=None, verified=False, fault=WriteFault.NO_LAST_READING)
+    return written._replace(read_back=None, verified=False, fault=WriteFault.NO_LAST_READING)
 
 
 def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
@@ -372,7 +372,7 @@ def _written(change: SettingChange, baud: BaudChanged) -> Written:
 def _invalidated(results: Sequence[Written], restarts: Sequence[int], *, now: int) -> list[Written]:
     """Mark writes before a restart as doubtful, as it is unknown what survives one (E15)."""
     return [
-        replace(written, fault=WriteFault.RESTARTED, verified=False if written.verified else None)
+        written._replace(fault=WriteFault.RESTARTED, verified=False if written.verified else None)
         if written.heard is not SetReply.NOT_SENT and _may_be_lost(written) and count != now
         else written
         for written, count in zip(results, restarts, strict=True)

@@ -5,7 +5,6 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -77,7 +76,7 @@ def read_profile(path: Path) -> Profile:
         why = message(CANNOT_READ, file=path, why=error_text(error))
         raise ProfileRefused((ProfileFault(None, why),)) from error
     profile = parse_profile(data)
-    return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, MAX_NAME_LENGTH - 1))
+    return profile if profile.name.strip() else profile._replace(name=shortened(path.stem, MAX_NAME_LENGTH - 1))
 
 
 def save_profile(path: Path, profile: Profile, *, source: Path | None = None) -> None:

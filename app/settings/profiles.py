@@ -28,7 +28,6 @@ ignored. See `app.settings.profile_file`.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
@@ -112,15 +111,14 @@ class ManualLine(NamedTuple):
     is_done: bool | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Profile:
+class Profile(NamedTuple):
     """`settings` by key, in the field's unit; `limits` by name. What is not said is the program's own."""
 
     name: str = ""
     airframe: str = ""
     notes: str = ""
-    settings: Mapping[str, Value] = field(default_factory=dict)
-    limits: Mapping[str, float] = field(default_factory=dict)
+    settings: Mapping[str, Value] = MappingProxyType({})
+    limits: Mapping[str, float] = MappingProxyType({})
     manual: tuple[ManualLine, ...] = ()
     approved_fingerprint: str | None = None
     """Of a module that was checked with this profile: see `app.settings.fingerprint`."""
@@ -129,7 +127,7 @@ class Profile:
     is_service_required: bool = False
     """A repack, ejector or cell that is overdue stands against GO; else it is a warning."""
     activated_by: ActivatedBy = ActivatedBy.PERSON
-    tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
+    tests_within_days: Mapping[GuidedKind, int] = MappingProxyType({})
     """Guided tests that the pre-flight check requires, with the maximum age of the last one passed."""
 
     def limit(self, name: str) -> float:
@@ -139,7 +137,7 @@ class Profile:
     def answered(self, answers: Mapping[int, bool]) -> "Profile":
         """With a person's answers for its manual checks, by number from 1."""
         lines = enumerate(self.manual, 1)
-        return replace(self, manual=tuple(line._replace(is_done=answers.get(number)) for number, line in lines))
+        return self._replace(manual=tuple(line._replace(is_done=answers.get(number)) for number, line in lines))
 
 
 NO_PROFILE = Profile()

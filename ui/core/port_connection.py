@@ -4,7 +4,6 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -329,7 +328,7 @@ class PortConnection(QObject):
         if connection.trouble is not None:
             self._lost = lost = self.last.identity
             if lost.is_settled:
-                self._lost = replace(lost, now=evidence_of(self.last.device.values, is_fresh=False))
+                self._lost = lost._replace(now=evidence_of(self.last.device.values, is_fresh=False))
         self._return.feed(connection, self.clock())
         if self._return.absence is not None or connection.state is PortState.OPEN:
             self._follow_up.start()

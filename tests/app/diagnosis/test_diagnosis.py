@@ -3,7 +3,6 @@
 import sys
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -56,7 +55,7 @@ def opened(*, bytes_received: int = 0, **values: Any) -> PortEvidence:
 
 
 def online(*, bytes_received: int = 0, **values: Any) -> PortEvidence:
-    counters = replace(values.pop("counters", Counters()), bytes_received=bytes_received)
+    counters = values.pop("counters", Counters()) + Counters(bytes_received=bytes_received)
     return PortEvidence(port=PORT, is_open=True, is_answering=True, was_online=True, counters=counters, **values)
 
 
@@ -65,7 +64,7 @@ def rejected(count: int, reason: Reason = Reason.NO_HEADER) -> dict[str, Any]:
 
 
 def with_facts(evidence: PortEvidence, **values: Any) -> PortEvidence:
-    return replace(evidence, facts=AdapterFacts(**values))
+    return evidence._replace(facts=AdapterFacts(**values))
 
 
 def unreached(detail: str) -> PortEvidence:
@@ -97,16 +96,16 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
      Cause.MODEM_PROBER),
     ("held by brltty", trouble(PortTrouble.BUSY, PortHolder("brltty", 33)), Cause.BRAILLE),
     ("vanished, and brltty runs", with_facts(
-        replace(trouble(PortTrouble.MISSING), short_visits=1), grabbers=("brltty",)
+        trouble(PortTrouble.MISSING)._replace(short_visits=1), grabbers=("brltty",)
     ), Cause.BRAILLE),
     ("not there, and brltty runs", with_facts(trouble(PortTrouble.MISSING), grabbers=("brltty",)), Cause.MISSING),
-    ("comes and goes", replace(trouble(PortTrouble.LOST), short_visits=3), Cause.FLAPPING),
+    ("comes and goes", trouble(PortTrouble.LOST)._replace(short_visits=3), Cause.FLAPPING),
     ("no permission", trouble(PortTrouble.NOT_ALLOWED), Cause.NO_PERMISSION),
     ("no permission, not in the group", with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access(group="uucp")),
      Cause.NO_PERMISSION),
     ("no permission, no group has it", with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access()),
      Cause.NO_PERMISSION),
-    ("no permission on another system", replace(trouble(PortTrouble.NOT_ALLOWED), platform="darwin"),
+    ("no permission on another system", trouble(PortTrouble.NOT_ALLOWED)._replace(platform="darwin"),
      Cause.NO_PERMISSION),
     ("not logged in since", with_facts(
         trouble(PortTrouble.NOT_ALLOWED), access=Access(group="dialout", is_member=True)
@@ -169,7 +168,7 @@ def test_nothing_is_wrong(evidence: PortEvidence) -> None:
 def test_nobody_is_sent_to_a_silent_module_that_was_active(evidence: PortEvidence, language: str) -> None:
     """Whatever is wrong: keep away, LOCK, restore the link; its switch and its wires come after that, or not at all."""
     with temporary_language(language):
-        usual, armed = (diagnose(replace(evidence, was_active=one)) for one in (False, True))
+        usual, armed = (diagnose(evidence._replace(was_active=one)) for one in (False, True))
         assert usual is not None
         assert armed is not None
         if evidence.is_answering:
@@ -221,7 +220,7 @@ def test_the_commands_are_exact() -> None:
     assert found_for(with_facts(prober, has_rule=True)).command == "sudo systemctl restart ModemManager"
     slow = with_facts(online(), latency_ms=16, latency_path="/sys/bus/usb-serial/devices/ttyUSB0/latency_timer")
     assert found_for(slow).command == "echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
-    assert found_for(replace(denied, platform="win32")).command is None
+    assert found_for(denied._replace(platform="win32")).command is None
 
 
 def test_the_program_that_holds_the_port_is_named() -> None:

@@ -10,7 +10,7 @@ import pytest
 from app.captures.entries import CaptureEntry, Way
 from app.captures.explained import Explained
 from app.captures.text import TimedLines
-from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics, Slice
+from app.diagnosis.link_statistics import BOUNDS_MS, MAX_SECONDS, LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.device import DeviceView, How, Known
 from app.engine.procedure import LinkView
@@ -47,8 +47,9 @@ def test_events_are_counted_in_their_second() -> None:
     figures.on_batch(batch(10.9, view(150, sent=6, frames=5, time_outs=2, retries=1)))
     figures.on_batch(batch(12.5, view(150, sent=6, frames=5, time_outs=2, retries=1, restarts=1)))
     first, second = figures.seconds
-    assert first == Slice(10.0, Counters(sent=6, frames=5, time_outs=2, retries=1, bytes_received=150))
-    assert second == Slice(12.0, Counters(restarts=1))
+    assert (first.begins_s, second.begins_s) == (10.0, 12.0)
+    assert vars(first.counters) == vars(Counters(sent=6, frames=5, time_outs=2, retries=1, bytes_received=150))
+    assert vars(second.counters) == vars(Counters(restarts=1))
     assert figures.totals.sent == 6
 
 
@@ -114,7 +115,7 @@ def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
         rig.session.step()
         figures.on_batch(batch(rig.clock.now_s, rig.session.link_view(), *rig.session.take_events()))
     counted = rig.session.link_view().counters
-    assert figures.totals == counted
+    assert vars(figures.totals) == vars(counted)
     assert figures.totals.by_role[Role.ANSWER] > 0
     assert figures.totals.bytes_received == rig.session.link_view().counters.bytes_received
     assert sum(round_trip.count for round_trip in figures.round_trips()) > 5
@@ -130,8 +131,10 @@ def test_reading_properties_does_not_change_the_statistics() -> None:
         for statistics in (watched, alone):
             statistics.on_batch(batch(at, None if number == 225 else link, *events, connection=connection))
         watched.seconds  # noqa: B018  looking is what is tried
-    assert alone.seconds == watched.seconds
-    assert alone.totals == watched.totals
+    for second, seen in zip(alone.seconds, watched.seconds, strict=True):
+        assert vars(second.counters) == vars(seen.counters)
+        assert second._replace(counters=seen.counters) == seen
+    assert vars(alone.totals) == vars(watched.totals)
     assert alone.totals.sent == 149 + 74 + 149 + 99  # the last before each end
 
 

@@ -4,7 +4,7 @@ name that a person gave is compared with what was last read under it.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -226,7 +226,7 @@ def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_t
         assert edit.text() == "", "it was typed for the former module"
 
 
-OF_ANOTHER = replace(FOUND, boot_count=90)
+OF_ANOTHER = FOUND._replace(boot_count=90)
 
 
 @pytest.mark.parametrize(

@@ -149,7 +149,7 @@ def test_a_verdict_holds_until_something_speaks_against_it_and_stays_void_then()
 def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_locked() -> None:
     found, filed = checked()
     device, now = found.rig.session.device.view(found.rig.clock()), found.rig.clock()
-    active = replace(device, values=MappingProxyType({**device.values, "active": Known(True, How.READ, now)}))
+    active = device._replace(values=MappingProxyType({**device.values, "active": Known(True, How.READ, now)}))
     assert KeptCheck(filed).polled(active, now, is_open=True).held(active, now).verdict is None
     case = filed.assessment.case
     assert case.evidence.status is not None
@@ -170,7 +170,7 @@ def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_loc
 def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tuple[ManualLine, ...], why: str) -> None:
     found, filed = checked(**options)
     case = filed.assessment.case
-    assessment = assess(replace(case, profile=replace(case.profile, manual=manual)))
+    assessment = assess(replace(case, profile=case.profile._replace(manual=manual)))
     now = found.rig.clock()
     device = found.rig.session.device.view(now)
     held = KeptCheck(Filed(assessment, {})).polled(device, now, is_open=True).held(device, now)

@@ -5,7 +5,6 @@ again.
 import math
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
 from datetime import date, timedelta
 from pathlib import Path
 from typing import Any
@@ -48,6 +47,7 @@ from app.text.user_error import UserError
 from app.trigger_records.history import sentence
 from protocol.events import Counters
 from protocol.fields import Value
+from protocol.frame import Reason
 from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check
 from tests.support.records.recordings_desk import made, record
@@ -326,7 +326,7 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         assert sound.link is not None
         line.on_batch(sound)
         assert line.fault.isHidden()
-        counters = replace(last.link.counters, rejected_bytes=last.link.counters.rejected_bytes + Counter({"x": 7}))
+        counters = last.link.counters + Counters(rejected_bytes=Counter({Reason.CHECKSUM: 7}))
         damaged = sound._replace(link=sound.link._replace(counters=counters))
         statistics.on_batch(damaged)
         line.on_batch(damaged)

@@ -123,7 +123,7 @@ def test_a_boot_count_only_grows(
 @pytest.mark.parametrize(("is_approved", "result"), [(False, FAIL), (True, PASS)])
 def test_other_settings_than_approved_pass_only_by_a_persons_word(is_approved: bool, result: CheckResult) -> None:
     case = check().assessment.case
-    other = replace(case, profile=replace(case.profile, approved_fingerprint="CODE"),
+    other = replace(case, profile=case.profile._replace(approved_fingerprint="CODE"),
                     person=replace(case.person, are_settings_approved=is_approved))  # fmt: skip
     found = settings_fingerprint(other)
     assert found.result is result

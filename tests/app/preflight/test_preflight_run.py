@@ -1,7 +1,6 @@
 """What a check goes on with while the line loses frames; its verdict outlives neither a sleep nor a silence."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -147,7 +146,7 @@ def test_an_opened_bay_or_a_low_cell_voids(key: str, value: float, reason: Distu
     assert assessment.case.evidence.values["light_threshold_v"] == 1.8
     now = rig.clock.now_s
     view = rig.session.device.view(now)
-    changed = replace(view, values={**view.values, key: Known(value, How.READ, now)})
+    changed = view._replace(values={**view.values, key: Known(value, How.READ, now)})
     found = void_reason(assessment, changed, now, opened_at=rig.session.opened_at)
     assert (None if found is None else found.reason) is reason
 
@@ -176,9 +175,9 @@ def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() ->
         found = void_reason(assessment, device, rig.clock.now_s, opened_at=rig.session.opened_at)
         return None if found is None else found.reason
 
-    assert void(replace(view, values=values, undecided=flags)) is None
-    assert void(replace(view, values=values)) is Disturbance.CHANGED
-    assert void(replace(view, values=values, undecided=flags, restarts=view.restarts + 1)) is Disturbance.RESTARTED
+    assert void(view._replace(values=values, undecided=flags)) is None
+    assert void(view._replace(values=values)) is Disturbance.CHANGED
+    assert void(view._replace(values=values, undecided=flags, restarts=view.restarts + 1)) is Disturbance.RESTARTED
 
 
 def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

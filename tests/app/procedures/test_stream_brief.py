@@ -1,7 +1,6 @@
 """A stream that is asked for: on within half a second, and left as it was found where that can be known."""
 
 from concurrent.futures import Future
-from dataclasses import replace
 
 import pytest
 
@@ -128,7 +127,7 @@ def test_a_stream_that_appears_after_a_restart_is_ours_if_that_came_about_when_i
 ) -> None:
     course = _StreamProgress(StreamMemory(), switched_on_at=100.0)
     view = engine_view(100.0 + after_s)
-    restarted = view._replace(device=replace(view.device, restarts=1))
+    restarted = view._replace(device=view.device._replace(restarts=1))
     next(_turn(course, StreamSwitch(), restarted, read_all=False))
     assert (course.may_be_ours, course.has_given_up) == (is_ours, False)
 

@@ -2,7 +2,6 @@
 
 import os
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -90,7 +89,7 @@ def test_the_entry_of_a_session(tmp_path: Path) -> None:
 
 def test_flags_and_markers(tmp_path: Path) -> None:
     lost = CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, "gone"))
-    offline = replace(device(1003.5), presence=Presence.OFFLINE, presence_since=1003.2)
+    offline = device(1003.5)._replace(presence=Presence.OFFLINE, presence_since=1003.2)
     with recorder_in(tmp_path) as bench:
         bench.record(
             batch(1000.0, report(1000.0)),
@@ -151,9 +150,9 @@ def test_the_view_of_the_previous_module_is_not_recorded(tmp_path: Path) -> None
 
 def test_stale_voltages_are_not_recorded(tmp_path: Path) -> None:
     known = Known(3.9, How.READ, 1001.0)
-    view = replace(device(1001.0), values=MappingProxyType({"cell_voltage_v": known}))
+    view = device(1001.0)._replace(values=MappingProxyType({"cell_voltage_v": known}))
     aged = known._replace(at=1002.0, stale_reason="aged")  # type: ignore[arg-type]
-    doubted = replace(view, values=MappingProxyType({"cell_voltage_v": aged}))
+    doubted = view._replace(values=MappingProxyType({"cell_voltage_v": aged}))
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)), batch(1001.0, view=view), batch(1002.0, view=doubted))
         bench.finish()

@@ -2,7 +2,6 @@
 
 import errno
 import threading
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -94,7 +93,7 @@ def test_a_sleep_begins_a_new_recording(tmp_path: Path) -> None:
         bench.clock.wall_offset_s += night_s  # the monotonic clock stood still
         for at in (1000.03, 1000.05, 1000.07):
             woken = batch(at, report(at))
-            bench.feed(woken._replace(device=replace(woken.device, last_sleep=Sleep(1000.02, night_s))))
+            bench.feed(woken._replace(device=woken.device._replace(last_sleep=Sleep(1000.02, night_s))))
         newest, oldest = bench.library.entries()
         assert (oldest.sample_count, oldest.started_at) == (2, NOON)
         assert newest.sample_count == 3

@@ -2,18 +2,26 @@
 
 import os
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.guided.results import GuidedKind
 from app.settings import profile_file
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
 from app.settings.profile_toml import toml_of
-from app.settings.profiles import LIMITS, MAX_NAME_LENGTH, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
+from app.settings.profiles import (
+    LIMITS,
+    MAX_NAME_LENGTH,
+    MAX_TEST_DAYS,
+    SETTINGS_BY_KEY,
+    ActivatedBy,
+    ManualLine,
+    Profile,
+)
 from app.text.visible_text import visible
 from protocol.fields import Quantity
 
@@ -224,6 +232,7 @@ PROFILES = st.builds(
     is_light_inverted=st.booleans(),
     is_service_required=st.booleans(),
     activated_by=st.sampled_from(ActivatedBy),
+    tests_within_days=st.dictionaries(st.sampled_from(GuidedKind), st.integers(1, MAX_TEST_DAYS)),
 )
 
 
@@ -266,8 +275,8 @@ def test_comments_and_order_of_a_persons_file_survive(tmp_path: Path, newline: s
     profile = read_profile(path)
     save_profile(path, profile, source=path)
     assert path.read_bytes() == COMMENTED.replace("\n", newline).encode()
-    changed = replace(
-        profile, airframe="hexa", settings={**profile.settings, "freefall_time_s": 1.2, "attitude_trigger": True},
+    changed = profile._replace(
+         airframe="hexa", settings={**profile.settings, "freefall_time_s": 1.2, "attitude_trigger": True},
         limits={"tilt_max_deg": 4, "cell_voltage_min_v": 3.9},
         manual=(profile.manual[0], ManualLine("Lines", is_required=True)),
     )  # fmt: skip

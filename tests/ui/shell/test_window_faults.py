@@ -201,7 +201,7 @@ TIMES = 8
 BOUNDED = ("Marker", "Mark", "StepPoint", "Slice", "ReferenceType")
 """Kept in bounded queues, for the time line and the statistics; `sqlite3.Connection` keeps up to 200 weak references to
 its cursors."""
-OF_A_SLICE = {"Counters": 1, "Counter": 2}
+OF_A_SLICE = {"Counters": 1, "Counter": 2, "dict": 1}
 """The counts that each second of the statistics holds."""
 PACKAGES = ("app", "protocol", "ui")
 

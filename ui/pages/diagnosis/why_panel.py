@@ -1,7 +1,6 @@
 """Shows the most likely cause of a failed connection, the fix, and a button where the program can do it."""
 
 import time
-from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -103,11 +102,11 @@ class WhyPanel(QScrollArea):
         is_left = bool(self._storage.left_active) and not (
             connector.current.target and connector.current.target.is_simulated
         )
-        seen = replace(
-            seen, was_active=connector.current.is_active or is_left
+        seen = seen._replace(
+            was_active=connector.current.is_active or is_left
         )  # nobody can say that it is not this one
         # Between two attempts to reconnect, only the connector knows the error.
-        return seen if seen.is_open else replace(seen, trouble=connector.current.state.trouble)
+        return seen if seen.is_open else seen._replace(trouble=connector.current.state.trouble)
 
     def refresh(self) -> None:
         """Diagnoses and shows the result."""

@@ -1,7 +1,6 @@
 """Shows the proposal; puts thresholds into Settings as edits or into a profile. Nothing is sent."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -136,7 +135,7 @@ class ProposalBar(QFrame):
         settings = {**profile.settings, **thresholds}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
         approved = None if loses_approval else profile.approved_fingerprint
-        changed = replace(profile, settings=settings, approved_fingerprint=approved)
+        changed = profile._replace(settings=settings, approved_fingerprint=approved)
         write = partial(self._write, profile=changed, source=path, loses_approval=loses_approval)
         self.ask_save(self, tr("Add to a profile…"), path, _kinds(), write)
 

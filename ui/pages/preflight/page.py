@@ -3,7 +3,6 @@
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -217,7 +216,7 @@ class PreflightPage(Page):
         if profile is None or path is None or filed is None:
             return
         code = filed.record.get("fingerprint")
-        fault = save_or_say_why_not(path, replace(profile, approved_fingerprint=str(code)), source=path)
+        fault = save_or_say_why_not(path, profile._replace(approved_fingerprint=str(code)), source=path)
         if fault is not None:
             self.result.notify(Meaning.DANGER, fault.translated)
             return

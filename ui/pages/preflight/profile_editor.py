@@ -4,7 +4,6 @@ The profile's settings are edited on the Settings page. A profile is valid where
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -206,8 +205,7 @@ class ProfileEditor(QWidget):
     def profile(self) -> Profile:
         limits = {name: value for name, number in self.limits.items() if (value := number.value) is not None}
         tests = {kind: int(value) for kind, number in self.tests.items() if (value := number.value) is not None}
-        return replace(
-            self._original,
+        return self._original._replace(
             name=self.name.text().strip(),
             airframe=self.airframe.text().strip(),
             activated_by=self.activated_by.currentData() or ActivatedBy.PERSON,
@@ -278,7 +276,7 @@ class ProfileEditor(QWidget):
 
     def _save_to(self, path: Path) -> None:
         profile = self.profile
-        fault = save_or_say_why_not(path, replace(profile, name=profile.name or path.stem), source=self._path)
+        fault = save_or_say_why_not(path, profile._replace(name=profile.name or path.stem), source=self._path)
         if fault is None:
             self.saved.emit(path)
             return

@@ -8,7 +8,6 @@ import time
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from urllib.parse import parse_qsl
 
@@ -187,13 +186,13 @@ def test_bytes_at_another_rate_do_not_count() -> None:
     opened = Connection(PortState.OPEN, "sim://x", 115200)
     evidence_collector.on_batch(Batch(1.0, Connection(PortState.OPENING, "sim://x", 115200), DeviceView(), None))
     evidence_collector.on_batch(Batch(2.0, opened, DeviceView(), link(Counters())))
-    evidence_collector.on_batch(Batch(3.0, opened, DeviceView(), link(replace(garbage, bytes_received=2000))))
+    evidence_collector.on_batch(Batch(3.0, opened, DeviceView(), link(garbage + Counters(bytes_received=2000))))
     found = Connection(PortState.OPEN, "sim://x", 57600)
-    evidence_collector.on_batch(Batch(4.0, found, DeviceView(), link(replace(garbage, bytes_received=2000))))
+    evidence_collector.on_batch(Batch(4.0, found, DeviceView(), link(garbage + Counters(bytes_received=2000))))
     answered = Counters(sent=4, time_outs=3, frames=1, rejected_bytes=garbage.rejected_bytes.copy())
     answered.by_role[Role.ANSWER] = 1
     online = DeviceView(presence=Presence.ONLINE)
-    evidence_collector.on_batch(Batch(5.0, found, online, link(replace(answered, bytes_received=2006))))
+    evidence_collector.on_batch(Batch(5.0, found, online, link(answered + Counters(bytes_received=2006))))
     evidence = evidence_collector.evidence()
     assert evidence.is_answering
     assert (evidence.counters.bytes_received, evidence.counters.rejected) == (6, 0)
@@ -219,7 +218,7 @@ def test_never_more_requests_time_out_than_were_sent() -> None:
 
 
 def link(counters: Counters) -> LinkView:
-    return LinkView(replace(counters, bytes_received=counters.bytes_received or 1000), 0.002, 0.003)
+    return LinkView(counters + Counters(bytes_received=0 if counters.bytes_received else 1000), 0.002, 0.003)
 
 
 def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:

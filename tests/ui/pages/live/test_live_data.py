@@ -3,7 +3,6 @@
 import csv
 import io
 from collections.abc import Iterator
-from dataclasses import replace
 from datetime import UTC, datetime
 from itertools import repeat
 from pathlib import Path
@@ -38,8 +37,7 @@ def device(at: float = 0.0, *, presence: Presence = Presence.ONLINE, restarts: i
 
 
 def doubted(view: DeviceView) -> DeviceView:
-    return replace(
-        view,
+    return view._replace(
         values=MappingProxyType(
             {key: one._replace(stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}
         ),

@@ -2,7 +2,6 @@
 in the window: loaded, validated, saved, used."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -246,8 +245,7 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
         qtbot.keyClick(editor.manual[0].text, Qt.Key.Key_Delete)
         bench.click(editor.save)
         assert 'name = "Survey hexacopter"  # the big one' in path.read_text(encoding="utf-8")
-        wanted = replace(
-            before,
+        wanted = before._replace(
             limits={"round_trip_max_ms": 100, "cell_voltage_min_v": 3.5},
             tests_within_days={GuidedKind.BAY: 180},
             activated_by=ActivatedBy.AIRCRAFT,
