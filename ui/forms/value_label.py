@@ -56,7 +56,7 @@ class ValueLabel(Readout):
         else:
             freshness = Freshness.STALE if known.is_stale else Freshness.FRESH
             text, note = value_text(self._command, known.value), how_known(known, now)
-        self._show(freshness, text, note, None)
+        self.show_value(text, freshness=freshness, note=note)
 
     def _changed(self) -> None:
         name = tr("{setting} on the module: {value}", setting=tr(self._command.title), value=self.text)

@@ -56,19 +56,14 @@ class Readout(PaintedWidget):
         self._notes, self._widest_limit = tuple(notes), limit
         self.updateGeometry()
 
-    def show_value(self, text: str, *, meaning: Meaning | None = None, note: str = "") -> None:
-        """Shows a fresh value; `meaning` colours it and adds an icon to the note."""
-        self._show(Freshness.FRESH, text, note, meaning)
+    def show_unknown(self) -> None:
+        """Shows a hatched "unknown"."""
+        self.show_value("", freshness=Freshness.UNKNOWN)
 
-    def show_stale(self, text: str, age: str) -> None:
-        """Shows the last value and its age in words such as "12 s ago"."""
-        self._show(Freshness.STALE, text, age, None)
-
-    def show_unknown(self, reason: str = "") -> None:
-        """Shows a hatched "unknown", with a short reason."""
-        self._show(Freshness.UNKNOWN, "", reason, None)
-
-    def _show(self, freshness: Freshness, text: str, note: str, meaning: Meaning | None) -> None:
+    def show_value(
+        self, text: str, *, freshness: Freshness = Freshness.FRESH, meaning: Meaning | None = None, note: str = ""
+    ) -> None:
+        """`meaning` colours the value and adds an icon to the note, which of a stale one is its age."""
         if (freshness, text, note, meaning) != (self.freshness, self.text, self.note, self.meaning):
             self.freshness, self.text, self.note, self.meaning = freshness, text, note, meaning
             self._changed()
@@ -96,17 +91,6 @@ class Readout(PaintedWidget):
         """Width of the box with "unknown"."""
         return QFontMetricsF(font(Size.SMALL, is_bold=True)).horizontalAdvance(tr("unknown")) + 2 * Space.M
 
-    def _number_px(self) -> float:
-        """Width of number, unit and limit."""
-        metrics = QFontMetricsF(font(Size.BODY))
-        limits = [f"/ {limit}" for limit in (self._limit, self._widest_limit) if limit]
-        return sum(self._widths()) + max((metrics.horizontalAdvance(limit) + Space.S for limit in limits), default=0.0)
-
-    def _note_px(self) -> float:
-        """Width of the widest note."""
-        small = QFontMetricsF(font(Size.SMALL))
-        return max((small.horizontalAdvance(note) for note in self._notes), default=0.0)
-
     def _number_room(self) -> QRectF:
         """The line of the number; the caption is above, if there is one, the note below."""
         small, number = QFontMetricsF(font(Size.SMALL)), QFontMetricsF(font(self._size, is_bold=True))
@@ -114,9 +98,6 @@ class Readout(PaintedWidget):
             return QRectF(0, 0, self.width(), number.height())
         top = max(0.0, (self.height() - number.height()) / 2 - small.height())
         return QRectF(0, top + small.height(), self.width(), number.height())
-
-    def _note_room(self) -> QRectF:
-        return QRectF(0, self._number_room().bottom(), self.width(), QFontMetricsF(font(Size.SMALL)).height())
 
     def sizeHint(self) -> QSize:
         """Measured once for the same words in the same letters: a layout asks many times."""
@@ -127,10 +108,13 @@ class Readout(PaintedWidget):
         return self._measured[2]
 
     def _measure(self) -> QSize:
-        small = QFontMetricsF(font(Size.SMALL))
-        least = max(small.horizontalAdvance("000 min") + 8, self._unknown_px())
-        width = max(self._number_px(), small.horizontalAdvance(self._caption), least, self._note_px())
+        small, body = QFontMetricsF(font(Size.SMALL)), QFontMetricsF(font(Size.BODY))
+        limits = [f"/ {limit}" for limit in (self._limit, self._widest_limit) if limit]
+        limit_px = max((body.horizontalAdvance(limit) + Space.S for limit in limits), default=0.0)
+        words_px = max(map(small.horizontalAdvance, (self._caption, *self._notes)))
+        least_px = max(small.horizontalAdvance("000 min") + 8, self._unknown_px())
         number = QFontMetricsF(font(self._size, is_bold=True))
+        width = max(sum(self._widths()) + limit_px, words_px, least_px)
         return QSize(round(width) + 2, ceil(2 * small.height() + number.height()) + 2)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -143,7 +127,7 @@ class Readout(PaintedWidget):
         body = self._number_room()
         painter.drawText(QRectF(0, body.top() - line_px, self.width(), line_px), _LEFT, self._caption)
         if self.note:
-            self._paint_note(painter, self._note_room())
+            self._paint_note(painter, QRectF(0, body.bottom(), self.width(), line_px))
         if self.freshness is Freshness.UNKNOWN:
             width = min(self.width(), max(sum(self._widths()), self._unknown_px()))
             edge = 2 if self._caption else 0
@@ -206,15 +190,12 @@ class StateChip(PaintedWidget):
         super().__init__()
         self._caption, self._size = caption, size
         self._is_measured, self._is_stacked = is_measured, is_stacked
-        self._icon: Icon = Icon.UNKNOWN
-        self.word = tr("unknown")
-        self.meaning: Meaning | None = Meaning.UNKNOWN
-        self._age = self._certain_age = self._unknown = self._detail = ""
-        self._has_fixed_colour = False
+        self._shown: object = None
+        self._unknown = ""
         self._reserved: tuple[str, ...] = ()
         self._reserved_below: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self._changed()
+        self.show_unknown()
 
     def set_caption(self, caption: str) -> None:
         """Sets what the state is of, for screen readers and the tooltip."""
@@ -238,25 +219,17 @@ class StateChip(PaintedWidget):
         icon: Icon,
         meaning: Meaning | None = None,
         *,
+        age: str = "",
         stale_age: str = "",
         keeps_colour: bool = False,
         detail: str = "",
     ) -> None:
-        """Shows a state; `icon` may also be an SVG fragment as from `icons.battery`.
-
-        `stale_age` marks a stale state; with `keeps_colour` it keeps the colour of its meaning, hatched. `detail` is
-        only for the tooltip and screen readers.
-        """
-        new = (word, icon, meaning, stale_age, keeps_colour and bool(stale_age), detail)
-        if new != (self.word, self._icon, self.meaning, self._age, self._has_fixed_colour, self._detail):
-            self.word, self._icon, self.meaning, self._age, self._has_fixed_colour, self._detail = new
-            self.updateGeometry()
-            self._changed()
-
-    def set_age(self, age: str) -> None:
-        """Sets the age shown for a state that is not stale."""
-        if age != self._certain_age:
-            self._certain_age = age
+        """`stale_age` marks a stale state, which with `keeps_colour` keeps the colour of its meaning, hatched; one that
+        is not stale may have an `age`. `detail` is only for the tooltip and screen readers."""
+        new = (word, icon, meaning, age, stale_age, keeps_colour and bool(stale_age), detail)
+        if new != self._shown:
+            self._shown = new
+            self.word, self._icon, self.meaning, self._age, self._stale_age, self._has_fixed_colour, self._detail = new
             self.updateGeometry()
             self._changed()
 
@@ -265,31 +238,23 @@ class StateChip(PaintedWidget):
 
     def _changed(self) -> None:
         name = f"{self._caption}: {self.word}"
-        text = ", ".join(filter(None, (name, self._detail, self._age or self._certain_age)))
+        text = ", ".join(filter(None, (name, self._detail, self._stale_age or self._age)))
         self.announce(text, name=self._caption if self._is_measured else name)
         self.setToolTip(self.accessibleName())
 
     @property
     def _is_filled(self) -> bool:
-        return self.meaning in (Meaning.ATTENTION, Meaning.DANGER) and not self._age
-
-    @property
-    def _text(self) -> str:
-        if self.meaning is Meaning.UNKNOWN and self._unknown:
-            return self._unknown
-        if self._certain_age and not self._age:
-            return f"{self.word} {self._certain_age}"
-        return f"{self.word} · {self._age}" if self._age else self.word
+        return self.meaning in (Meaning.ATTENTION, Meaning.DANGER) and not self._stale_age
 
     @property
     def _lines(self) -> tuple[str, str]:
         """The text in the size of the chip, and the one below it in small letters, or ""."""
-        if not self._is_stacked:
-            return self._text, ""
         if self.meaning is Meaning.UNKNOWN and self._unknown:
-            return self._unknown, self.word
+            return self._unknown, self.word if self._is_stacked else ""
+        if not self._is_stacked:
+            return f"{self.word} · {self._stale_age}" if self._stale_age else f"{self.word} {self._age}".rstrip(), ""
         word, more = parts_of(self.word)
-        return word, self._age or self._certain_age or more
+        return word, self._stale_age or more
 
     def _icon_px(self) -> int:
         return scaled(self._size + 4)
@@ -321,7 +286,7 @@ class StateChip(PaintedWidget):
                 hatch(painter, outline, theme.divider if edge == 1 else theme.muted)
             if tint and self._has_fixed_colour:
                 hatch(painter, outline, tint.ink)
-            is_dashed = is_unknown or bool(self._age)
+            is_dashed = is_unknown or bool(self._stale_age)
             line = theme.border if is_dashed else theme.divider
             painter.setPen(pen(tint.ink if tint and self._has_fixed_colour else line, edge, is_dashed=is_dashed))
         painter.drawPath(outline)
@@ -334,7 +299,7 @@ class StateChip(PaintedWidget):
         square = QRectF(Space.S, (self.height() - side) / 2, side, side)
         # In a plain state only the icon is coloured.
         is_quiet = not self._is_filled and self.meaning is not Meaning.UNKNOWN
-        is_dim = bool(self._age) and not self._has_fixed_colour
+        is_dim = bool(self._stale_age) and not self._has_fixed_colour
         text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
         left = square.right() + Space.XS + 2
         room = QRectF(left, 0, self.width() - left - Space.S, self.height())

@@ -46,7 +46,7 @@ from ui.shell import top_bar
 from ui.shell.main_window import SMALLEST
 from ui.style import icons
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.painted_widget import PaintedWidget
+from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.theme import Choice, Meaning
 from ui.widgets.readout import Readout, StateChip
 
@@ -287,7 +287,7 @@ def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
         said["r"].add(readout.accessibleName())
         said["c"].add(chip.accessibleName())
     gauge.show_tilt(45, stale_age="12 s ago")
-    readout.show_stale("45", "12 s ago")
+    readout.show_value("45", freshness=Freshness.STALE, note="12 s ago")
     chip.show_state("state 45", Icon.LOCK, stale_age="12 s ago")
     for widget in (gauge, readout, chip):
         assert "12 s ago" in widget.accessibleName()

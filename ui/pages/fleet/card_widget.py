@@ -158,11 +158,10 @@ class CardWidget(QFrame):
         elif held is None:
             self.verdict.show_state(word_of(None), Icon.UNKNOWN, Meaning.UNKNOWN)
         elif held.verdict is None:
-            self.verdict.show_state(tr("void"), MEANING_ICONS[Meaning.ATTENTION], Meaning.ATTENTION)
+            self.verdict.show_state(tr("void"), MEANING_ICONS[Meaning.ATTENTION], Meaning.ATTENTION, age=age)
         else:
             picture, meaning = _VERDICT_STYLES[held.verdict]
-            self.verdict.show_state(word_of(held.verdict), picture, meaning)
-        self.verdict.set_age(age)
+            self.verdict.show_state(word_of(held.verdict), picture, meaning, age=age)
 
     def _lay_out(self) -> None:
         head = in_row((in_column(self.title, self.port, spacing=0), 1), self.lock, self.more, spacing=Space.XS)

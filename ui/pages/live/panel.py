@@ -18,6 +18,7 @@ from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.plots.gauge import TiltGauge
+from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_column
@@ -265,6 +266,6 @@ def _show(
         return
     text = f"{float(known.value):.{decimals}f}"
     if known.is_stale:
-        readout.show_stale(text, age_of(known, now_s))
+        readout.show_value(text, freshness=Freshness.STALE, note=age_of(known, now_s))
     else:
         readout.show_value(text, meaning=meaning, note=note)
