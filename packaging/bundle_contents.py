@@ -85,7 +85,6 @@ class Entry(NamedTuple):
 
 
 def is_wanted(place: str) -> bool:
-    """Whether the file for this place goes into the bundle."""
     path = PurePosixPath(place.replace("\\", "/"))
     text = path.as_posix()
     _, is_plugin, plugin = text.partition("/plugins/")

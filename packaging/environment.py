@@ -207,5 +207,4 @@ def _only_one() -> Iterator[None]:
 
 
 def say(sentence: str) -> None:
-    """Print a line at once."""
     print(sentence, flush=True)

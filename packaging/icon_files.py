@@ -42,7 +42,6 @@ def ico() -> bytes:
 
 
 def write_program_icons(folder: Path) -> None:
-    """Write the icons of the executables for Windows and macOS."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{NAME}.ico").write_bytes(ico())
     (folder / f"{NAME}.icns").write_bytes(picture(1024, "ICNS"))

@@ -105,6 +105,5 @@ def set_rights(folder: Path, programs: Collection[Path]) -> None:
 
 
 def stamp_times(folder: Path, epoch: int) -> None:
-    """Set the time of all files in `folder`, and of itself."""
     for path in (*folder.rglob("*"), folder):
         os.utime(path, (epoch, epoch), follow_symlinks=os.utime not in os.supports_follow_symlinks)

@@ -35,7 +35,6 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.core.texts import LanguageSwitch, Texts
 from ui.help.help_actions import HelpActions
-from ui.preferences.dialog import need_fonts
 from ui.preferences.update_notice import UpdateNotice
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
@@ -138,7 +137,6 @@ def assemble(
     log: Log | None = None,
     entries: tuple[PageEntry, ...] = PAGES,
 ) -> Assembly:
-    """Makes the window, hidden and not connected."""
     install_accessible_roles()
     preferences = preferences or Preferences()
     texts = Texts()
@@ -201,12 +199,9 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
 def _show_store_notices(assembly: Assembly) -> None:
     """Shows trouble of the store, and what was interrupted when the program last ended."""
     attention, storage = assembly.window.attention, assembly.storage
-    left_on = partial(_left_on_notice, attention.dismiss_queued)
-    assembly.connector.stream_left_on.connect(lambda: attention.queue_notice(left_on, is_of_module=True))
+    assembly.connector.stream_left_on.connect(partial(attention.queue_notice, _left_on_notice, is_of_module=True))
     if storage.notice is not None:
-        attention.queue_notice(
-            lambda: Notice(Meaning.ATTENTION, storage.notice or "", dismiss=attention.dismiss_queued)
-        )
+        attention.queue_notice(lambda: Notice(Meaning.ATTENTION, storage.notice or ""))
     assembly.left_active.load()
     recovery = BaudRecovery(
         assembly.connector,
@@ -221,9 +216,8 @@ def _show_store_notices(assembly: Assembly) -> None:
         attention.queue_notice(partial(recovery.notice, pending))
 
 
-def _left_on_notice(dismiss: Callable[[], None]) -> Notice:
-    text = tr("Serial output was left on; it is switched off when not needed.")
-    return Notice(Meaning.INFORMATION, text, dismiss=dismiss)
+def _left_on_notice() -> Notice:
+    return Notice(Meaning.INFORMATION, tr("Serial output was left on; it is switched off when not needed."))
 
 
 class _AfterPaint(QObject):
@@ -260,11 +254,9 @@ def run(options: WindowOptions) -> int:
     with _memory(options) as folder, _logging(folder) as log:
         preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
         assembly = assemble(app, options, preferences=preferences, storage=Storage(folder), log=log)
-        choices, attention = assembly.window.choices, assembly.window.attention
-        tell, dismiss = attention.queue_notice, attention.dismiss_queued
-        need_fonts(assembly.language_switch, choices, tell=tell, dismiss=dismiss)
-        updates = UpdateNotice(choices, assembly.window, tell=tell, dismiss=dismiss)
-        assembly.window.pages_made.connect(updates.check)
+        choices, tell = assembly.window.choices, assembly.window.attention.queue_notice
+        choices.need_fonts(tell)
+        assembly.window.pages_made.connect(UpdateNotice(choices, assembly.window, tell).check)
         _stay(app, assembly, options)
     end_process(assembly.exit_code)
     return assembly.exit_code
@@ -367,7 +359,6 @@ def _errors_shown(window: MainWindow, armed: Armed | None = None) -> Iterator[No
 
 @contextmanager
 def _logging(folder: Path | None) -> Iterator[Log]:
-    """Writes the rotating log while the window runs."""
     log = start_log(folder)
     try:
         yield log

@@ -60,7 +60,7 @@ def what_is(command: Command) -> str:
         case Choice() as field:
             rates = ", ".join(str(value) for value in field.values.values())
             lines.append(tr("One of {values} {unit}.", values=rates, unit=tr(field.unit)))
-        case _:
+        case Flag():
             lines.append(tr("Enabled or disabled."))
     advice = advice_text(command)
     if advice:

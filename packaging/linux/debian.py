@@ -24,7 +24,6 @@ _COMPRESSION: Final = ("-Zzstd", "-z9")
 
 
 def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> None:
-    """Build it from the bundle."""
     root = work / "deb"
     _lay_out(root, release, bundle)
     control = root / "DEBIAN"

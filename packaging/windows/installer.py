@@ -17,7 +17,6 @@ def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> N
 
 
 def arguments(release: Release, bundle: Path, dist: Path, icons: Path) -> list[str]:
-    """Arguments of makensis."""
     size = sum(path.stat().st_size for path in bundle.rglob("*") if path.is_file())
     defined = {
         "VERSION": release.version,

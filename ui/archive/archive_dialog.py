@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.archive.archive import Archive
 from app.archive.exchange import Exchanged
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import HistoryEvent, module_history
@@ -33,7 +32,6 @@ from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, last_time, opened_archive
 from ui.archive.service_form import ServiceForm
 from ui.core.background_task import BackgroundTask
-from ui.core.texts import Texts
 from ui.files.file_dialogs import ThenPath, ask_open, ask_path
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
@@ -48,16 +46,6 @@ from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _ROW_PX: Final = 26
-
-
-def modules_table(texts: Texts) -> RowsTable[ModuleToday]:
-    return RowsTable(texts, "archive_modules", "Modules", _MODULE_COLUMNS, lambda row: row.module.members,
-                     _accessible_text, row_px=_ROW_PX, is_single=True)  # fmt: skip
-
-
-def history_table(texts: Texts) -> RowsTable[HistoryEvent]:
-    return RowsTable(texts, "archive_life", "Records", _HISTORY_COLUMNS, lambda row: row.fact.id,
-                     lambda row: row.text.translated(), row_px=_ROW_PX, is_single=True)  # fmt: skip
 
 
 def short_station(public: str) -> str:
@@ -152,7 +140,10 @@ class ArchiveDialog(QDialog):
         self._lay_out_question()
         self.service = control(QPushButton(), texts, "archive_service", "Service…", picture=Icon.CLOCK,
                                tip="Repacked, ejector, cell, firmware", slot=self._ask_service)  # fmt: skip
-        self.modules, self.life = modules_table(texts), history_table(texts)
+        self.modules = RowsTable(texts, "archive_modules", "Modules", _MODULE_COLUMNS, lambda row: row.module.members,
+                                 _accessible_text, row_px=_ROW_PX, is_single=True)  # fmt: skip
+        self.life = RowsTable(texts, "archive_life", "Records", _HISTORY_COLUMNS, lambda row: row.fact.id,
+                              lambda row: row.text.translated(), row_px=_ROW_PX, is_single=True)  # fmt: skip
         self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
         split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
         split.addWidget(self.modules)
@@ -229,20 +220,11 @@ class ArchiveDialog(QDialog):
     def _ask_service(self) -> None:
         chosen = self.modules.chosen()
         if chosen:
-            module = chosen[0].module
-            ServiceForm(
-                self,
-                self._services.texts,
-                clean(module.name),
-                self._services.preferences.who,
-                partial(self._keep_service, module),
-            )
+            services, keep = self._services, partial(self._keep_service, chosen[0].module)
+            ServiceForm(self, services.texts, clean(chosen[0].module.name), services.preferences.who, keep)
 
     def _keep_service(self, module: KnownModule, service: Service) -> None:
-        def keep(archive: Archive, _on_page: object) -> None:
-            archive.keep_service(module, service)
-
-        self._exchange.run(keep)
+        self._exchange.run(lambda archive, _on_page: archive.keep_service(module, service))
 
     def _settle(self, name_of: int | None) -> None:
         """`name_of`: the module whose name is used for both; None: they are different."""
@@ -250,12 +232,8 @@ class ArchiveDialog(QDialog):
             return
         first, second = self._conflicts[0].pair
         name = "" if name_of is None else (first, second)[name_of].name
-        who = self.who.text()
-
-        def settle(archive: Archive, _on_page: object) -> None:
-            archive.settle(first, second, is_same=name_of is not None, name=name, who=who)
-
-        self._exchange.run(settle)
+        is_same, who = name_of is not None, self.who.text()
+        self._exchange.run(lambda archive, _page: archive.settle(first, second, is_same=is_same, name=name, who=who))
         self._conflicts = self._conflicts[1:]
         self._show_question()
 

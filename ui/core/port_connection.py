@@ -188,7 +188,6 @@ class PortConnection(QObject):
         self._worker.publish_every_s = seen_s if is_shown else UNSEEN_PUBLISH_EVERY_S
 
     def find_rate(self) -> None:
-        """Try all baud rates on the open port."""
         if self._finding is not None or not self.is_open:
             return
         self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)

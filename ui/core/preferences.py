@@ -111,11 +111,9 @@ class Preferences:
         return Path(self.recent_profiles[0]).parent if self.recent_profiles else Path.home()
 
     def add_profile(self, path: Path) -> None:
-        """At the head of the recent ones; the oldest is dropped."""
         self.recent_profiles = _at_head(path, self.recent_profiles)
 
     def add_file(self, path: Path) -> None:
-        """At the head of the recent ones; the oldest is dropped."""
         self.recent_files = _at_head(path, self.recent_files)
 
 

@@ -105,7 +105,6 @@ _log = logging.getLogger(__name__)
 
 
 def has_font_for(name: str) -> bool:
-    """Whether some font of the system has this language's characters."""
     return name != CHINESE or bool(QFontDatabase.families(QFontDatabase.WritingSystem.SimplifiedChinese))
 
 

@@ -64,18 +64,15 @@ def _open_file_dialog(dialog: QFileDialog, then: ThenPaths) -> None:
 
 
 def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str, then: ThenPath) -> None:
-    """Lets the user choose an existing file."""
     dialog = _dialog(parent, title, folder, name_filter, QFileDialog.FileMode.ExistingFile)
     _open_file_dialog(dialog, lambda paths: then(paths[0]))
 
 
 def ask_flight_logs(parent: QWidget, folder: Path, then: ThenPaths) -> None:
-    """Existing files, one or many."""
     _open_file_dialog(_dialog(parent, tr("Open…"), folder, _log_kinds(), QFileDialog.FileMode.ExistingFiles), then)
 
 
 def ask_flight_log(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    """One existing file."""
     ask_open(parent, folder, tr("Open…"), _log_kinds(), then)
 
 
@@ -84,7 +81,6 @@ def _log_kinds() -> str:
 
 
 def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
-    """One existing folder."""
     dialog = _dialog(parent, tr("Open…"), folder, "", QFileDialog.FileMode.Directory)
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
     _open_file_dialog(dialog, then)
@@ -108,7 +104,6 @@ def ask_path(
 
 
 def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], object]) -> None:
-    """Lets the user enter a line of text."""
     dialog = QInputDialog(parent)
     dialog.setWindowTitle(title.rstrip("…"))
     dialog.setLabelText(label)
@@ -133,7 +128,6 @@ class FilePage(NamedTuple):
 
 
 def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callable[[Path], object]) -> None:
-    """Adds an entry for each of these files to `menu`."""
     for number, name in enumerate(names):
         action = named(menu.addAction(visible(Path(name).name).replace("&", "&&")), f"{prefix}_{number}")
         action.setToolTip(visible(name))
@@ -185,14 +179,12 @@ class FileOpener(QObject):
                 self.open(path)
 
     def ask(self) -> None:
-        """Lets the user choose a file, and opens it."""
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
         recent = self._preferences.recent_files
         folder = Path(recent[0]).parent if recent else Path.home()
         self.choose(self._window, folder, tr("Open…"), f"{tr('Files of this program')} ({endings})", self.open)
 
     def fill(self, menu: QMenu) -> None:
-        """Fills `menu` with the recent files."""
         menu.clear()
         add_recent(menu, "act_recent", self._preferences.recent_files, self.open)
         if not self._preferences.recent_files:

@@ -29,7 +29,6 @@ _FOOT_PX: Final = 28
 
 
 def picture_with_footer(content: QWidget, foot: str) -> QImage:
-    """A picture of `content` with the line `foot` below."""
     pixmap = content.grab()
     ratio = pixmap.devicePixelRatio()
     width, height = pixmap.width() / ratio, pixmap.height() / ratio
@@ -212,14 +211,12 @@ class SaveBar(QWidget):
         return super().event(event)
 
     def save_csv(self) -> None:
-        """Saves the samples in sight."""
         if not self.note.is_saving:
             excerpt, origin = self._take_excerpt(), self._find_origin()
             parts = csv_parts(excerpt, wall_offset_s=origin.wall_offset_s)
             self.note.save_values(_place(origin, ".csv"), parts, part_count(excerpt), partial(_saved_text, excerpt))
 
     def save_png(self) -> None:
-        """Saves a picture of what is in sight."""
         if not self.note.is_saving:
             origin = self._find_origin()
             image = self._take_picture(footer_text(origin, datetime.now().astimezone()))
@@ -234,7 +231,6 @@ def _saved_text(excerpt: Excerpt, path: Path) -> str:
 
 
 def _place(origin: Origin, suffix: str) -> Path:
-    """Proposed for a file."""
     documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
     when = (origin.recorded_at or datetime.now(UTC)).astimezone()
     return Path(documents or Path.home()) / default_name(origin.module or origin.port, suffix, when)

@@ -56,7 +56,6 @@ class RowsTable(QTableView, Generic[Row]):
             self.sortByColumn(sorted_by, order)
 
     def show_columns(self, columns: Sequence[TableColumn[Row]]) -> None:
-        """Replaces the columns, and removes the rows."""
         self.source.show_columns(columns)
         modes = QHeaderView.ResizeMode
         for place, column in enumerate(columns):
@@ -74,7 +73,6 @@ class RowsTable(QTableView, Generic[Row]):
         return tuple(self.filter.row_at(row) for row in rows)
 
     def choose(self, is_wanted: Callable[[Row], bool]) -> None:
-        """Selects the rows for which `is_wanted` is true."""
         model = self.selectionModel()
         self.clearSelection()
         for row in range(self.filter.rowCount()):

@@ -135,9 +135,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
 class RowsFilter(QSortFilterProxyModel, Generic[Row]):
     """Shows the rows that contain all searched words, sorted by a column."""
 
-    def __init__(
-        self, model: RowsModel[Row], parent: QObject | None = None, *, searches_sentence: bool = False
-    ) -> None:
+    def __init__(self, model: RowsModel[Row], parent: QObject, *, searches_sentence: bool) -> None:
         super().__init__(parent)
         self._model, self._searches_sentence = model, searches_sentence
         self._words: tuple[str, ...] = ()
@@ -172,7 +170,6 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
 
 
 def aligned(*, is_right: bool) -> int:
-    """The value for `TextAlignmentRole`."""
     side = Qt.AlignmentFlag.AlignRight if is_right else Qt.AlignmentFlag.AlignLeft
     return int(side | Qt.AlignmentFlag.AlignVCenter)
 

@@ -62,10 +62,12 @@ class GuideViewer(DocumentWindow):
 
     def open_link(self, link: QUrl) -> None:
         """Follows a link within the guide, or opens it in the system's browser."""
-        if link.hasFragment() and not link.scheme().startswith("http"):
-            self._go_to_heading(link.fragment())
-        elif link.scheme() in ("http", "https"):
+        if link.scheme() in ("http", "https"):
             QDesktopServices.openUrl(link)
+        elif link.hasFragment():  # headings have no anchors in Qt's Markdown
+            found = (block for block in self._headings() if anchor_of(block.text()) == link.fragment().lower())
+            if (block := next(found, None)) is not None:
+                self._show_block(block)
 
     def go_to_chapter(self, english: str) -> None:
         """Scrolls to the chapter with this title in the English guide, else to the start."""
@@ -76,12 +78,6 @@ class GuideViewer(DocumentWindow):
             self._show_block(chapters[titles.index(english)])
         else:
             self.text.moveCursor(QTextCursor.MoveOperation.Start)
-
-    def _go_to_heading(self, fragment: str) -> None:
-        """Finds the heading by its anchor, since headings have none in Qt's Markdown."""
-        found = (block for block in self._headings() if anchor_of(block.text()) == fragment.lower())
-        if (block := next(found, None)) is not None:
-            self._show_block(block)
 
     def _headings(self) -> Iterator[QTextBlock]:
         block = self.text.document().begin()

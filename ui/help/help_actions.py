@@ -1,9 +1,11 @@
 """Actions of the Help menu, and "What's this?" of every control. All help windows are modeless: LOCK stays within
 reach."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final, cast
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QCoreApplication, QEvent, QObject
+from PySide6.QtWidgets import QWhatsThis, QWidget
 
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -14,13 +16,6 @@ from ui.shell.main_window import MainWindow
 if TYPE_CHECKING:
     from ui.help.guide_viewer import GuideViewer
     from ui.help.small_windows import ShortcutsView
-
-
-from collections.abc import Iterator
-from typing import Final, cast
-
-from PySide6.QtCore import QCoreApplication, QEvent
-from PySide6.QtWidgets import QWhatsThis, QWidget
 
 _QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
 _SAYS_TOOLTIP: Final = "says_tooltip"
@@ -107,12 +102,6 @@ class HelpActions(QObject):
             None,
             MenuEntry("about", marked("About"), self.show_about),
         )
-        window.port_opened.connect(self.show_next_step)
-
-    def show_next_step(self, is_first: bool) -> None:
-        """Called when a module answers; `is_first`: for the first time on this computer."""
-        if is_first:
-            self._window.show_message(tr("Next: Settings, then Pre-flight."))
 
     def show_focus_help(self) -> None:
         if not self._explaining.show_focus_help():

@@ -1,7 +1,6 @@
 """List of all shortcuts, built from the actions of the window, and the about box: version, licences, components."""
 
 import platform
-from collections.abc import Iterator
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
@@ -30,13 +29,12 @@ _ALWAYS: Final = (
 
 def keys_of(window: QMainWindow) -> list[tuple[str, str, str]]:
     """Where each shortcut works (a page, or ""), the shortcut, and what it does, in the language in use."""
-    actions = [action for action in window.findChildren(QAction) if any(map(QKeySequence.toString, action.shortcuts()))]
-    keys = {(_page_of(action), _keys_text(action), _words(action)): None for action in actions if _words(action)}
-    return sorted([*keys, *(("", key, tr(does)) for key, does in _ALWAYS)], key=lambda key: key[0])
-
-
-def _keys_text(action: QAction) -> str:
-    return ", ".join(key.toString(QKeySequence.SequenceFormat.NativeText) for key in action.shortcuts())
+    keys = {("", key, tr(does)): None for key, does in _ALWAYS}
+    for action in window.findChildren(QAction):
+        shortcuts = QKeySequence.listToString(action.shortcuts(), QKeySequence.SequenceFormat.NativeText)
+        if shortcuts and _words(action):
+            keys[_page_of(action), shortcuts.replace("; ", ", "), _words(action)] = None
+    return sorted(keys, key=lambda key: key[0])
 
 
 def _words(action: QAction) -> str:
@@ -81,7 +79,6 @@ _PARTS: Final = {
 
 
 def show_about(window: QWidget) -> QMessageBox:
-    """Shows a modeless message box."""
     box = QMessageBox(window)
     box.setObjectName("about_box")
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -89,13 +86,10 @@ def show_about(window: QWidget) -> QMessageBox:
     box.setWindowTitle(tr("About"))
     box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
     box.setText(f"{tr('DPS-S Configurator')} {version()}")
-    box.setInformativeText("\n".join((tr("MIT licence. Made with:"), *_made_with())))
-    box.show()
-    return box
-
-
-def _made_with() -> Iterator[str]:
-    yield f"Python {platform.python_version()} (PSF-2.0)"
+    lines = [tr("MIT licence. Made with:"), f"Python {platform.python_version()} (PSF-2.0)"]
     for name, licence in _PARTS.items():
         with suppress(PackageNotFoundError):  # some bundles leave the metadata out
-            yield f"{name} {version_of(name)} ({licence})"
+            lines.append(f"{name} {version_of(name)} ({licence})")
+    box.setInformativeText("\n".join(lines))
+    box.show()
+    return box

@@ -84,7 +84,6 @@ class FlightPlot(QWidget):
             self.plot = None
 
     def look_at(self, moment_s: float) -> None:
-        """Shows the seconds around a moment."""
         if self.plot is not None:
             self.plot.time_range.choose_length(_WINDOW_S)
             self.plot.time_range.show_instant(moment_s)
@@ -103,8 +102,13 @@ class FlightPlot(QWidget):
         plot = self.plot = TimePlot(
             lanes_of(log, limits), self._texts, wall_offset_s=_MIDNIGHT_S, bounds=Span(0.0, end_s)
         )
-        plot.save_picture_wanted.connect(partial(self._save_picture, path, plot))
-        plot.save_values_wanted.connect(partial(self._save_values, path, plot, log))
+        note, place = self.saved, path.with_name(f"{path.stem}-plot.png")
+        plot.save_picture_wanted.connect(
+            lambda: note.save_picture(place, plot.canvas.grab().toImage(), plot.canvas.svg())
+        )
+        plot.save_values_wanted.connect(
+            lambda: note.save_values(place.with_suffix(".csv"), values_csv(log, plot.time_range.span))
+        )
         self._room.addWidget(plot, 1)
         self.shown.emit(judged)
         plot.draw(end_s)
@@ -114,13 +118,6 @@ class FlightPlot(QWidget):
             raise error
         self._trouble = error
         self.retranslate()
-
-    def _save_picture(self, path: Path, plot: TimePlot) -> None:
-        image, drawing = plot.canvas.grab().toImage(), plot.canvas.svg()
-        self.saved.save_picture(path.with_name(f"{path.stem}-plot.png"), image, drawing)
-
-    def _save_values(self, path: Path, plot: TimePlot, log: FlightLog) -> None:
-        self.saved.save_values(path.with_name(f"{path.stem}-plot.csv"), values_csv(log, plot.time_range.span))
 
 
 def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
@@ -135,8 +132,6 @@ def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
 
 
 def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
-    """A lane per quantity in the log, with its thresholds."""
-
     def steps(value: float) -> Steps:
         constant = StepFunction()
         constant.put(float(log.time_s[0]), value)

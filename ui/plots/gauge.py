@@ -92,7 +92,6 @@ class TiltGauge(PaintedWidget):
         self.setToolTip(name)
 
     def width_for(self, height: int) -> int:
-        """The width at which it fills `height`."""
         return round(2 * (height - _EDGE_PX - 6) / (1 + _DISC) + 2 * _EDGE_PX)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -125,7 +124,6 @@ class TiltGauge(PaintedWidget):
             painter.end()
 
     def _paint_ground(self, painter: QPainter, theme: Theme, radius: float) -> None:
-        """The disc with sky and ground."""
         disc, ground = QPainterPath(), QPainterPath()
         disc.addEllipse(_square(radius))
         painter.fillPath(disc, QColor(theme.surface))

@@ -102,7 +102,6 @@ class LimitLine(Curve):
 
     @property
     def value(self) -> float | None:
-        """The present one."""
         return self._steps.value
 
     def ink(self) -> str:

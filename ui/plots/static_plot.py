@@ -94,7 +94,6 @@ class StaticPlot(PaintedWidget):
         self.add(item)
 
     def show_nothing(self, word: str) -> None:
-        """A word in the middle of an empty chart."""
         self.set_range((0.0, 1.0), (0.0, 1.0))
         self.add_text(word, current().muted, (0.5, 0.5), (0.5, 0.5))
 

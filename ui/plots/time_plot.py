@@ -98,7 +98,6 @@ class TimePlot(QWidget):
         self._redraw()
 
     def _show_clock_time(self, shows_clock: bool, /) -> None:
-        """Labels the time line with the time of day, or with seconds before now."""
         self.canvas.shows_clock = shows_clock
         self._redraw()
 

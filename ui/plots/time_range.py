@@ -42,7 +42,6 @@ class TimeRange(QObject):
 
     @property
     def is_live(self) -> bool:
-        """Whether it follows the newest samples."""
         return self._held is None and self._bounds is None
 
     @property
@@ -52,7 +51,6 @@ class TimeRange(QObject):
 
     @property
     def span(self) -> Span:
-        """What is in sight."""
         return self.span_at(self.now_s)
 
     def span_at(self, now_s: float) -> Span:
@@ -129,7 +127,6 @@ class TimeRange(QObject):
             self.changed.emit()
 
     def point_at(self, time_s: float) -> None:
-        """Puts the cursor at a time in sight."""
         self.point((time_s - self.span.start_s) / self.span.length_s)
 
     def _hold(self, span: Span) -> None:

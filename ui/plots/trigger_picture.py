@@ -56,7 +56,6 @@ def _draw_tilt(painter: QPainter, box: QRectF, record: TriggerRecord) -> None:
 
 
 def _draw_fall(painter: QPainter, box: QRectF, record: TriggerRecord) -> None:
-    """The aircraft falling level, with acceleration and time as text."""
     theme, metrics = current(), QFontMetricsF(painter.font())
     danger = QColor(theme.danger.ink)
     text = tr(

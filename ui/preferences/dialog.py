@@ -42,13 +42,18 @@ class Choices(QObject):
         super().__init__()
         self._appearance, self._language_switch = appearance, language_switch
         self.remembered = preferences
-        self.has_font_for: Callable[[str], bool] = lambda _name: True
-        self.report_no_font: Callable[[], object] = lambda: None
+        self._tell: Callable[[Callable[[], Notice]], None] | None = None
+
+    def need_fonts(self, tell: Callable[[Callable[[], Notice]], None]) -> None:
+        """From now on a language whose characters no font has is not used; `tell` shows a notice."""
+        self._tell = tell
+        if not has_font_for(self._language_switch.language):
+            self._language_switch.use(ENGLISH)
+            tell(_no_font_notice)
 
     def use_language(self, name: str) -> None:
-        """Keeps the language, and reports it, if no font has the characters of the new one."""
-        if not self.has_font_for(name):
-            self.report_no_font()
+        if self._tell is not None and not has_font_for(name):
+            self._tell(_no_font_notice)
             return
         self._language_switch.use(name)
         self.remembered.language = name
@@ -167,21 +172,5 @@ class PreferencesDialog(QDialog):
         self.refresh()
 
 
-def need_fonts(
-    language_switch: LanguageSwitch,
-    choices: Choices,
-    *,
-    tell: Callable[[Callable[[], Notice]], None],
-    dismiss: Callable[[], None],
-) -> None:
-    """Checks the language in use, and each one chosen later; `tell` shows a notice, `dismiss` removes it."""
-
-    def notice() -> Notice:
-        text = tr("No Chinese font is installed. Install one (fonts-noto-cjk), then restart.")
-        return Notice(Meaning.ATTENTION, text, dismiss=dismiss)
-
-    choices.has_font_for = has_font_for
-    choices.report_no_font = lambda: tell(notice)
-    if not has_font_for(language_switch.language):
-        language_switch.use(ENGLISH)
-        tell(notice)
+def _no_font_notice() -> Notice:
+    return Notice(Meaning.ATTENTION, tr("No Chinese font is installed. Install one (fonts-noto-cjk), then restart."))

@@ -21,12 +21,9 @@ class UpdateNotice(QObject):
     """Asks once at each start, and when another address is given; without one it asks nobody. That it cannot be asked
     is only logged."""
 
-    def __init__(
-        self, choices: Choices, parent: QObject, *, tell: Callable[[Callable[[], Notice]], None],
-        dismiss: Callable[[], None],
-    ) -> None:  # fmt: skip
+    def __init__(self, choices: Choices, parent: QObject, tell: Callable[[Callable[[], Notice]], None]) -> None:
         super().__init__(parent)
-        self._remembered, self._tell, self._dismiss = choices.remembered, tell, dismiss
+        self._remembered, self._tell = choices.remembered, tell
         self._asked = ""
         self._asking: BackgroundTask[str | None] = BackgroundTask("dps-s newer version", self)
         choices.changed.connect(self.check)
@@ -43,7 +40,7 @@ class UpdateNotice(QObject):
 
     def _notice(self, newer: str) -> Notice:
         text = tr("A newer version is there: {newer}. This is {own}.", newer=newer, own=version())
-        return Notice(Meaning.INFORMATION, text, dismiss=self._dismiss)
+        return Notice(Meaning.INFORMATION, text)
 
     @staticmethod
     def _log(error: Exception) -> None:

@@ -12,7 +12,7 @@ from app.text.i18n import tr
 from app.text.sentences import error_text, not_written
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask
-from ui.services.announcer import announcer
+from ui.services.announcer import announce
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -36,7 +36,7 @@ class JobNotice(QObject):
         self._notice = make
         notice = self.result_notice()
         if notice is not None:
-            announcer().announce(notice.text, is_urgent=notice.meaning is Meaning.DANGER)
+            announce(notice.text, is_urgent=notice.meaning is Meaning.DANGER)
         self.changed.emit()
 
     def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:

@@ -97,7 +97,6 @@ class ModuleName(QObject):
             self._use(name)
 
     def confirm_identity(self) -> None:
-        """A person confirms that it is the expected module."""
         self._port.confirm_identity(self._port.identity)
 
     def treat_as_new(self, *, name: str = "") -> None:

@@ -92,7 +92,6 @@ class Page(QWidget):
 
     @property
     def key(self) -> str:
-        """In the navigation."""
         return self.objectName().removesuffix("_page")
 
     def make_header(self, texts: Texts, title: str, *actions: QWidget) -> PageHeader:
@@ -119,7 +118,6 @@ class Page(QWidget):
         return step is not None
 
     def notices(self) -> list[JobNotice]:
-        """All that the page says of jobs."""
         return self.findChildren(JobNotice)
 
     def end_notices(self, *, is_page_left: bool = False) -> None:

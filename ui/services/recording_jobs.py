@@ -14,7 +14,7 @@ from app.text.i18n import tr
 from app.text.sentences import error_text, join_sentences
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
-from ui.services.announcer import announcer
+from ui.services.announcer import announce
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
@@ -61,7 +61,6 @@ class RecordingJobs(JobNotice):
         """The running one of them, or the last."""
 
     def note_shown(self, *, is_shown: bool) -> None:
-        """A recording is shown on the Live page, or no longer."""
         self.is_shown = is_shown
         self.changed.emit()
 
@@ -76,7 +75,6 @@ class RecordingJobs(JobNotice):
         return self._job.is_running
 
     def notice(self) -> Notice | None:
-        """The running job, else the last result."""
         if not self.is_running:
             return self.result_notice()
         text, share = self._doing(), self._job.share
@@ -87,7 +85,6 @@ class RecordingJobs(JobNotice):
         return progress_notice(text, self.cancel)
 
     def refresh(self) -> None:
-        """Read the list again."""
         self._is_list_old = self._listing.is_running  # the running one may miss what changed since it began
         if not self._is_list_old:
             self._listing.run(lambda _running: self._listed(), self._show_list, self._fail_list)
@@ -118,7 +115,7 @@ class RecordingJobs(JobNotice):
         """Emits `opened`, or ends with the reason why not. While a job runs it is said that nothing is opened."""
         if self.is_running:
             self._refused = when_text(entry)
-            announcer().announce(tr("{what}. Not opened meanwhile: {when}.", what=self._doing(), when=self._refused))
+            announce(tr("{what}. Not opened meanwhile: {when}.", what=self._doing(), when=self._refused))
             self.changed.emit()
             return
 

@@ -60,8 +60,6 @@ class SessionRecording:
         return RecordingLibrary(self._folder)
 
     def recorded(self, deliver: Callable[[Batch], None]) -> Callable[[Batch], None]:
-        """Records each batch before it is delivered."""
-
         def both(batch: Batch) -> None:
             try:
                 self._on_batch(batch)

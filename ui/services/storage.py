@@ -86,7 +86,6 @@ class Storage:
         return recording
 
     def journal(self, target: Target | None, known_as: KnownAs = UNNAMED) -> Journal:
-        """For one connection, with what its module is known by."""
         store = self.store
         if target is None or not isinstance(store, Store):
             return NoJournal()
@@ -103,14 +102,12 @@ class Storage:
         return store.queue.submit(lambda: store.store_snapshot(snapshot, port=port, module=module))
 
     def stream_memory(self, target: Target) -> StreamMemory:
-        """For one connection."""
         if target.is_simulated:
             return StreamMemory()
         store = self.store
         return StreamMemory(store if isinstance(store, Store) else None, target.key)
 
     def copy_if_due(self) -> None:
-        """Where a store is open."""
         if isinstance(self._store, Store) and not self._is_closed:
             self._store.database.copy_if_due()
 

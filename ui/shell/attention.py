@@ -12,6 +12,7 @@ from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.identity_words import identity_question, same_module_words
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import join_names, join_sentences, labelled
 from ui.services.port import Port, Ports
 from ui.services.storage import PendingEdits
@@ -108,6 +109,7 @@ class Attention(QObject):
         """The last question, until it is cancelled: what its answer began may still lead to leaving."""
         self._restarts: int | None = None
         """The restart count that the user knows of; None before anything was known."""
+        self._unrecorded = UserMessage("")
         self._queued: dict[Callable[[], Notice], bool] = {}
         """Each with whether it ends with another module; the first one is shown first."""
         connector.invalidated.connect(self._on_another_module)
@@ -147,8 +149,8 @@ class Attention(QObject):
         return False
 
     def queue_notice(self, make: Callable[[], Notice], *, is_of_module: bool = False) -> None:
-        """Queues a notice, which is shown until it is closed, when nothing is more urgent. One that waits is not
-        queued twice. One `is_of_module` ends with another module."""
+        """Queues a notice, which is shown until it is closed, when nothing is more urgent; what offers no choice can be
+        closed. One that waits is not queued twice. One `is_of_module` ends with another module."""
         self._queued.setdefault(make, is_of_module)
         self.refresh()
 
@@ -159,7 +161,6 @@ class Attention(QObject):
         self._has_read_trigger = False
 
     def dismiss_queued(self) -> None:
-        """Removes the first queued notice."""
         for make in tuple(self._queued)[:1]:
             del self._queued[make]
         self.refresh()
@@ -252,7 +253,8 @@ class Attention(QObject):
         if left is not None:
             return self._trigger_notice() or left
         if self._queued and (link is None or state.phase is Phase.CLOSED):
-            return next(iter(self._queued))()
+            notice = next(iter(self._queued))()
+            return notice if notice.choices else notice._replace(dismiss=self.dismiss_queued)
         return link or self._trigger_notice() or self._module_notice()
 
     def _lock_notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
@@ -271,7 +273,6 @@ class Attention(QObject):
         return Notice(Meaning.DANGER, tr("NOT reported, treat as ACTIVE: {names}", names=names), (again, *more))
 
     def _module_notice(self) -> Notice | None:
-        """A change or a restart of the module."""
         port = self._connector.current
         device = port.device
         if not port.is_open:
@@ -304,10 +305,14 @@ class Attention(QObject):
         choices = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
         return Notice(Meaning.DANGER, text, choices, dismiss=self._dismiss_trigger)
 
-    def recording_notice(self, sentence: str) -> Notice:
-        """To be queued when recording stopped."""
+    def say_unrecorded(self, why: UserMessage) -> None:
+        """Recording stopped; of several reasons the last one is said."""
+        self._unrecorded = why
+        self.queue_notice(self._recording_notice)
+
+    def _recording_notice(self) -> Notice:
         choices = self._page_choices("recordings", tr("Recordings"), "recordings")
-        return Notice(Meaning.ATTENTION, sentence, choices, self.dismiss_queued)
+        return Notice(Meaning.ATTENTION, self._unrecorded.translated(), choices, self.dismiss_queued)
 
     def _page_choices(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
         """A button that leads to a page; none while that page is shown."""

@@ -9,8 +9,9 @@ from PySide6.QtWidgets import QApplication, QDialog, QPushButton, QSizePolicy, Q
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Outcome
 from app.text.i18n import tr
+from ui.core.texts import Texts
 from ui.services.port import Ports
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel
@@ -27,21 +28,20 @@ _HANDLED: Final = (QKeyEvent, QMouseEvent, QShowEvent)
 class LockStrip(QWidget):
     """LOCK and its outcome, in a line at the top of a dialog: hidden until there is a module to be locked."""
 
-    def __init__(self, ports: Ports) -> None:
+    def __init__(self, ports: Ports, texts: Texts) -> None:
         super().__init__()
         named(self, "lock_strip")
         self._ports = ports
         self.sentence = named(ElidedLabel(), "lock_strip_said")
-        self.button = control(QPushButton(), None, "lock_strip_button", "LOCK", key=LOCK_KEYS[0],
-                              picture=Icon.LOCK)  # fmt: skip
+        self.button = control(QPushButton(), texts, "lock_strip_button", "LOCK", key=LOCK_KEYS[0],
+                              picture=Icon.LOCK, slot=ports.lock.press)  # fmt: skip
         self.button.setAutoDefault(False)  # Enter belongs to the dialog
         in_row((self.sentence, 1), self.button, of=self, spacing=Space.S, margins=(Space.M, Space.S, Space.M, 0))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         ports.lock.buttons.add(self.button)
-        self.button.clicked.connect(ports.lock.press)
         ports.lock_changed.connect(self.refresh)
         self.setVisible(ports.current.lock.is_possible)
-        VisibilityTimer(self, self.refresh, retranslate=self.refresh, restyle=self.refresh)
+        VisibilityTimer(self, self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
@@ -49,9 +49,6 @@ class LockStrip(QWidget):
         if lock.is_possible and self.isHidden():
             self.show()  # and stays, so that what is below does not move back and forth
         self.button.setEnabled(lock.is_possible)
-        self.button.setText(tr("LOCK"))
-        self.button.setAccessibleName(tr("LOCK"))
-        self.button.setIcon(icon(Icon.LOCK))
         notice = lock.notice()
         reported = tr(SENTENCES[Outcome.CONFIRMED]) if lock.is_reported else ""
         self.sentence.setText(reported if notice is None else notice.text)
@@ -65,9 +62,9 @@ class LockAbove(QObject):
     on a LOCK outside it counts all the same. Ctrl+L and F12 count in every window. `button`: the window's LOCK.
     """
 
-    def __init__(self, ports: Ports, button: QPushButton, parent: QObject) -> None:
+    def __init__(self, ports: Ports, texts: Texts, button: QPushButton, parent: QObject) -> None:
         super().__init__(parent)
-        self._ports, self._lock, self._button = ports, ports.lock, button
+        self._ports, self._texts, self._lock, self._button = ports, texts, ports.lock, button
         self._keys = [QKeySequence(key) for key in LOCK_KEYS]
         # A dialog of the platform has its own event loop: nothing of ours would reach it.
         QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
@@ -84,7 +81,9 @@ class LockAbove(QObject):
         if isinstance(event, QMouseEvent):
             return event.type() in _PRESSES and isinstance(watched, QWindow) and self._on_press(event)
         if isinstance(watched, QDialog):
-            self._add_strip(watched)
+            layout = watched.layout()
+            if layout is not None and layout.menuBar() is None:
+                layout.setMenuBar(LockStrip(self._ports, self._texts))
         elif isinstance(watched, QWidget) and watched.windowType() == Qt.WindowType.Popup:
             self._uncover(watched)
         return False
@@ -112,11 +111,6 @@ class LockAbove(QObject):
             popup.close()
         self._lock.press()
         return True
-
-    def _add_strip(self, dialog: QDialog) -> None:
-        layout = dialog.layout()
-        if layout is not None and layout.menuBar() is None:
-            layout.setMenuBar(LockStrip(self._ports))
 
     def _uncover(self, popup: QWidget) -> None:
         """Moves a menu or a list that would cover LOCK below it, or beside it."""

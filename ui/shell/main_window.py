@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QToolBar, QW
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
 from app.engine.worker import Batch
+from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.connect.connect_panel import ConnectPanel
 from ui.connect.left_active import LeftActiveWatch
@@ -33,7 +34,7 @@ from ui.simulator.dock import SimulatorDock
 from ui.style.icons import Icon, app_icon
 from ui.widgets.controls import named
 from ui.widgets.layouts import in_row
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
 
 _log = logging.getLogger(__name__)
 
@@ -45,8 +46,6 @@ class MainWindow(QMainWindow):
     """See the module docstring. The pages are made after the first paint."""
 
     pages_made = Signal()
-    port_opened = Signal(bool)
-    """A module answered; True: for the first time on this computer."""
     retranslated = Signal()
     archive_wanted = Signal()
     closing = Signal()
@@ -131,14 +130,14 @@ class MainWindow(QMainWindow):
         connector.changed.connect(self.recording_sign.refresh)
         connector.changed.connect(self.menus.refresh)
         connector.came_online.connect(self._remember_port)
-        self.recording_sign.troubled.connect(lambda: self.attention.queue_notice(self._recording_notice))
+        self.recording_sign.troubled.connect(self.attention.say_unrecorded)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
-        self.panel.shown.connect(self._share_room)
+        self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
         self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
-        self.closing.connect(LockAbove(connector, self.top_bar.lock, self).stop)
+        self.closing.connect(LockAbove(connector, self._services.texts, self.top_bar.lock, self).stop)
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done,
                         self._services.storage.recordings.changed):  # fmt: skip
@@ -235,7 +234,6 @@ class MainWindow(QMainWindow):
         self.show_panel(is_shown=not self.panel.isVisible())
 
     def show_panel(self, *, is_shown: bool = True) -> None:
-        """Shows or hides the list of ports."""
         self.panel.setVisible(is_shown)
 
     def connect_to(self, target: Target) -> None:
@@ -257,13 +255,11 @@ class MainWindow(QMainWindow):
             self.navigation.choose(key)
 
     def _enter_page(self, key: str) -> None:
-        """Shows a page and moves the focus into it."""
         self.go_to(key)
         self.navigation.setFocus()
         self.navigation.focusNextChild()
 
     def show_message(self, text: str) -> None:
-        """Shows a message in the status bar for a while."""
         self.status_bar.show_message(text)
 
     def close_now(self) -> None:
@@ -284,9 +280,6 @@ class MainWindow(QMainWindow):
         is_shown = self.panel.isVisible() or not self._maker.is_done or (isinstance(page, Page) and page.shows_link)
         return is_shown or self._services.storage.recordings.is_shown
 
-    def _recording_notice(self) -> Notice:
-        return self.attention.recording_notice(self.recording_sign.last_trouble)
-
     def _connect_again(self) -> None:
         if self._connector.current.target is not None:
             self.attention.leave_edits(partial(self._connector.connect_to, self._connector.current.target))
@@ -297,7 +290,8 @@ class MainWindow(QMainWindow):
             self._pages["diagnosis"].go_to("why")
 
     def _remember_port(self, target: Target) -> None:
-        self.port_opened.emit(self._remembered.last_port is None)
+        if self._remembered.last_port is None:
+            self.show_message(tr("Next: Settings, then Pre-flight."))
         self._remembered.last_port = LastPort(
             target.device, target.identity, self._connector.current.connection.baud_rate
         )
@@ -329,10 +323,6 @@ class MainWindow(QMainWindow):
     def _tick_simulator(self) -> None:
         self.menus["simulator"].setChecked(not self.simulator.isHidden())
         self.simulator.fit()
-
-    def _share_room(self) -> None:
-        """Shows either the list of ports or the page."""
-        self.area.setVisible(self.panel.isHidden())
 
     # Qt
 

@@ -142,7 +142,6 @@ class PageMaker(QObject):
         QTimer.singleShot(BREATH_MS, self, self._make_next)
 
     def request(self, key: str) -> None:
-        """Makes this page next."""
         if key in self._unmade:
             self._unmade.remove(key)
             self._unmade.insert(0, key)
@@ -157,7 +156,6 @@ class PageMaker(QObject):
                 self.request(key)
 
     def end(self) -> None:
-        """Stops."""
         self._is_over = True
 
     def _end_notices(self) -> None:

@@ -38,7 +38,6 @@ class BoundedThread:
         self._thread.start()
 
     def wait(self, limit_s: float) -> bool:
-        """Waits; returns whether it ended within the limit."""
         self._thread.join(limit_s)
         if self._thread.is_alive():
             _log.warning("Still running at closing: %s", self.name)
@@ -97,7 +96,6 @@ def has_seen_status(connector: Ports) -> bool:
 
 
 def values_seen(connector: Ports) -> dict[str, object]:
-    """All known values, for `VALUES`."""
     port, now = connector.current, connector.clock()
     known = {key: known for key in sorted(port.device.values) if (known := port.device.known(key, now)) is not None}
     return {

@@ -56,7 +56,6 @@ class Sidebar(QListWidget):
         return False
 
     def choose_wide(self, is_wide: bool) -> None:
-        """Shows names beside the icons, else below them."""
         self.is_wide = is_wide
         self._fit()
 

@@ -8,7 +8,7 @@ from app.diagnosis.link_state import Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
-from ui.services.announcer import announcer
+from ui.services.announcer import announce
 from ui.services.port import Port, Ports
 
 _LINKED: Final = frozenset({Phase.ONLINE, Phase.LATE})
@@ -79,4 +79,4 @@ class StateAnnouncer(QObject):
     def _announce(self, text: str, *, is_urgent: bool = False) -> None:
         if len(self._ports.connections) > 1 and self._port.target is not None:
             text = f"{self._port.target.device}: {text}"
-        announcer().announce(text, is_urgent=is_urgent)
+        announce(text, is_urgent=is_urgent)

@@ -12,7 +12,6 @@ from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.messages import UserMessage
 from ui.core.texts import Texts
 from ui.services.port import Ports
 from ui.services.session_recording import RecordingState
@@ -118,7 +117,6 @@ class StatusBar(QFrame):
         self._share()
 
     def show_message(self, text: str, seconds: float = MESSAGE_S) -> None:
-        """Shows a message for some seconds."""
         self.passing.setText(text)
         self._notice_bar.show_note(text)
         if text:
@@ -153,8 +151,8 @@ class StatusBar(QFrame):
 class RecordingSign(QWidget):
     """Shows since when the session is recorded, or that it is not; `find_sign` is called at each `refresh`."""
 
-    troubled = Signal()
-    """Recording stopped; emitted once."""
+    troubled = Signal(object)
+    """Recording stopped, with the reason; emitted once."""
 
     def __init__(self, find_sign: Callable[[], RecordingState]) -> None:
         super().__init__()
@@ -165,21 +163,14 @@ class RecordingSign(QWidget):
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
         self._is_reported = False
-        self._last_trouble = UserMessage("")
         VisibilityTimer(self, self.refresh)
         self.refresh()
-
-    @property
-    def last_trouble(self) -> str:
-        """Why recording stopped the last time, in the language in use now."""
-        return self._last_trouble.translated()
 
     def refresh(self) -> None:
         sign = self._find_sign()
         self._write(sign)
         if sign.trouble is not None and not self._is_reported:
-            self._last_trouble = sign.trouble
-            self.troubled.emit()
+            self.troubled.emit(sign.trouble)
         self._is_reported = sign.trouble is not None
 
     def _write(self, sign: RecordingState) -> None:

@@ -1,7 +1,5 @@
 """Top bar, visible on every page: port and link, state of the module, LOCK."""
 
-from functools import partial
-
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
@@ -12,12 +10,13 @@ from app.engine.target import Target, is_simulated
 from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.text.durations import duration
 from app.text.i18n import tr
-from protocol.catalogue import BY_NAME, Command
+from protocol.catalogue import BY_NAME
 from ui.core.texts import Texts
-from ui.services.port import LockControl, Ports
-from ui.style.icons import Icon, battery, icon, set_icon_size
+from ui.forms.field_editors import explain_setting
+from ui.services.port import Ports
+from ui.style.icons import Icon, battery, set_icon_size
 from ui.style.theme import Meaning, Space, font, scaled
-from ui.widgets.controls import ICON_PX, TEXT_GAP_PX, control, named, set_role
+from ui.widgets.controls import control, named, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger
@@ -135,8 +134,12 @@ class TopBar(QFrame):
         texts.bind(self.cell.set_caption, "Cell voltage")
         explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"))
         for chip, name in explained:
-            _explain(texts, chip, BY_NAME[name])
-        self.lock = self._make_lock(texts, connector.lock)
+            explain_setting(texts, chip, BY_NAME[name])
+        self.lock = control(
+            QPushButton(), texts, "lock_button", "LOCK", key="Ctrl+L", picture=Icon.LOCK, slot=connector.lock.press,
+            about="Standby at once: always allowed, never asked twice, sent before everything else.",
+        )  # fmt: skip
+        connector.lock.buttons.add(self.lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self._states = named(QWidget(), "states")
         in_row(self.activation, self.trigger, self.cell, of=self._states, spacing=Space.S, margins=0)
@@ -204,17 +207,6 @@ class TopBar(QFrame):
         self._reserve()
         self.refresh()
 
-    def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
-        button = control(
-            QPushButton(), texts, "lock_button", "LOCK", key="Ctrl+L",
-            about="Standby at once: always allowed, never asked twice, sent before everything else.",
-        )  # fmt: skip
-        set_icon_size(button, ICON_PX, gap_px=TEXT_GAP_PX)
-        button.clicked.connect(lock.press)
-        lock.buttons.add(button)
-        self._style_lock(button, is_main=False)
-        return button
-
     def refresh(self) -> None:
         connector, now = self._connector, self._connector.clock()
         state, device = connector.current.state, connector.current.device
@@ -227,19 +219,12 @@ class TopBar(QFrame):
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
         self.lock.setEnabled(connector.current.lock.is_possible)
-        is_main = connector.current.is_open and connector.current.is_active
-        if is_main != (self.lock.property("role") == "primary"):
-            self._style_lock(self.lock, is_main=is_main)
+        set_role(self.lock, "primary" if connector.current.is_open and connector.current.is_active else "")
 
     @property
     def _module(self) -> str:
         """The name given to the connected module, else ""."""
         return self._connector.current.module.name if self._connector.current.is_requested else ""
-
-    def _style_lock(self, button: QPushButton, *, is_main: bool) -> None:
-        """Highlights LOCK while the module is ACTIVE."""
-        set_role(button, "primary" if is_main else "")
-        button.setIcon(icon(Icon.LOCK, is_on_primary=is_main))
 
     def _show_cell(self, device: DeviceView, now: float) -> None:
         voltage, charging = device.known("cell_voltage_v", now), device.known("charging", now)
@@ -264,12 +249,3 @@ class TopBar(QFrame):
             limit = tr("limit {value}", value=outside.limit)
             meaning = Meaning.ATTENTION
             self.cell.show_state(word, Icon.WARNING, meaning, stale_age=age, keeps_colour=True, detail=limit)
-
-
-def _explain(texts: Texts, widget: QWidget, command: Command) -> None:
-    """Binds the "What's this?" text: the vendor's term and the explanation of the command."""
-    texts.bind(partial(_set_whats_this, widget, command.vendor_term), command.explanation)
-
-
-def _set_whats_this(widget: QWidget, term: str, explanation: str) -> None:
-    widget.setWhatsThis(f"{term}: {explanation}")

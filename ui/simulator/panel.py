@@ -72,7 +72,6 @@ class SimulatorPanel(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the present state."""
         if self._bench is None:
             self.summary.setText(tr("No simulated module"))
             return

@@ -74,7 +74,6 @@ def _times(scale: float, match: re.Match[str]) -> str:
 
 
 def apply(app: QApplication, theme: Theme) -> None:
-    """Apply style, palette and font to the whole application."""
     use(theme)
     if app.style().name() != "fusion":
         app.setStyle("Fusion")
@@ -84,7 +83,6 @@ def apply(app: QApplication, theme: Theme) -> None:
 
 
 def palette(theme: Theme) -> QPalette:
-    """Qt's roles from the theme."""
     role = QPalette.ColorRole
     colours = {
         role.Window: theme.window,

@@ -124,7 +124,6 @@ def themed_svg(path: Path, **values: object) -> QSvgRenderer:
 
 
 def draw(painter: QPainter, picture: Icon, rect: QRectF | QRect, colour: QColor | str) -> None:
-    """Paint an icon into a square."""
     square = QRectF(rect)
     pixels = max(1, round(square.width() * painter.device().devicePixelRatio()))
     drawing = pixmap(picture, pixels, colour)

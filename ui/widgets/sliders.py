@@ -39,7 +39,6 @@ def fit_number(box: QWidget) -> None:
 
 
 def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
-    """The label of a form row."""
     label = control(QLabel(), texts, f"{widget.objectName()}_label", title)
     label.setBuddy(widget)
     label.setMinimumHeight(widget.sizeHint().height())  # aligns its text with that of the field

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from PySide6.QtGui import QAccessible, QAccessibleInterface
+import pytest
+from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent, QAccessibleInterface
 from PySide6.QtWidgets import QAbstractButton, QLabel, QWidget
 
 from tests.support.window.controls import visible_in
@@ -64,6 +65,20 @@ def misnamed(root: QWidget) -> list[str]:
         if button.isVisible() and name and len(words) > 1 and words.lower() not in name.lower():
             found.append(f"{button.objectName()} is called {name!r} and says {words!r}")
     return found
+
+
+def announced(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return what is announced from now on; what is urgent ends with "!"."""
+    said: list[str] = []
+
+    class Heard(QAccessible):
+        @staticmethod
+        def updateAccessibility(event: QAccessibleAnnouncementEvent) -> None:  # type: ignore[override]
+            is_urgent = event.politeness() is QAccessible.AnnouncementPoliteness.Assertive
+            said.append(event.message() + "!" * is_urgent)
+
+    monkeypatch.setattr("ui.services.announcer.QAccessible", Heard)
+    return said
 
 
 class NameChanges:

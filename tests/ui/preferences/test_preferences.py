@@ -73,15 +73,13 @@ from PySide6.QtWidgets import QApplication
 from app.text.i18n import language
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions, assemble
-from ui.preferences.dialog import need_fonts
 from ui.services.storage import Storage
 app = QApplication([])
 folder = Path(sys.argv[1])
 options = WindowOptions(language="zh_CN")
 assembly = assemble(app, options, preferences=Preferences(folder / "w.ini"), storage=Storage(folder), entries=())
 window = assembly.window
-attention = window.attention
-need_fonts(assembly.language_switch, window.choices, tell=attention.queue_notice, dismiss=attention.dismiss_queued)
+window.choices.need_fonts(window.attention.queue_notice)
 print(language(), window.windowTitle(), window.notice_bar.notice.text)
 window.choices.use_language("zh_CN")
 print(language(), sep="", flush=True)
@@ -117,7 +115,7 @@ def test_only_who_gave_an_address_asks_and_is_told(
     same.write_text("0.0.1\n", encoding="utf-8")
     with window(qapp, tmp_path / "data", options=WindowOptions(language="en")) as assembly:
         main = assembly.window
-        notice = UpdateNotice(main.choices, main, tell=told.append, dismiss=lambda: None)
+        notice = UpdateNotice(main.choices, main, told.append)
         notice.check()
         main.choices.use_theme("dark")
         assert asked == []  # nobody, ever, without an address

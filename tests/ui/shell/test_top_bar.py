@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
+from typing import NamedTuple
 from unittest.mock import patch
 from xml.etree import ElementTree
 
@@ -31,12 +32,11 @@ from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import VALUES, FakePorts
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.painted_text import watching
-from tests.support.window.screen_reader import NameChanges, name_of
+from tests.support.window.screen_reader import NameChanges, announced, name_of
 from tests.support.window.spoken import said_by
 from tests.support.window.steps import let_lay_out
 from ui.core.texts import Texts
 from ui.main import PAGES, Assembly
-from ui.services.announcer import announcer
 from ui.services.port import Ports
 from ui.shell.state_announcer import announce_states
 from ui.shell.status_bar import StatusBar
@@ -243,34 +243,27 @@ def test_nothing_that_ticks_is_told(qtbot: QtBot, qapp: QApplication, tmp_path: 
 USB0, USB1 = "/dev/ttyUSB0", "/dev/ttyUSB1"
 
 
-class Listener:
-    """What was announced since it was last asked: the urgent ones end with "!"."""
-
-    def __init__(self, ports: FakePorts) -> None:
-        self.ports = ports
-        self._said: list[str] = []
-        announcer().announced.connect(self._take)
-
-    def _take(self, text: str, is_urgent: bool) -> None:
-        self._said.append(f"{text}!" if is_urgent else text)
+class Listener(NamedTuple):
+    ports: FakePorts
+    said: list[str]
 
     def heard(self, qtbot: QtBot, count: int) -> list[str]:
-        qtbot.waitUntil(lambda: len(self._said) >= count)
+        """What was announced since it was last asked."""
+        qtbot.waitUntil(lambda: len(self.said) >= count)
         qtbot.wait(0)  # what else waits is said now
-        said, self._said = self._said, []
+        said = self.said.copy()
+        self.said.clear()
         return said
 
 
 @pytest.fixture
-def listener(qtbot: QtBot) -> Iterator[Listener]:
+def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Listener]:
     window = QWidget()
     qtbot.addWidget(window)
     window.show()
     ports = FakePorts()
-    made = Listener(ports)
     announce_states(ports.connector)
-    yield made
-    announcer().announced.disconnect(made._take)
+    yield Listener(ports, announced(monkeypatch))
     ports.stop()
 
 

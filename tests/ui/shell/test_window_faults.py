@@ -29,6 +29,7 @@ from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.store.database import StoreTrouble
+from app.text.messages import UserMessage
 from app.store.store import Store
 from app.system.logs import start_log
 from tests.support.processes import run_module, running
@@ -184,7 +185,7 @@ def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplicati
         qtbot.waitSignal(shown.pages_made).wait()
         shown.panel.hide()
         for _ in range(3):
-            shown.recording_sign.troubled.emit()
+            shown.recording_sign.troubled.emit(UserMessage("Not recording."))
             assembly.connector.stream_left_on.emit()
         qtbot.waitUntil(lambda: shown.notice_bar.notice is not None)
         for _ in range(2):

@@ -35,7 +35,7 @@ from ui.files.report_printer import print_pages
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
 from ui.pages.fleet.batch_turns import BatchTurns, Stage
-from ui.services.announcer import announcer
+from ui.services.announcer import announce
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.running_job import is_risk_open, risk_notice
@@ -193,7 +193,7 @@ class BatchPanel(QWidget):
         if self._turn != (turn := (stage, turns.module)):
             self._turn = turn
             self.label.clear()  # what is typed was meant for the former module
-            announcer().announce(self.words.text())
+            announce(self.words.text())
             if stage is Stage.ASK and self.isVisible():
                 self.label.setFocus()
 

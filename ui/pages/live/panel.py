@@ -17,6 +17,7 @@ from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.texts import Texts
+from ui.forms.field_editors import explain_setting
 from ui.plots.gauge import TiltGauge
 from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning, Size, Space
@@ -203,8 +204,7 @@ class LivePanel(QFrame):
             (self.boot_count, "boot_count"),
             (self.stream, "serial_output"),
         ):
-            entry = BY_NAME[command]
-            readout.setWhatsThis(f"{tr(entry.title)} ({entry.vendor_term}): {tr(entry.explanation)}")
+            explain_setting(texts, readout, BY_NAME[command])
 
     def _lay_out(self) -> None:
         self._then = named(QWidget(), "live_then")

@@ -27,7 +27,7 @@ from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.row import LOCK_AND_ENABLE, Mend, Remedy
 from ui.pages.preflight.verdict import HEIGHT_PX, SPOKEN, VerdictBanner, announcement, low_px
-from ui.services.announcer import announcer
+from ui.services.announcer import announce
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, PageHeader, WaysBack
@@ -301,7 +301,7 @@ class PreflightPage(Page):
         standing = self.work.standing
         if standing is not self._announced and standing in SPOKEN:
             shown = announcement(self.work)
-            announcer().announce(f"{shown.word}. {shown.head}")
+            announce(f"{shown.word}. {shown.head}")
         self._announced = standing
 
     def _offer_level(self) -> None:

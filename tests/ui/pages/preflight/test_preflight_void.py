@@ -21,9 +21,9 @@ from app.trigger_records.history import Judgement
 from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import Fault, assert_only_questions, check, on_request
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
+from tests.support.window.screen_reader import announced
 from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import Column
-from ui.services.announcer import announcer
 
 
 def grow_old(bench: OnBench) -> None:
@@ -71,12 +71,11 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
 
 
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
-    quick: None, full_rig: OnBench
+    quick: None, full_rig: OnBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert full_rig.check() is Standing.READY
-    page, spoken = full_rig.preflight, list[str]()
+    page, spoken = full_rig.preflight, announced(monkeypatch)
     assert full_rig.triggers.isVisible()
-    announcer().announced.connect(lambda text, _is_urgent: spoken.append(text))
     full_rig.bench.set_bay(is_open=True)
     full_rig.until(lambda: page.work.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light"]
