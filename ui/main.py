@@ -257,7 +257,12 @@ def run(options: WindowOptions) -> int:
         choices, tell = assembly.window.choices, assembly.window.attention.queue_notice
         choices.need_fonts(tell)
         assembly.window.pages_made.connect(UpdateNotice(choices, assembly.window, tell).check)
-        _stay(app, assembly, options)
+        window = assembly.window
+        with _errors_shown(window, assembly.armed), _signals_close(window), collecting_garbage(assembly):
+            start(assembly, options)
+            if options.offscreen_seconds is not None:
+                _end_after(options.offscreen_seconds, assembly, options)
+            app.exec()
     end_process(assembly.exit_code)
     return assembly.exit_code
 
@@ -271,14 +276,6 @@ def _memory(options: WindowOptions) -> Iterator[Path | None]:
     # A run that ends early may leave a thread behind that is still opening the store in there.
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         yield Path(folder)
-
-
-def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None:
-    with _errors_shown(assembly.window, assembly.armed), _signals_close(assembly.window), collecting_garbage(assembly):
-        start(assembly, options)
-        if options.offscreen_seconds is not None:
-            _end_after(options.offscreen_seconds, assembly, options)
-        app.exec()
 
 
 @contextmanager

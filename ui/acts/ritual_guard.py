@@ -5,9 +5,10 @@ from collections.abc import Callable
 from types import TracebackType
 
 from PySide6.QtCore import QEvent, QObject, Signal
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.safety.ritual import Input
+from ui.widgets.gestures import application
 
 _Hook = Callable[[type[BaseException], BaseException, TracebackType | None], object]
 
@@ -22,9 +23,7 @@ class RitualGuard(QObject):
         self._widget = widget
         self._window: QWidget | None = None
         self._hook_before: _Hook | None = None
-        app = QApplication.instance()
-        if isinstance(app, QApplication):
-            app.focusChanged.connect(self._on_focus_changed)
+        application().focusChanged.connect(self._on_focus_changed)
 
     @property
     def is_watching(self) -> bool:

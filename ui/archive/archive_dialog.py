@@ -110,7 +110,6 @@ class ArchiveDialog(QDialog):
     def __init__(self, exchange: ArchiveExchange, services: Services, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("archive_dialog")
-        self.setModal(False)
         self.resize(QSize(*map(scaled, FIRST_SIZE.toTuple())).boundedTo(self.screen().availableSize()))
         self._exchange, self._services = exchange, services
         texts = services.texts

@@ -93,8 +93,10 @@ class ConnectPanel(QScrollArea):
         self._close = control(QToolButton(), texts, "connect_close", says="Close", key="Esc", picture=Icon.CROSS,
                               role="quiet", slot=self.hide)  # fmt: skip
         WheelGuard(self.rate)
+        texts.bind(self.setAccessibleName, "Choose a port")
+        texts.bind(self.list.setAccessibleName, "Ports")
+        texts.bind(self.other.setPlaceholderText, "device or socket://host:port")
         self._build()
-        self._name()
         self.list.chosen_changed.connect(self._choose)
         self.list.itemActivated.connect(lambda _item: self.connect_chosen())
         self.other.textEdited.connect(self._type)
@@ -201,12 +203,6 @@ class ConnectPanel(QScrollArea):
         self.rate.addItem("", FIND_RATE)
         self._texts.bind(partial(self.rate.setItemText, self.rate.count() - 1), "Find the baud rate")
         return form
-
-    def _name(self) -> None:
-        bind = self._texts.bind
-        bind(self.setAccessibleName, "Choose a port")
-        bind(self.list.setAccessibleName, "Ports")
-        bind(self.other.setPlaceholderText, "device or socket://host:port")
 
     # Choosing
 

@@ -48,7 +48,7 @@ class RowsTable(QTableView, Generic[Row]):
         list_rows(self, row_px=row_px)
         if is_single:
             self.setSelectionMode(QTableView.SelectionMode.SingleSelection)
-        self.doubleClicked.connect(self._open)
+        self.doubleClicked.connect(lambda _index: self.opened.emit())
         VisibilityTimer(self, self.measure, restyle=self.measure)
         self.show_columns(columns)
         if sorted_by is not None:
@@ -118,9 +118,6 @@ class RowsTable(QTableView, Generic[Row]):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._share_width()
-
-    def _open(self) -> None:
-        self.opened.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         match event.key():

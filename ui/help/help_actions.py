@@ -4,7 +4,7 @@ reach."""
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final, cast
 
-from PySide6.QtCore import QCoreApplication, QEvent, QObject
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QWhatsThis, QWidget
 
 from app.text.i18n import tr
@@ -12,6 +12,7 @@ from protocol.translatable import marked
 from ui.services.context import PageEntry, Services
 from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
+from ui.widgets.gestures import application
 
 if TYPE_CHECKING:
     from ui.help.guide_viewer import GuideViewer
@@ -19,43 +20,6 @@ if TYPE_CHECKING:
 
 _QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
 _SAYS_TOOLTIP: Final = "says_tooltip"
-
-
-class WhatsThis(QObject):
-    """Gives a control its text at the question."""
-
-    def __init__(self, root: QWidget) -> None:
-        super().__init__(root)
-        self._root = root
-
-    def ask(self) -> None:
-        """Enters "What's this?" mode, in which the next click explains a control."""
-        if not QWhatsThis.inWhatsThisMode():
-            _program().installEventFilter(self)
-            QWhatsThis.enterWhatsThisMode()
-
-    def show_focus_help(self) -> bool:
-        """Shows the text of the focused control, or of what it is part of; returns whether there is any."""
-        widget = cast("QWidget | None", self._root.focusWidget())
-        if widget is None:
-            return False
-        explain(widget)
-        text = text_of(widget)
-        if text:
-            QWhatsThis.showText(widget.mapToGlobal(widget.rect().bottomLeft()), text, widget)
-        return bool(text)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Filters the events of the application from `ask` until the click."""
-        if event.type() == QEvent.Type.LeaveWhatsThisMode:
-            _program().removeEventFilter(self)
-        elif event.type() in _QUESTIONS and isinstance(watched, QWidget):
-            explain(watched)
-        return False
-
-
-def _program() -> QCoreApplication:
-    return cast("QCoreApplication", QCoreApplication.instance())  # exists as long as a window does
 
 
 def _with_parents(widget: QWidget) -> Iterator[QWidget]:
@@ -89,7 +53,6 @@ class HelpActions(QObject):
     def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
         super().__init__(window)
         self._window, self._services, self._entries = window, services, entries
-        self._explaining = WhatsThis(window)
         self._guide: GuideViewer | None = None
         self._keys: ShortcutsView | None = None
         window.menus.add(
@@ -97,15 +60,37 @@ class HelpActions(QObject):
             MenuEntry("guide", marked("User guide"), self.show_guide, "F1"),
             MenuEntry("keys", marked("Keyboard shortcuts"), self.show_keys, "Ctrl+F1"),
             None,
-            MenuEntry("what", marked("What is this? Point at it"), self._explaining.ask, "Shift+F1"),
+            MenuEntry("what", marked("What is this? Point at it"), self._ask, "Shift+F1"),
             MenuEntry("what_focused", marked("What has the keyboard?"), self.show_focus_help, "Ctrl+Shift+F1"),
             None,
             MenuEntry("about", marked("About"), self.show_about),
         )
 
+    # "What's this?"
+
+    def _ask(self) -> None:
+        """The next click explains a control."""
+        if not QWhatsThis.inWhatsThisMode():
+            application().installEventFilter(self)
+            QWhatsThis.enterWhatsThisMode()
+
     def show_focus_help(self) -> None:
-        if not self._explaining.show_focus_help():
-            self._window.show_message(tr("Nothing has the focus: press Tab."))
+        """The text of the focused control, or of what it is part of."""
+        widget = cast("QWidget | None", self._window.focusWidget())
+        if widget is not None:
+            explain(widget)
+            if text := text_of(widget):
+                QWhatsThis.showText(widget.mapToGlobal(widget.rect().bottomLeft()), text, widget)
+                return
+        self._window.show_message(tr("Nothing has the focus: press Tab."))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Of the application, until the click."""
+        if event.type() == QEvent.Type.LeaveWhatsThisMode:
+            application().removeEventFilter(self)
+        elif event.type() in _QUESTIONS and isinstance(watched, QWidget):
+            explain(watched)
+        return False
 
     # Documents
 

@@ -93,7 +93,6 @@ class PreferencesDialog(QDialog):
     def __init__(self, texts: Texts, choices: Choices, wide: QAction, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("preferences_dialog")
-        self.setModal(False)
         self._remembered = choices.remembered
         texts.bind(self.setWindowTitle, "Preferences")
         texts.bind(self.setAccessibleName, "Preferences")

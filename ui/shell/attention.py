@@ -55,7 +55,7 @@ def link_notice(
     if state.was_active and not is_unlocked and not is_calm:
         parts.insert(0, tr(LAST_HEARD_ACTIVE))
     steps: tuple[NextStep, ...] = () if words.step is None else (words.step,)
-    if NextStep.WHY in acts and state.phase in _ASKS_WHY:
+    if state.phase in _ASKS_WHY:
         steps = (*steps, NextStep.WHY)
     choices = tuple(
         Choice(step.value, tr(STEP_WORDS[step]), acts[step], is_main=step is steps[0] and not is_calm) for step in steps

@@ -1,44 +1,17 @@
-"""Disarms at an uncaught error, which is shown with details to copy, and when the computer resumes from sleep."""
+"""Disarms at an uncaught error, which is shown with details to copy."""
 
 from collections.abc import Callable
-from typing import Final
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QWidget
 
 from app import version
 from app.procedures.act import Armed
 from app.system.uncaught import UncaughtError
-from app.text.durations import duration
 from app.text.i18n import tr
-from ui.acts.confirm import Confirm
-from ui.services.port import Ports
 from ui.shell.attention import Attention
-from ui.shell.status_bar import StatusBar
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
-
-SHOWN_FOR_S: Final = 60.0
-"""Long, since whoever opens the lid may not look at once."""
-
-
-class ResumeWatcher(QObject):
-    """Withdraws confirmations and disarms. The session itself marks values as stale and reads them again
-    (`app.engine.session`)."""
-
-    def __init__(self, connector: Ports, window: QWidget, armed: Armed, status_bar: StatusBar) -> None:
-        super().__init__(window)
-        self._window, self._armed, self._status_bar = window, armed, status_bar
-        connector.slept.connect(self._wake)
-
-    def _wake(self, slept_s: float) -> None:
-        self._armed.act = None
-        for question in self._window.findChildren(Confirm):
-            question.withdraw()
-        self._status_bar.show_message(
-            tr("The computer slept for {time}; everything is read again.", time=duration(slept_s)), SHOWN_FOR_S
-        )
 
 
 class UncaughtErrors(QObject):
@@ -46,9 +19,7 @@ class UncaughtErrors(QObject):
 
     _reported = Signal(object)
 
-    def __init__(
-        self, attention: Attention, armed: Armed, *, say: Callable[[str], None], parent: QObject | None = None
-    ) -> None:
+    def __init__(self, attention: Attention, armed: Armed, *, say: Callable[[str], None], parent: QObject) -> None:
         super().__init__(parent)
         self._attention, self._armed, self._say = attention, armed, say
         self._counts: dict[str, int] = {}

@@ -1,8 +1,8 @@
 """LOCK above everything: its keys and a LOCK button work whatever dialog, menu or list is open."""
 
-from typing import Final, cast
+from typing import Final
 
-from PySide6.QtCore import QCoreApplication, QEvent, QObject, QPoint, QRect, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QShowEvent, QWindow
 from PySide6.QtWidgets import QApplication, QDialog, QPushButton, QSizePolicy, QWhatsThis, QWidget
 
@@ -14,6 +14,7 @@ from ui.services.port import Ports
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named
+from ui.widgets.gestures import application
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -68,10 +69,10 @@ class LockAbove(QObject):
         self._keys = [QKeySequence(key) for key in LOCK_KEYS]
         # A dialog of the platform has its own event loop: nothing of ours would reach it.
         QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
-        _application().installEventFilter(self)
+        application().installEventFilter(self)
 
     def stop(self) -> None:
-        _application().removeEventFilter(self)
+        application().removeEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         if not isinstance(event, _HANDLED):
@@ -124,7 +125,3 @@ class LockAbove(QObject):
             popup.move(below.topLeft())
         else:
             popup.move(place.left() - geometry.width(), geometry.top())
-
-
-def _application() -> QCoreApplication:
-    return cast("QCoreApplication", QCoreApplication.instance())  # exists as long as a window does

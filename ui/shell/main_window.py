@@ -10,8 +10,10 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QToolBar, QW
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
 from app.engine.worker import Batch
+from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.translatable import marked
+from ui.acts.confirm import Confirm
 from ui.connect.connect_panel import ConnectPanel
 from ui.connect.left_active import LeftActiveWatch
 from ui.core.background_task import BackgroundTask
@@ -23,7 +25,6 @@ from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.shell.actions import Actions, MenuEntry
 from ui.shell.attention import Attention
-from ui.shell.disarming import ResumeWatcher
 from ui.shell.lock_above import LOCK_KEYS, LockAbove
 from ui.shell.page_area import PageArea, PageMaker, fit_screen
 from ui.shell.shutdown import close_down
@@ -40,6 +41,8 @@ _log = logging.getLogger(__name__)
 
 SMALLEST = QSize(900, 520)
 FIRST_SIZE = QSize(1180, 720)
+AFTER_SLEEP_S = 60.0
+"""Whoever opens the lid may not look at once."""
 
 
 class MainWindow(QMainWindow):
@@ -92,9 +95,8 @@ class MainWindow(QMainWindow):
             NextStep.CHOOSE_PORT: self.toggle_panel,
             NextStep.FIND_RATE: self._connector.find_rate,
             NextStep.CONNECT_AGAIN: self._connect_again,
+            NextStep.WHY: self._show_why,
         }
-        if "diagnosis" in self._entries:
-            acts[NextStep.WHY] = self._show_why
         self.attention = Attention(
             self._connector, self.notice_bar, acts=acts, pending_edits=services.pending_edits,
             go_to=self.go_to, shown_page=lambda: "" if self.panel.isVisible() else self.navigation.chosen,
@@ -146,7 +148,7 @@ class MainWindow(QMainWindow):
         self.simulator.visibilityChanged.connect(self._tick_simulator)
         self.simulator.topLevelChanged.connect(self.simulator.fit)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
-        ResumeWatcher(connector, self, self._services.armed, self.status_bar)
+        connector.slept.connect(self._on_sleep)
 
     def _fill_menus(self) -> None:
         menus, connector, lock = self.menus, self._connector, self._services.lock
@@ -273,6 +275,14 @@ class MainWindow(QMainWindow):
         for page in self._pages.values():
             if isinstance(page, StreamPage):
                 page.on_batch(batch)
+
+    def _on_sleep(self, slept_s: float) -> None:
+        """The session marks values as stale and reads them again."""
+        self._services.armed.act = None
+        for question in self.findChildren(Confirm):
+            question.withdraw()
+        text = tr("The computer slept for {time}; everything is read again.", time=duration(slept_s))
+        self.status_bar.show_message(text, AFTER_SLEEP_S)
 
     def _is_choosing(self) -> bool:
         """No notice needs to lead to the list of ports: it is shown, or somebody looks at a recording."""

@@ -168,12 +168,6 @@ class RecordingSign(QWidget):
 
     def refresh(self) -> None:
         sign = self._find_sign()
-        self._write(sign)
-        if sign.trouble is not None and not self._is_reported:
-            self.troubled.emit(sign.trouble)
-        self._is_reported = sign.trouble is not None
-
-    def _write(self, sign: RecordingState) -> None:
         text = whole = ""
         if sign.trouble is not None:
             text, whole = tr("Not recorded"), sign.trouble.translated()
@@ -190,3 +184,6 @@ class RecordingSign(QWidget):
             self._picture.show_icon(Icon.RECORD, is_muted=True)
         else:
             self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
+        was_reported, self._is_reported = self._is_reported, sign.trouble is not None
+        if self._is_reported and not was_reported:
+            self.troubled.emit(sign.trouble)

@@ -40,8 +40,8 @@ class SimulatorPanel(QWidget):
     Activating is not among them: it goes through the protocol, as for a real module.
     """
 
-    def __init__(self, texts: Texts, bench: SimulatedBench | None = None, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
         self.setObjectName("simulator_panel")
         self._texts = texts
         self._bench: SimulatedBench | None = None
@@ -63,7 +63,7 @@ class SimulatorPanel(QWidget):
             self, self._fit, tick=self.refresh, every_ms=REFRESH_MS,
             restyle=lambda: QTimer.singleShot(0, self, self._fit),  # after the controls have the new style
         )  # fmt: skip
-        self.use_bench(bench)
+        self.use_bench(None)
 
     def use_bench(self, bench: SimulatedBench | None) -> None:
         """The module to control; None disables the panel."""

@@ -78,11 +78,8 @@ def _make(class_name: str, widget: QObject) -> QAccessibleInterface | None:
     role: QAccessible.Role | None = getattr(widget, "accessible_role", None)
     if role is not None:
         return _KINDS.get(role, _Accessible)(widget, role)
-    return _Container(widget) if _qt_class(widget) in _CONTAINERS else None
-
-
-def _qt_class(widget: QWidget) -> type:
-    return next(kind for kind in type(widget).__mro__ if kind.__module__.startswith("PySide6."))
+    of_qt = next(kind for kind in type(widget).__mro__ if kind.__module__.startswith("PySide6."))
+    return _Container(widget) if of_qt in _CONTAINERS else None
 
 
 _is_installed = False

@@ -18,7 +18,6 @@ class DocumentWindow(QDialog):
     def __init__(self, name: str, title: str, texts: Texts, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName(name)
-        self.setModal(False)
         self.resize(_SIZE)
         self.text = control(QTextBrowser(), texts, f"{name}_text", says=title)
         self.text.setOpenExternalLinks(False)

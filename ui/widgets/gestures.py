@@ -217,8 +217,13 @@ def gestures() -> Gestures:
     """The instance of the application, made for the first step."""
     global _gestures  # noqa: PLW0603  as Qt has one application
     if _gestures is None:
-        application = QApplication.instance()
-        if not isinstance(application, QApplication):
-            raise TypeError("steps need a QApplication")
-        _gestures = Gestures(application)
+        _gestures = Gestures(application())
     return _gestures
+
+
+def application() -> QApplication:
+    """Exists as long as a window does."""
+    found = QApplication.instance()
+    if not isinstance(found, QApplication):
+        raise TypeError("a window needs a QApplication")
+    return found

@@ -150,11 +150,10 @@ def least_size(widget: QWidget) -> QSize:
     """The size below which something in `widget` is cut off: as high as its texts are when they wrap in the width that
     they have now. The view of a page that is behind another one needs no room."""
     layout = widget.layout()
-    view = layout.currentWidget() if isinstance(layout, QStackedLayout) else None
-    if view is not None:
-        return least_size(view).grownBy(widget.contentsMargins()).expandedTo(widget.minimumSize())
     if layout is not None:
-        return _least_size(layout).grownBy(widget.contentsMargins()).expandedTo(widget.minimumSize())
+        view = layout.currentWidget() if isinstance(layout, QStackedLayout) else None
+        least = _least_size(layout) if view is None else least_size(view)
+        return least.grownBy(widget.contentsMargins()).expandedTo(widget.minimumSize())
     size = QWidgetItem(widget).minimumSize()
     if widget.hasHeightForWidth():
         size.setHeight(max(size.height(), widget.heightForWidth(widget.width())))

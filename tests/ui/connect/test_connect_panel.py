@@ -176,7 +176,6 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
         assert missing in notice.text
         assert "Traceback" not in notice.text
         assert assembly.window.notice_bar.button("connect_again") is not None
-        assert assembly.window.notice_bar.button("why") is None  # without the page that says it
         assert missing in assembly.window.panel.state_label.text() or assembly.window.panel.isHidden()
 
 

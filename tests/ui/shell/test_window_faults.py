@@ -29,9 +29,9 @@ from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.store.database import StoreTrouble
-from app.text.messages import UserMessage
 from app.store.store import Store
 from app.system.logs import start_log
+from app.text.messages import UserMessage
 from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, wait_online, window

@@ -46,7 +46,9 @@ def panel(qtbot: QtBot, texts: Texts, bench: SimulatedBench) -> Iterator[Simulat
     # Inside a window, as in its dock: offscreen, Qt warns of windows that have a smallest size of their own.
     window = QWidget()
     qtbot.addWidget(window)
-    panel = SimulatorPanel(texts, bench, window)
+    panel = SimulatorPanel(texts)
+    panel.setParent(window)
+    panel.use_bench(bench)
     window.resize(320, 520)
     panel.resize(320, 520)
     window.show()
