@@ -25,6 +25,8 @@ class DraftExchange(QObject):
     """Values by the setting's key, to become drafts in Settings, unsent."""
     tried = Signal(object, object)
     """Values by the setting's key, to be tried on flights and on the recording at this path, or None."""
+    forgotten = Signal()
+    """What was tried is of a former module."""
     limits_used = Signal()
     """`LimitsInUse` are those of another profile."""
     measured = Signal()

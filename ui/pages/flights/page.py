@@ -140,6 +140,13 @@ class FlightsPage(Page):
             self.work.read_again(path)
         self.refresh()
 
+    def _forget_tried(self) -> None:
+        """What was tried is of a former module: where nobody chose otherwise since, the thresholds are too."""
+        tried, self._tried_with = self._tried_with, None
+        if tried is not None and tried[0] == self.work.limits:
+            self.work.choose(TriggerLimits())
+        self._refresh_notice()
+
     def _explain(self) -> None:
         rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
         text = "".join(f"<p>{tr(rule)}</p>" for rule in rules)
@@ -274,6 +281,7 @@ class FlightsPage(Page):
         self.form.chosen.connect(self._read_with)
         self.result.changed.connect(self._refresh_notice)
         self._services.exchange.tried.connect(self._try)
+        self._services.exchange.forgotten.connect(self._forget_tried)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         Shortcut("flights_open_key", self, self.open_files, self.choose_files)
 

@@ -270,6 +270,7 @@ class SettingsPage(Page):
         exchange = self._services.exchange
         exchange.can_use = lambda: work.can_edit
         exchange.used.connect(self._use_drafts)
+        self._connector.invalidated.connect(exchange.forgotten)
         exchange.measured.connect(self._measure)
 
     def _lay_out(self) -> QWidget:
