@@ -19,6 +19,7 @@ import os
 import re
 import select
 import sys
+import time
 from collections.abc import Mapping
 from contextlib import suppress
 from enum import Enum
@@ -158,6 +159,8 @@ class SerialLine:
         self._serial = opened
         self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
         """Readable after `interrupt`; POSIX only."""
+        self._aborts: int | None = getattr(opened, "pipe_abort_write_r", None)
+        """As `_interrupts`, after `abort`."""
         self._wake_up = Event()
         self._closing = Lock()
         self._is_closed = False
@@ -235,7 +238,10 @@ class SerialLine:
     def write(self, data: bytes) -> None:
         """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.3 s."""
         try:
-            self._serial.write(data)
+            if self._aborts is not None or (sys.platform != "win32" and self.port.startswith("socket://")):
+                self._write_in_time(data)
+            else:
+                self._serial.write(data)
         except serial.SerialTimeoutException as error:
             self._is_stuck = True
             raise PortError(PortTrouble.STUCK, self.port, str(error)) from error
@@ -243,6 +249,19 @@ class SerialLine:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
         if self._is_stuck:
             raise PortError(PortTrouble.STUCK, self.port, "broken off")
+
+    def _write_in_time(self, data: bytes) -> None:
+        """pyserial also calls a time-out what the driver took, where this thread was kept waiting after it."""
+        port, ends_at = self._serial.fileno(), time.monotonic() + WRITE_LIMIT_S
+        while data:
+            left_s, written = max(0.0, ends_at - time.monotonic()), 0
+            aborted, ready, _ = select.select([] if self._aborts is None else [self._aborts], [port], [], left_s)
+            if ready and not aborted:
+                with suppress(BlockingIOError):
+                    written = os.write(port, data)
+            if aborted or not (written or left_s):
+                raise serial.SerialTimeoutException("Write timeout")
+            data = data[written:]
 
     def use_rate(self, baud_rate: int) -> None:
         """Continue at another rate, with empty buffers; raises `PortError` LOST."""

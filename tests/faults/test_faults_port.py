@@ -1,6 +1,7 @@
 """Real ports, on pseudo-terminals: errors of the system and of pyserial become our own, and everything ends in time."""
 
 import errno
+import os
 import sys
 import termios
 from collections.abc import Callable, Iterator
@@ -78,7 +79,7 @@ def test_any_error_of_pyserial_is_a_lost_port(
     where: str, fail: Callable[..., Any], line: SerialLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(serial.Serial, where, fail)
+        patch.setattr(os if where == "write" else serial.Serial, where, fail)
         match where:
             case "close":
                 line.close()  # never raises

@@ -3,9 +3,10 @@
 import errno
 import os
 import select
+import socket
 import sys
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from threading import Event
 from typing import Any, NamedTuple
@@ -164,6 +165,42 @@ def test_after_a_write_that_took_too_long_no_other_is_taken_for_done(fake: FakeS
     del fake.failures["write"]
     with pytest.raises(PortError, match=PortTrouble.STUCK.value):
         line.write(b"Ba")
+
+
+@pytest.fixture(params=["pty", "socket"])
+def opened(request: pytest.FixtureRequest) -> Iterator[tuple[SerialLine, int]]:
+    """A real port, and the number of its other end."""
+    with ExitStack() as ends:
+        if request.param == "pty":
+            far, near = os.openpty()
+            for end in (far, near):
+                ends.callback(os.close, end)
+            address = os.ttyname(near)
+        else:
+            server = ends.enter_context(socket.create_server(("127.0.0.1", 0)))
+            address = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        line = open_line(address, 115200)
+        if request.param == "socket":
+            far = ends.enter_context(server.accept()[0]).fileno()
+        ends.callback(line.close)
+        yield line, far
+
+
+def test_what_the_driver_took_is_written_however_long_this_thread_was_kept_waiting(
+    opened: tuple[SerialLine, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The port was taken for stuck on a busy computer."""
+    line, far = opened
+    monkeypatch.setattr("serial.serialutil.Timeout.expired", lambda _timeout: True)
+    monkeypatch.setattr(transport, "WRITE_LIMIT_S", 0.0)
+    line.write(b"Ba 123")
+    assert os.read(far, 100) == b"Ba 123"
+
+
+def test_a_port_that_takes_nothing_is_stuck(opened: tuple[SerialLine, int]) -> None:
+    line, _far = opened
+    with pytest.raises(PortError, match=PortTrouble.STUCK.value):
+        line.write(bytes(50_000_000))
 
 
 @pytest.mark.parametrize("failing", ["reset_input_buffer", None])
