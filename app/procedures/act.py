@@ -85,10 +85,7 @@ class Performed:
     act: Act
     outcome: Outcome
     refusals: tuple[Refusal, ...] = ()
-    frame: bytes = b""
-    """The bytes that were sent, or would have been sent after a rehearsal."""
     is_rehearsal: bool = False
-    is_acknowledged: bool = False
     status: StatusSample | None = None
     """The last report afterwards."""
 
@@ -96,7 +93,7 @@ class Performed:
     def sentence(self) -> str:
         """In the language in use now."""
         if self.is_rehearsal:
-            return tr("Rehearsal: {frame} was not sent.", frame=self.frame.hex(" ").upper())
+            return tr("Rehearsal: {frame} was not sent.", frame=REQUESTS[self.act].encode().hex(" ").upper())
         if self.outcome is not Outcome.NOT_SENT:
             words = tr(SENTENCES[self.act, self.outcome])
             return join_sentences((words, self._tilt_sentence)) if self.act is Act.ZERO else words
@@ -128,7 +125,7 @@ def rehearse(act: Act, permit: Permit) -> Performed:
     if not permit.is_rehearsal or permit.act is not act:
         raise ValueError("no rehearsal")
     permit.spend()
-    return Performed(act=act, outcome=Outcome.NOT_SENT, frame=REQUESTS[act].encode(), is_rehearsal=True)
+    return Performed(act=act, outcome=Outcome.NOT_SENT, is_rehearsal=True)
 
 
 class _Observed(NamedTuple):
@@ -166,9 +163,9 @@ def perform(
             after = after._replace(reports=(), has_fired=None, is_alive=is_alive)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
-        return Performed(act=act, outcome=Outcome.UNKNOWN, frame=request.encode())
+        return Performed(act=act, outcome=Outcome.UNKNOWN)
     journal.settle(entry, _outcome(act, after), _result(after))
-    return _performed(act, after)
+    return Performed(act=act, outcome=_outcome(act, after), status=after.reports[-1] if after.reports else None)
 
 
 def begin_act(
@@ -202,16 +199,6 @@ def begin_act(
         raise
     journal.settle(entry, Outcome.NOT_SENT, {"why": [refusal.condition.name for refusal in refused]})
     return refused
-
-
-def _performed(act: Act, after: _Observed) -> Performed:
-    return Performed(
-        act=act,
-        outcome=_outcome(act, after),
-        frame=REQUESTS[act].encode() if after.is_sent else b"",
-        is_acknowledged=after.is_acknowledged,
-        status=after.reports[-1] if after.reports else None,
-    )
 
 
 def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
