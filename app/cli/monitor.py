@@ -100,10 +100,8 @@ class JsonLines:
 
 
 class WordLines(JsonLines):
-    """For people: on a terminal one line that is updated, else at most ten lines a second.
-
-    A status with a change of triggered or active always gets its own line.
-    """
+    """For people: on a terminal one line that is updated, else at most ten lines a second. A status with a change of
+    triggered or active always gets its own line."""
 
     def __init__(self, span: StreamSpan) -> None:
         super().__init__(span)

@@ -100,10 +100,8 @@ def unanswered_reason(unanswered: Unanswered) -> UserMessage:
 def _findings(
     conversation: Conversation, port: str, errors: dict[str, UserMessage], why_missing: UserMessage
 ) -> Findings:
-    """All values that are known now were read in this conversation.
-
-    `why_missing` is the reason for values that are neither known nor in `errors`.
-    """
+    """All values that are known now were read in this conversation. `why_missing` is the reason for values that are
+    neither known nor in `errors`."""
     known = conversation.device.values
     values = {key: reading.value for key, reading in known.items() if reading.stale_reason is not StaleReason.RESTARTED}
     unreadable = {command.key for command in SETTINGS if not command.reads_back} | {BAUD_RATE.key}

@@ -49,9 +49,8 @@ class Need(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """Everything that the board shows of one module. `trigger` keeps its last value with its age; cell voltage and
-    tilt are None unless current: an old number would be taken for a live one. `card_of` adds what follows from
-    `device`."""
+    """Everything that the board shows of one module. `trigger` keeps its last value with its age; cell voltage and tilt
+    are None unless current: an old number would be taken for a live one. `card_of` adds what follows from `device`."""
 
     port: str
     link: LinkState

@@ -31,11 +31,9 @@ def await_while_asking(future: Future[Result]) -> Procedure[Result]:
 
 
 def activate_ready(ready: Assessment, journal: Journal, permit: Permit) -> Procedure[tuple[Performed, Evidence]]:
-    """Activate a module that is READY, once, and read everything again.
-
-    Returns the evidence to be judged: that of READY where an interlock refused it; void where READY no longer held, so
-    that nothing was sent, where something else changed, or where the module does not report that it is active.
-    """
+    """Activate a module that is READY, once, and read everything again. Returns the evidence to be judged: that of
+    READY where an interlock refused it; void where READY no longer held, so that nothing was sent, where something else
+    changed, or where the module does not report that it is active."""
     evidence = ready.case.evidence
     begin: EngineView = yield Inspect()
     void = void_reason(ready, begin.device, begin.now, opened_at=begin.opened_at)

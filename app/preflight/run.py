@@ -56,10 +56,8 @@ class _Silent(Exception):
 def run_preflight(
     evidence: Evidence, *, is_enabling: bool = False, journal: Journal | None = None
 ) -> Procedure[Evidence]:
-    """Fill `evidence`; with `is_enabling` enable both automatic triggers, if the module is locked.
-
-    Raises `Cancelled`, `PortLost` or `Slept`; `evidence` is void then.
-    """
+    """Fill `evidence`; with `is_enabling` enable both automatic triggers, if the module is locked. Raises `Cancelled`,
+    `PortLost` or `Slept`; `evidence` is void then."""
     evidence.is_enabling = is_enabling
     try:
         yield from _collect(evidence, journal or NoJournal())

@@ -163,9 +163,7 @@ class Void(NamedTuple):
 
 def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opened_at: float | None) -> Void | None:
     """Why the verdict does not hold at `now`; None while it does. To be asked at every report of the module.
-
-    `opened_at`: when the port was opened (`EngineView.opened_at`); None without an open port.
-    """
+    `opened_at`: when the port was opened (`EngineView.opened_at`); None without an open port."""
     evidence = assessment.case.evidence
     if evidence.disturbance is not None or evidence.ended_at is None:
         return Void(evidence.disturbance or Disturbance.INTERRUPTED)

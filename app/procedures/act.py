@@ -141,10 +141,8 @@ class _Observed(NamedTuple):
 def perform(
     act: Act, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> Procedure[Performed]:
-    """Perform one act of `REQUESTS` except LOCK, for which see `app.procedures.lock`.
-
-    If the port is lost or the act is cancelled after the frame may have been sent, the outcome is unknown.
-    """
+    """Perform one act of `REQUESTS` except LOCK, for which see `app.procedures.lock`. If the port is lost or the act is
+    cancelled after the frame may have been sent, the outcome is unknown."""
     if act is Act.LOCK:
         raise ValueError("locking has a procedure of its own")
     if permit is not None and permit.is_rehearsal and permit.act is act:
@@ -172,10 +170,8 @@ def begin_act(
     act: Act, request: Request, journal: Journal, *, permit: Permit | None, armed: Armed | None,
     detail: Mapping[str, object] | None = None,
 ) -> Procedure[Entry | tuple[Refusal, ...]]:  # fmt: skip
-    """Judge the conditions, wait until the intent is durable, judge them again and spend the permit.
-
-    The entry: the frame may be sent now, and only now; else why not. `detail`: for the log; else what is known.
-    """
+    """Judge the conditions, wait until the intent is durable, judge them again and spend the permit. The entry: the
+    frame may be sent now, and only now; else why not. `detail`: for the log; else what is known."""
     begin: EngineView = yield Inspect()
     is_same = yield from _refresh(act, begin)
     view: EngineView = yield Inspect()

@@ -78,10 +78,8 @@ class BaudChanged:
 def change_baud(
     new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> Procedure[BaudChanged]:
-    """Raises `ValueRefused` for a rate without a code, before anything is sent.
-
-    If it is cancelled or the port is lost after the set, it raises, and the logged rates remain to be searched.
-    """
+    """Raises `ValueRefused` for a rate without a code, before anything is sent. If it is cancelled or the port is lost
+    after the set, it raises, and the logged rates remain to be searched."""
     request = BAUD_RATE.set(new_rate)
     view: EngineView = yield Inspect()
     old_rate = view.baud_rate

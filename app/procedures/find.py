@@ -35,11 +35,9 @@ def proofs() -> Iterator[Request]:
 
 
 def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Procedure[bool]:
-    """Whether a module answers at the port's rate: a heartbeat and then one of `questions`.
-
-    The answer to a heartbeat at another rate may still come (a serial server passes on whole bytes), but not the answer
-    to a question that was not asked there.
-    """
+    """Whether a module answers at the port's rate: a heartbeat and then one of `questions`. The answer to a heartbeat
+    at another rate may still come (a serial server passes on whole bytes), but not the answer to a question that was
+    not asked there."""
     if not (yield from is_alive(waits_s)):
         return False
     for _ in range(_PROOFS_TRIED):
@@ -51,18 +49,15 @@ def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Pr
 
 def find_rate(first: int | None = None) -> Procedure[RateSearch]:
     """Try `first`, then all rates from the fastest down; the port stays at the first that answers, else at the old one.
-
-    Only questions are sent.
-    """
+    Only questions are sent."""
     view: EngineView = yield Inspect()
     rates = sorted(BAUD_RATES, key=lambda rate: rate != first)
     return (yield from _search([(rate, WAITS_S) for rate in rates], view.baud_rate))
 
 
 def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
-    """Search for the module at the new, the old and then all rates; return its rate, where the port stays, or None
-    with the port at the old rate. Only questions are sent.
-    """
+    """Search for the module at the new, the old and then all rates; return its rate, where the port stays, or None with
+    the port at the old rate. Only questions are sent."""
     likely = list(dict.fromkeys((new_rate, old_rate)))
     places: list[tuple[int, tuple[float, ...]]] = [(rate, LIKELY_WAITS_S) for rate in likely * ROUNDS]
     places += [(rate, WAITS_S) for rate in BAUD_RATES if rate not in likely]

@@ -142,11 +142,8 @@ def _is_line_good() -> Procedure[bool]:
 
 
 def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_dead: bool = False) -> History:
-    """Combine the passes, the records of the fullest pass first.
-
-    The module may hold equal records. The second answer is certain only in a confirmed history, as a line may double
-    frames.
-    """
+    """Combine the passes, the records of the fullest pass first. The module may hold equal records. The second answer
+    is certain only in a confirmed history, as a line may double frames."""
     seen: Counter[TriggerRecord] = Counter()
     for answer in passes:
         seen |= answer.counts

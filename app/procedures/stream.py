@@ -101,12 +101,10 @@ class _StreamProgress:
 def watch(
     switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory | None = None, listens_briefly: bool = False
 ) -> Procedure[None]:
-    """Keep everything about the module fresh until cancelled.
-
-    `read_all`: ask for everything first, and again after a restart, a lost link or a sleep. The status is polled until
-    it is known whether the stream was on already. `memory`: a stream that an earlier session left on is switched off.
-    `listens_briefly`: switch it on as soon as a usual stream would have shown.
-    """
+    """Keep everything about the module fresh until cancelled. `read_all`: ask for everything first, and again after a
+    restart, a lost link or a sleep. The status is polled until it is known whether the stream was on already. `memory`:
+    a stream that an earlier session left on is switched off. `listens_briefly`: switch it on as soon as a usual stream
+    would have shown."""
     progress = _StreamProgress(memory or StreamMemory(), listens_briefly)
     try:
         while True:

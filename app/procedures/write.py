@@ -116,10 +116,8 @@ class Acknowledged(NamedTuple):
 
 
 def write_verified(command: Command, value: Value) -> Procedure[Written]:
-    """Write one setting that changes nothing about the link; for the baud rate see `change_baud`.
-
-    Raises `ValueRefused` or `LookupError` before anything is sent. `write_all` checks whether writing is allowed.
-    """
+    """Write one setting that changes nothing about the link; for the baud rate see `change_baud`. Raises `ValueRefused`
+    or `LookupError` before anything is sent. `write_all` checks whether writing is allowed."""
     request = command.set(value)
     old = yield from _old_value(command)
     before: EngineView = yield Inspect()

@@ -94,10 +94,8 @@ class CheckLine(NamedTuple):
 
 
 class CheckStore:
-    """Repository of visits, trigger records and checks. `module`: its name; None for modules without one.
-
-    `is_own`: of this station, whose records may lack its key.
-    """
+    """Repository of visits, trigger records and checks. `module`: its name; None for modules without one. `is_own`: of
+    this station, whose records may lack its key."""
 
     def __init__(self, database: Database, *, is_own: bool = True) -> None:
         self._facts = Facts(database)
@@ -192,11 +190,9 @@ class CheckStore:
         self, module: str | None, slots: Sequence[bytes] | None = None, *, is_confirmed: bool = True,
         counts_simulated: bool = False,
     ) -> Past:  # fmt: skip
-        """What a check needs from the module's history; to be called before this check's own visit is stored.
-
-        `slots`: the records on the module now, to see whether they continue those of the last visit.
-        `counts_simulated`: include the checks of simulated modules.
-        """
+        """What a check needs from the module's history; to be called before this check's own visit is stored. `slots`:
+        the records on the module now, to see whether they continue those of the last visit. `counts_simulated`: include
+        the checks of simulated modules."""
         if module is None:
             return Past(module=module)
         booted = self._facts.last_visit(module, "boot_count")
@@ -218,11 +214,9 @@ class CheckStore:
         )
 
     def append_check(self, make: MakeRecord, module: str | None, *, adapter: str = "") -> Record:
-        """Makes the next record of a chain and stores it. A module without a name has a chain for each adapter.
-
-        Number and previous hash are read in the transaction that stores the record, so that two programs never use the
-        same ones.
-        """
+        """Makes the next record of a chain and stores it. A module without a name has a chain for each adapter. Number
+        and previous hash are read in the transaction that stores the record, so that two programs never use the same
+        ones."""
         with self._facts.database.transaction():
             which = "AND module IS ? AND (module IS NOT NULL OR {} IS ?) ORDER BY number DESC LIMIT 1"
             last = self._facts.select(FactKind.CHECK, which.format(_of_record("adapter")), (module, adapter))

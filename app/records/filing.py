@@ -58,11 +58,9 @@ def file_check(
     adapter: str = "",
     past: Past | None = None,
 ) -> Filed:
-    """Judges, seals and stores a check, also one that failed or was interrupted.
-
-    `past`: the module's history before the check; None reads it from the store.
-    `adapter`: USB identity of the adapter; where it is "" the port is used instead.
-    """
+    """Judges, seals and stores a check, also one that failed or was interrupted. `past`: the module's history before
+    the check; None reads it from the store. `adapter`: USB identity of the adapter; where it is "" the port is used
+    instead."""
     name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
     at, adapter = local_now(), adapter or evidence.port
     trouble: StoreTrouble | None = None

@@ -17,9 +17,7 @@ MAX_NAME_LENGTH: Final = 60
 
 class Paper(NamedTuple):
     """A page of `columns` by `rows` equal places with one text each, which keeps `margin_mm` inside its place.
-
-    `largest_pt`: size of the text where all of it fits.
-    """
+    `largest_pt`: size of the text where all of it fits."""
 
     width_mm: float
     height_mm: float

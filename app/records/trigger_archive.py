@@ -23,9 +23,7 @@ def write_archive(
     seen_once: frozenset[int] = _NONE,
 ) -> None:
     """UTF-8 with a byte-order mark, written atomically; the sentence is in the language in use. Raises `OSError`.
-
-    `new`: ids of the records that are new since the last visit. `seen_once`: of those that came in one reading only.
-    """
+    `new`: ids of the records that are new since the last visit. `seen_once`: of those that came in one reading only."""
     rows = []
     for seen in records:
         record = record_of(seen.raw)

@@ -68,8 +68,7 @@ def is_signature(public: bytes, signature: bytes, data: bytes) -> bool:
 
 def own_station(folder: Path) -> Station:
     """The station of this data folder; creates its key if it is missing. An unreadable key file is never replaced.
-    Raises `UserError`.
-    """
+    Raises `UserError`."""
     with _troubles():
         path = folder / KEY_FILE
         if not path.exists():

@@ -128,10 +128,8 @@ class Database:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """One transaction: durable as a whole when it ends, or not at all. Other threads wait meanwhile.
-
-        A nested one belongs to the outer one.
-        """
+        """One transaction: durable as a whole when it ends, or not at all. Other threads wait meanwhile. A nested one
+        belongs to the outer one."""
         with self._lock:
             if self._together_in is not None:
                 yield

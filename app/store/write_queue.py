@@ -41,10 +41,8 @@ class WriteQueue:
         return future
 
     def close(self, limit_s: float, finish: Callable[[], None] = lambda: None) -> int:
-        """Wait at most `limit_s` for the queued work; returns how many pieces were not written by then.
-
-        `finish` runs after the last one, even if that is after the limit. Idempotent.
-        """
+        """Wait at most `limit_s` for the queued work; returns how many pieces were not written by then. `finish` runs
+        after the last one, even if that is after the limit. Idempotent."""
         with self._lock:
             was_closed, self._is_closed = self._is_closed, True
             thread = self._thread

@@ -46,10 +46,8 @@ class NoLink(Refused):
 
 
 class Conversation:
-    """An open port. Made by `connected`, used by one thread.
-
-    `on_batch` is called in that thread with all batches, in order.
-    """
+    """An open port. Made by `connected`, used by one thread. `on_batch` is called in that thread with all batches, in
+    order."""
 
     def __init__(self, interruption: Interruption, on_batch: Callable[[Batch], None] | None = None) -> None:
         self._interruption = interruption
@@ -189,11 +187,9 @@ def connected(
     is_greeted: bool = True,
     interruption: Interruption | None = None,
 ) -> Iterator[Conversation]:
-    """Open `port`, make sure that a module answers on it, and close it afterwards.
-
-    `baud_rate` None tries all rates. Without `is_greeted` nothing is sent. `interruption`: that of the main thread, if
-    this is another one. Raises `PortError`, `NoAnswer`, `NoLink`.
-    """
+    """Open `port`, make sure that a module answers on it, and close it afterwards. `baud_rate` None tries all rates.
+    Without `is_greeted` nothing is sent. `interruption`: that of the main thread, if this is another one. Raises
+    `PortError`, `NoAnswer`, `NoLink`."""
     with Interruption() if interruption is None else nullcontext(interruption) as watched:
         conversation = Conversation(watched, on_batch)
         try:

@@ -104,10 +104,8 @@ class _ProgressLine:
 
 
 def show_progress(words: str) -> None:
-    """Show progress in one line on standard error, which the next call replaces.
-
-    Shows nothing during the first half second, without a terminal, and in other threads than the main one.
-    """
+    """Show progress in one line on standard error, which the next call replaces. Shows nothing during the first half
+    second, without a terminal, and in other threads than the main one."""
     if threading.current_thread() is not threading.main_thread():
         return
     if _Verbosity.level < 0 or sys.stderr is None or not sys.stderr.isatty():
@@ -138,10 +136,8 @@ def _clear_progress_line() -> None:
 
 
 def write(text: str) -> None:
-    """Write `text` to standard output unchanged, and flush. Raises `BrokenPipeError` or `OutputLost`.
-
-    Text from outside, which may contain control characters, goes through `write_lines`.
-    """
+    """Write `text` to standard output unchanged, and flush. Raises `BrokenPipeError` or `OutputLost`. Text from
+    outside, which may contain control characters, goes through `write_lines`."""
     _clear_progress_line()
     try:
         sys.stdout.write(text)

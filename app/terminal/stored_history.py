@@ -44,10 +44,7 @@ def differences_from(conversation: Conversation, store: Store, module: str) -> l
 
 def store_visit(reading: TriggersReading, module: str, *, port: str, is_same_module: bool) -> bool:
     """Store the records of this reading; False if the module may be another one, or the store cannot be used. Errors
-    are printed, never raised.
-
-    `is_same_module`: confirmed by a person.
-    """
+    are printed, never raised. `is_same_module`: confirmed by a person."""
     name, store = clean(module.strip()), open_store_or_notify(tr("Not kept."))
     if store is None:
         return False

@@ -86,11 +86,9 @@ def stream(
     on_turn: Callable[[Conversation], None],
     reads_all: bool = False,
 ) -> str | None:
-    """Stream until the span or the user ends it; a sentence if the link was lost.
-
-    `on_begin` is called when a module has answered, `on_turn` at least ten times a second. A stream that this switched
-    on is switched off at the end. Raises `Interrupted` if no status had come.
-    """
+    """Stream until the span or the user ends it; a sentence if the link was lost. `on_begin` is called when a module
+    has answered, `on_turn` at least ten times a second. A stream that this switched on is switched off at the end.
+    Raises `Interrupted` if no status had come."""
     silence: str | None = None
     try:
         with (
