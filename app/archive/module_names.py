@@ -48,7 +48,6 @@ class Settlement:
     station: str = ""
 
     def content(self) -> dict[str, object]:
-        """Content of the fact."""
         return {
             "modules": [list(module) for module in self.pair], "is_same": self.is_same, "name": self.name,
             "who": self.who, "revision": self.revision,

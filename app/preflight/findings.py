@@ -67,7 +67,6 @@ class Case:
         return computed.code if computed.is_complete else None
 
     def fault(self, key: str) -> UserMessage:
-        """Why a value is not known."""
         why = self.evidence.faults.get(key)
         if why is None and self.evidence.disturbance is not None:
             why = message(self.evidence.disturbance.value)

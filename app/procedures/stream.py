@@ -67,8 +67,6 @@ class StreamSwitch:
 
 @dataclass(slots=True)
 class _StreamProgress:
-    """The state of the procedure."""
-
     memory: StreamMemory
     listens_briefly: bool = False
     has_come: bool = False

@@ -154,7 +154,6 @@ def _old_value(command: Command) -> Procedure[int | None]:
 
 
 def acknowledged(outcome: Outcome) -> Acknowledged:
-    """Interpret the outcome of a set."""
     if isinstance(outcome, Unanswered):
         return Acknowledged(SetReply.NOT_SENT)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None

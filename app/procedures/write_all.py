@@ -162,8 +162,6 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
 
 @dataclass(slots=True)
 class _WriteProgress:
-    """The progress of `write_all`."""
-
     context: WriteContext
     results: list[Written] = field(default_factory=list)
     restarts: list[int] = field(default_factory=list)

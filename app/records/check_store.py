@@ -73,7 +73,6 @@ class CheckLine(NamedTuple):
     fingerprint: str | None
     hash: str
     measured: Mapping[str, float]
-    """See `MEASURED`."""
     station: str = ""
     is_altered: bool = False
     """The record differs from what was sealed, where that was looked at."""

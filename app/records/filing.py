@@ -44,7 +44,6 @@ class Filed(NamedTuple):
 
 
 def local_now() -> datetime:
-    """The current time in the time zone of this computer."""
     return datetime.now(UTC).astimezone()
 
 

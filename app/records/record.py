@@ -227,7 +227,6 @@ def seal(record: Mapping[str, object], station: Station | None = None) -> Record
 
 
 def signed_bytes(hash_: object) -> bytes:
-    """The bytes that a station signs."""
     return f"{FORMAT}\n{hash_}\n".encode("utf-8", "surrogatepass")
 
 

@@ -151,7 +151,7 @@ class _Former:
 
     def states(self) -> Iterator[tuple[str, dict[str, object]]]:
         for row in sorted(self.rows("modules"), key=lambda row: (row["last_seen_at"], row["id"])):
-            yield f"module:{row['name']}", {key: row[key] for key in ("adapter", "first_seen_at")}
+            yield f"module:{row['name']}", {"adapter": row["adapter"]}
         for row in self.rows("module_states"):
             settings = _json(row["settings"])
             yield f"evidence:{self.name(row)}", {"boot_count": row["boot_count"], "settings": settings}

@@ -25,7 +25,6 @@ class Module(NamedTuple):
 
     name: str
     adapter: str
-    first_seen_at: str
 
 
 class AuditEntry(NamedTuple):
@@ -77,11 +76,11 @@ class Store:
     def register_module(self, name: str, adapter: str = "") -> Module:
         """The module of this name, made if it is new; it was seen now. An empty `adapter` keeps the last one."""
         with self.database.transaction():
-            now, known = self.database.now(), self.module_named(name)
-            module = Module(name, adapter or (known.adapter if known else ""), known.first_seen_at if known else now)
+            known = self.module_named(name)
+            module = Module(name, adapter or (known.adapter if known else ""))
             if module != known:
                 self.facts.add(FactKind.MODULE, {"adapter": module.adapter}, module=name)
-            self.facts.set_state(f"module:{name}", {"adapter": module.adapter, "first_seen_at": module.first_seen_at})
+            self.facts.set_state(f"module:{name}", {"adapter": module.adapter})
         return module
 
     def modules(self) -> tuple[Module, ...]:
@@ -172,7 +171,7 @@ class Store:
 
 
 def _module(name: str, state: Mapping[str, Any]) -> Module:
-    return Module(name, str(state.get("adapter", "")), str(state.get("first_seen_at", "")))
+    return Module(name, str(state.get("adapter", "")))
 
 
 def audit_entry(number: int, at: str, content: Mapping[str, Any], outcome: Mapping[str, Any]) -> AuditEntry:

@@ -197,8 +197,9 @@ def _ignoring_errors() -> Iterator[None]:
 
 
 class Colour(Enum):
-    """The value is the ANSI code."""
+    """The value is the ANSI code. `LARGE`: letters of double size, for somebody at arm's length."""
 
+    LARGE = 1
     GOOD = 32
     CAUTION = 33
     BAD = 31
@@ -219,12 +220,6 @@ def coloured(line: str, colour: Colour | None) -> str:
     return coloured_line
 
 
-class LargeLine(str):
-    """A line that `console.write_lines` prints in letters of double size, for somebody at arm's length."""
-
-    __slots__ = ()
-
-
 def has_colours() -> bool:
     """Whether standard output takes colours; not where the environment variable NO_COLOR is set."""
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not sys.stdout.isatty():
@@ -235,9 +230,11 @@ def has_colours() -> bool:
 def shown_line(line: str, *, has_colours: bool) -> str:
     """The line without control characters other than those of its colour."""
     text = visible(line, keep=NEWLINE)
-    if has_colours and isinstance(line, LargeLine):
-        return f"\x1b[1m\x1b#3{text}\n\x1b#4{text}\x1b[0m"  # upper half, lower half; twice where there are none
-    return f"\x1b[{line.colour.value}m{text}\x1b[0m" if has_colours and isinstance(line, ColouredLine) else text
+    if not has_colours or not isinstance(line, ColouredLine):
+        return text
+    if line.colour is Colour.LARGE:
+        text = f"\x1b#3{text}\n\x1b#4{text}"  # upper half, lower half; twice where there are none
+    return f"\x1b[{line.colour.value}m{text}\x1b[0m"
 
 
 # Layout: columns, where a Chinese character takes two

@@ -26,7 +26,7 @@ from app.store.store import Store, open_store
 from app.terminal import console
 from app.terminal.command_journal import closing_store, records_on
 from app.terminal.connection import Conversation, LinkTrouble, connected
-from app.terminal.console import Colour, LargeLine, coloured
+from app.terminal.console import Colour, coloured
 from app.terminal.interruption import Interruption
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
@@ -146,7 +146,7 @@ class _Turns:
         """Once, in large letters."""
         if sentence != self._last_sentence:
             self._last_sentence = sentence
-            console.write_lines([LargeLine(sentence)])
+            console.write_lines([coloured(sentence, Colour.LARGE)])
 
 
 def _write_files(args: argparse.Namespace, batch: ModuleBatch, rows: Sequence[BatchRow]) -> bool:
