@@ -15,8 +15,6 @@ from protocol.messages import Message
 
 
 class Role(Enum):
-    """The reason for which a frame came."""
-
     ANSWER = "answer"
     STREAMED = "streamed"
     """A status nobody asked for: the serial output is on."""
@@ -147,7 +145,6 @@ class Counters:
         return self.rejected_bytes.total()
 
     def copy(self) -> "Counters":
-        """A copy that does not change."""
         return self + Counters()
 
     def __add__(self, other: "Counters") -> "Counters":

@@ -8,8 +8,6 @@ from protocol.messages import Message
 
 
 class Exchange(Enum):
-    """The state of the request in flight."""
-
     IDLE = auto()
     FENCING = auto()
     """The fence was sent; the request waits for its answer."""
@@ -17,7 +15,6 @@ class Exchange(Enum):
     DRAINING = auto()
     """Unanswered; waiting for the line to fall quiet before the next attempt."""
     PROBING = auto()
-    """The link's own heartbeat was sent."""
 
 
 class Step(Enum):
@@ -62,8 +59,6 @@ class Presence(Enum):
 
 
 class Flight(NamedTuple):
-    """The request in flight."""
-
     request: Request
     waits_s: tuple[float, ...]
     attempt: int = 0

@@ -44,7 +44,6 @@ class Gap:
 
     def __init__(self) -> None:
         self._spoken_at = -inf
-        """When the last request or reply ended."""
         self._pauses: list[float] = []
         """Before each attempt of the request in flight."""
         self._outcomes: list[deque[bool]] = [deque(maxlen=MAX_OUTCOMES) for _ in PAUSES_S]
@@ -57,7 +56,6 @@ class Gap:
 
     @property
     def question_s(self) -> float:
-        """The pause before a question."""
         return PAUSES_S[self._step]
 
     @property

@@ -22,7 +22,6 @@ class Timing(NamedTuple):
     records_quiet_s: float = 0.5
     """Without a further trigger record for this long there are no more (E6)."""
     records_longest_s: float = 10.0
-    """The longest time for which records are collected."""
     drain_s: float = 0.03
     """Quiet to wait for between a time-out and the next attempt."""
     late_s: float = 3.0

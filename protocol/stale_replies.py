@@ -83,7 +83,6 @@ class StaleReplies:
         return next(told_apart, _HEARTBEAT)
 
     def on_heartbeat(self, now: float) -> None:
-        """Note a heartbeat, asked for or not."""
         self._heartbeats_at = now, self._heartbeats_at[0]
 
     def opens(self, fence: Request, raw: bytes, now: float) -> bool:

@@ -26,8 +26,6 @@ class Explained(NamedTuple):
 
 
 class _Side:
-    """One direction."""
-
     def __init__(self, way: Way) -> None:
         self.way = way
         self.parser = StreamParser()
@@ -68,7 +66,6 @@ class Explainer:
         return rows
 
     def end(self) -> list[Explained]:
-        """The pieces that are left at the end of the capture."""
         return [*self._out.flush(self._asked), *self._in.flush(self._asked)]
 
 
@@ -86,7 +83,6 @@ class HexExplainer:
         return list(self._rows(self._parser.feed(data)))
 
     def end(self) -> list[Explained]:
-        """What is left at the end."""
         return [*self._rows(self._parser.flush()), *self._end_of_run()]
 
     def _rows(self, pieces: list[Piece]) -> Iterator[Explained]:

@@ -26,7 +26,6 @@ class LinePart:
 
     @classmethod
     def of(cls, entries: Iterable[tuple[int, bytes]]) -> Self:
-        """Of times and bytes."""
         times, raws = zip(*entries, strict=True) if (entries := list(entries)) else ((), ())
         return cls(np.array(times, np.int64), np.array([len(raw) for raw in raws], np.int64), b"".join(raws))
 
@@ -94,7 +93,6 @@ class LineBytes:
             yield CaptureEntry((at_ns - start_ns) / NANOSECONDS, way, raw)
 
     def __len__(self) -> int:
-        """Number of entries."""
         return len(self.received.lengths) + len(self.sent.lengths)
 
     @property

@@ -39,7 +39,6 @@ class CaptureRows(Sequence[Explained]):
             self.append(row)
 
     def append(self, row: Explained) -> Explained:
-        """Returns the row."""
         piece = row.piece
         flags = _OUT if row.way is Way.OUT else 0
         if isinstance(piece, Noise):

@@ -128,7 +128,6 @@ class TextReader:
         return [] if is_remark else self._hex_explainer.feed(hex_bytes(line))
 
     def end(self) -> list[Explained]:
-        """What is left at the end."""
         return self._explainer.end() if self.is_timed else self._hex_explainer.end()
 
 

@@ -33,7 +33,6 @@ class TrafficBuffer:
         self._count = self._bytes = self._newest_bytes = 0
         self.wall = WallClock()
         self.has_dropped = False
-        """Older entries were dropped."""
 
     def __len__(self) -> int:
         return self._count

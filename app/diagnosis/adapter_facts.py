@@ -35,8 +35,6 @@ class Access(NamedTuple):
 
 
 class AdapterFacts(NamedTuple):
-    """What the system says about one port."""
-
     grabbers: tuple[str, ...] = ()
     """Programs that grab serial ports and are running."""
     has_rule: bool = False
@@ -120,7 +118,6 @@ class PortHistory:
         self._came_at: dict[str, float] | None = None
         """Of the adapters that are present. Of those of the first list it is unknown."""
         self._at_device: dict[str, str] = {}
-        """The adapter that was there last."""
         self._short_visits: deque[tuple[float, str]] = deque(maxlen=self.MAX_KEPT)
         """When it left, and which adapter."""
 

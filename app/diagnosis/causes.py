@@ -47,8 +47,6 @@ class Cause(Enum):
 
 
 class NextStep(Enum):
-    """What a button does about it."""
-
     CHOOSE_PORT = "choose_port"
     FIND_RATE = "find_rate"
     CONNECT_AGAIN = "connect_again"

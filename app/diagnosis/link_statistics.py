@@ -28,9 +28,7 @@ class Slice(NamedTuple):
     begins_s: float
     counters: Counters
     losses: int = 0
-    """How often the port was lost."""
     slowest_s: float | None = None
-    """The longest round trip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +70,7 @@ class LinkStatistics:
         """Since the connection began."""
         self.losses = 0
         self.last_frame_at: float | None = None
-        """When the last batch with a frame came."""
         self.last_invalid_at: float | None = None
-        """When the last batch with invalid bytes came."""
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""

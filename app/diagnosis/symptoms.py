@@ -51,7 +51,6 @@ class PortEvidence(NamedTuple):
     round_trip_minimum_s: float | None = None
     round_trip_median_s: float | None = None
     short_visits: int = 0
-    """See `PortHistory.short_visits`."""
     facts: AdapterFacts = AdapterFacts()
     platform: str = "linux"
     """As `sys.platform`."""

@@ -183,7 +183,6 @@ class IdentityCheck:
         )
 
     def on_device(self, device: Device, now: float) -> None:
-        """Judge the values known now."""
         expected = self._expected
         if expected is None:
             return

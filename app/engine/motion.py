@@ -36,8 +36,6 @@ class MotionExtremes(NamedTuple):
 
 
 class MotionWatch:
-    """Collects the extremes of the last status reports."""
-
     def __init__(self) -> None:
         self._slots: deque[MotionExtremes] = deque()
 

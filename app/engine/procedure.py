@@ -93,8 +93,6 @@ class Inspect:
 
 
 class LinkView(NamedTuple):
-    """Figures of the link at one moment."""
-
     counters: Counters
     round_trip_minimum_s: float | None
     round_trip_median_s: float | None

@@ -95,8 +95,6 @@ def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
 
 
 class PortStage(Enum):
-    """Where the reconnection stands."""
-
     IDLE = "idle"
     """Nothing was lost: the port is not wanted, not open yet, or was closed on purpose."""
     UNKNOWN = "unknown"
@@ -120,7 +118,6 @@ class Reconnection:
         self._node: Node | None = None
         """The device file of the port that was open last."""
         self.address: Address | None = None
-        """The address to keep open, if any."""
         self._lasts = False
         """The address cannot belong to another adapter."""
         self._is_ambiguous = False

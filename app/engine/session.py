@@ -25,10 +25,8 @@ MAX_STEP_S = 0.02
 BATCH_S = 0.008
 """How long to gather a stream while no answer is awaited, if at least a frame arrives in this time."""
 BATCH_FRAME_S = 0.002
-"""How long to wait for the rest of a frame."""
 _FRAME = Layout.STATUS.value
 AWAIT_POLL_S = 0.002
-"""How often an awaited future is checked."""
 AWAIT_GRACE_S = 0.1
 """After waiting for a disk for this long the foreground leaves the line to the background."""
 

@@ -14,8 +14,6 @@ READABLE_SETTINGS: tuple[Command, ...] = tuple(command for command in SETTINGS i
 
 
 class ChangedSetting(NamedTuple):
-    """A setting that reads differently than before."""
-
     command: Command
     before: Value
     after: Value

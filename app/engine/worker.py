@@ -94,8 +94,6 @@ class Job(Generic[Result]):
 
 
 class _Pending:
-    """The contents of the next batch."""
-
     def __init__(self) -> None:
         self.samples: list[StatusSample] = []
         self.events: list[Event] = []
@@ -131,7 +129,6 @@ class Worker:
         self._reported: tuple[bool, bool] | None = None
         """Triggered and active, by the last report."""
         self._read: dict[str, int] = {}
-        """The last reading by key."""
         self._is_stopping = False
         self.publish_every_s = PUBLISH_EVERY_S
         """The interval of batches without news. Any thread may set it."""

@@ -62,7 +62,6 @@ def _note(fired_s: Floats, source: Source, sources: dict[float, Source]) -> None
 
 
 def _tilts(times: Floats, tilt_deg: Floats, restarts: Flags, limits: TriggerLimits) -> Floats:
-    """When the attitude trigger fires."""
     reaches = tilt_deg >= limits.attitude_threshold_deg
     # Between the two angles the trigger stays as it is, unless the module has forgotten it.
     decided = np.flatnonzero(reaches | (tilt_deg <= limits.reset_angle_deg) | restarts)

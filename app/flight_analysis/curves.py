@@ -58,7 +58,6 @@ class FiringCurves:
 
 
 def steps_of(value: float, per_unit: int) -> int:
-    """Converts a setting to the vendor's steps."""
     return round(value * per_unit)
 
 

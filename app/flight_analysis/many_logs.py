@@ -41,8 +41,6 @@ class SummarisedLog(NamedTuple):
 
 
 class LogOrder(NamedTuple):
-    """How to read and judge each log."""
-
     columns: CsvColumns | None = None
     """Of CSV files; None recognises them by name."""
     limits: TriggerLimits | None = None

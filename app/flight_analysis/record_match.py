@@ -99,7 +99,6 @@ def _firings(
 
 
 def _why_hopeless(record: TriggerRecord, named: Source, log: FlightLog) -> UserMessage | None:
-    """Why this record cannot be looked for in this log."""
     if not named:
         return message(marked("A flight log does not show this cause: {cause}."), cause=cause_message(record))
     if Source.ATTITUDE in named and not np.isfinite(log.tilt_deg).any():

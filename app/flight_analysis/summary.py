@@ -126,7 +126,6 @@ def _last_impact(peaks_s: Floats) -> float | None:
 
 
 def _touchdown(log: FlightLog) -> float | None:
-    """The last touchdown in the log."""
     if log.is_on_ground is None:
         return None
     touches = np.flatnonzero(log.is_on_ground[1:] & ~log.is_on_ground[:-1]) + 1

@@ -41,7 +41,6 @@ class PersonSteps:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether a step is to be confirmed."""
         asked = self._asked
         return asked is not None and not asked.done()
 

@@ -27,7 +27,6 @@ def size_text(size_bytes: float) -> str:
 
 
 def remarks(entry: "RecordingEntry") -> str:
-    """Anything unusual about the recording."""
     if entry.trouble is not None:
         return tr("cannot be read")
     words = (

@@ -52,7 +52,6 @@ class Excerpt(NamedTuple):
 
     @property
     def row_count(self) -> int:
-        """Number of samples and markers."""
         return sum(len(times) for times, _ in (self.tilt, self.cell, self.light)) + len(self.markers)
 
 

@@ -30,7 +30,6 @@ class Exported(NamedTuple):
 
 
 def not_saved_text(path: Path, error: Exception) -> str:
-    """Why the file was not written, in the language in use."""
     if isinstance(error, ExportCancelled):
         return tr("Cancelled.")
     return not_written(path, error)

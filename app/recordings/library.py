@@ -34,8 +34,6 @@ def recordings_folder() -> Path:
 
 
 class RecordingEntry(NamedTuple):
-    """One recorded session, which is one file."""
-
     path: Path
     started_at: datetime
     """Aware, UTC."""
@@ -53,9 +51,7 @@ class RecordingEntry(NamedTuple):
     was_cut_off: bool = False
     """Not closed properly; valid up to there."""
     trouble: UserMessage | None = None
-    """Why it cannot be read."""
     sequence: int = 0
-    """See `Opening.sequence`."""
     was_triggered: bool = False
     """A report said that the module has triggered."""
 
@@ -196,13 +192,11 @@ def _mark_of(path: Path) -> Path:
 
 
 def unreadable(path: Path, error: Exception) -> UserMessage:
-    """Why a recording cannot be read."""
     why = error.message if isinstance(error, UserError) else error_text(error)
     return message(marked("{file} cannot be read: {why}."), file=path.name, why=why)
 
 
 def stopped_message(error: Exception, folder: Path) -> UserMessage:
-    """Why recording stopped."""
     if isinstance(error, OSError) and error.errno in _DISK_FULL:
         return message(marked("Not recording: the disk is full. Free some space, then connect again."))
     return message(marked("Not recording to {folder}: {why}."), folder=folder, why=error_text(error))

@@ -32,9 +32,7 @@ _log = logging.getLogger(__name__)
 FLUSH_EVERY_S = 0.5
 SYNC_EVERY_S = 30.0
 DISK_CHECK_EVERY_S = 10.0
-"""Interval of checking the free disk space."""
 RESERVE_BYTES = 256 * 1024**2
-"""Disk space that is left free."""
 MAX_WAITING = 200_000
 """Status reports and events that wait for the thread; more than a minute at full line rate."""
 MAX_SESSION_S = 24 * 3600.0
@@ -74,13 +72,11 @@ class Recorder:
         self._came = threading.Condition()
         # Under the condition:
         self._acts: list[Callable[[], None]] = []
-        """What the thread does next."""
         self._is_urgent = False
         """One of them does not wait for the next flush."""
         self._waiting = self._dropped = self._lost = 0
         """Status reports and events that wait; that were dropped in this session; of those, not noted in it yet."""
         self._latest: Batch | None = None
-        """The state after what was dropped."""
         self._is_wanted = False
         self._is_stopped = False
         self._begun = 0
@@ -125,7 +121,6 @@ class Recorder:
             self._waiting += count + 1
 
     def name_module(self, module: str) -> None:
-        """Sets the module's name of this session."""
         with self._came:
             if self._is_wanted:
                 self._put(partial(self._name, module))

@@ -82,7 +82,6 @@ class Opening:
         return (wall_ns - self.wall_offset_ns) / NANOSECONDS
 
     def fields(self) -> dict[str, str]:
-        """The metadata record."""
         values = {key: str(value) for key, value in asdict(self).items()}
         values |= {"version": str(VERSION), "started_at": self.started_at.isoformat(), "start_s": repr(self.start_s)}
         return with_checksum({key: _storable(value) for key, value in values.items()})

@@ -65,7 +65,6 @@ class SessionFile:
     last_progress: bytes = b"{}"
     end_ns: int = 0
     is_ended: bool = False
-    """Closed properly."""
     gaps: list[tuple[float, float]] = field(default_factory=list)
     """Monotonic times between which something is damaged or missing."""
     size_bytes: int = 0
@@ -78,7 +77,6 @@ class SessionFile:
 
     @property
     def was_triggered(self) -> bool:
-        """A report said so."""
         return object_in(self.last_progress).get("triggered") is True
 
     def note_gap(self, until_ns: int) -> None:
@@ -131,7 +129,6 @@ class _Walk:
             place = end
 
     def _next_chunk(self, place: int) -> int | None:
-        """Where the next whole chunk begins."""
         while (frame_start := self._data.find(_ZSTD, place)) >= 0:
             start = frame_start - _ZSTD_AT
             if start >= place and self._data[start] == Opcode.CHUNK:

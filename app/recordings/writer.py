@@ -103,7 +103,6 @@ class SessionWriter:
             self.note(batch.at, "limits", **limits._asdict())
 
     def put_recorded(self, recorded: CaptureEntry | Note) -> None:
-        """Takes in what was recorded before."""
         if isinstance(recorded, CaptureEntry):
             self._entries.append(recorded)
         else:

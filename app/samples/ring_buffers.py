@@ -36,8 +36,6 @@ class Window(NamedTuple):
 
 
 class SeriesSample(NamedTuple):
-    """One exact sample."""
-
     time_s: float
     value: float
 
@@ -72,7 +70,6 @@ class _Ring:
 
     @property
     def has_dropped(self) -> bool:
-        """Whether rows were dropped."""
         return self._appended > self.capacity
 
     def __len__(self) -> int:
@@ -110,7 +107,6 @@ class Readable:
         """Whether older samples are only in the summary."""
 
     def __len__(self) -> int:
-        """The number of exact samples."""
         return len(self._times)
 
     @property

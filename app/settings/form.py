@@ -56,12 +56,9 @@ class RowState(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FormRow:
-    """One setting at one moment."""
-
     command: Command
     module_value: Known | None
     edited: Value | None
-    """None without an edit."""
     state: RowState
     reason: str = ""
     """Why it failed, in the language in use."""

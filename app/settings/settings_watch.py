@@ -23,7 +23,6 @@ class SettingsWatch:
         self._held: dict[str, Value] = {}
         """The expected value of each setting, by key."""
         self._written: dict[str, _Write] = {}
-        """By key."""
         self.changed: dict[str, ChangedSetting] = {}
         """By key, until the setting is written, accepted, or reads as expected again."""
 

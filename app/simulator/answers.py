@@ -29,7 +29,6 @@ Answer = Callable[[Hardware, Request, float], None]
 
 class StoredSetting(NamedTuple):
     value: int
-    """New byte of the setting."""
     acknowledgement: int
     """D4 of the reply."""
 

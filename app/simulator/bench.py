@@ -89,7 +89,6 @@ class SimulatedBench:
             self.world.tilt_deg = tilt_deg
 
     def drop(self, height_m: float) -> None:
-        """Start a free fall from this height."""
         with self._act() as now_s:
             self.world.drop(height_m, now_s)
 
@@ -130,7 +129,6 @@ class SimulatedBench:
             self.module.press_switch(now_s)
 
     def unplug(self) -> None:
-        """Unplug the serial adapter."""
         with self._act() as now_s:
             self.wire.clear(now_s)
             self.is_plugged_in = False

@@ -34,7 +34,6 @@ class Endpoint(Protocol):
     """One way for a host to reach the module, open from its making until `close`."""
 
     address: str
-    """What the host opens."""
 
     def files(self) -> list[int]:
         """File descriptors to wait for."""
@@ -76,7 +75,6 @@ class Loop:
             self._wake_sender.send(b"!")
 
     def run(self) -> None:
-        """Serve until stopped."""
         try:
             while not self._is_stopped:
                 ready = self._wait()
@@ -140,7 +138,6 @@ class PtyEndpoint:
         termios.tcsetattr(self._slave, termios.TCSANOW, settings)
         os.set_blocking(self._master, False)
         self.address = os.ttyname(self._slave)
-        """Path of the port."""
         if link is not None:
             self._refresh_link(link)
 

@@ -57,7 +57,6 @@ class Hardware:
         self._due: list[SentBytes] = []
         self._order = itertools.count()
         self.pwm_at_s = math.inf
-        """When its PWM input triggers."""
         self._line_free_s = -math.inf
         self._stream_due_s = self._stream_base_s = math.inf
         self._stream_step = 0

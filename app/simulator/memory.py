@@ -50,7 +50,6 @@ class ModuleState:
 
 
 def limits(memory: Memory, state: ModuleState) -> TriggerLimits:
-    """The settings in physical units."""
     return TriggerLimits(
         attitude_threshold_deg=memory.attitude_threshold,
         freefall_acceleration_g=memory.freefall_acceleration / TENTH_G.per_unit,
@@ -81,7 +80,6 @@ def record_data(
 
 
 def record_frame(data: bytes) -> bytes:
-    """The frame of sixteen bytes."""
     return encode_long(RECORD_CODE, bytes((QUERY,)) + data)
 
 

@@ -23,8 +23,6 @@ BROKEN_OFF_S = 0.1
 
 
 class SimulatedModule(Hardware):
-    """The hardware with its command interpreter."""
-
     _heard = b""
     _last_byte_s = -math.inf
 

@@ -53,7 +53,6 @@ class Wire:
         self._down_random = random.Random(module.setup.seed + 1)  # noqa: S311
 
     def write(self, data: bytes, now_s: float) -> None:
-        """The host sends."""
         if not data:
             return
         byte_s = self._byte_s(self.host_baud or self.module.baud_rate)

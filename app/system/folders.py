@@ -4,7 +4,6 @@ from pathlib import Path
 
 
 def data_folder() -> Path:
-    """The platform's folder for this program's data."""
     from platformdirs import user_data_path
 
     return user_data_path("dps-s-configurator", appauthor=False)

@@ -74,7 +74,6 @@ class Log:
 
     recent: Recent
     path: Path | None = None
-    """The file; None if there is none."""
     trouble: OSError | None = None
     """Why there is no file, or why writing it has stopped."""
     _handlers: list[logging.Handler] = field(default_factory=list)

@@ -77,7 +77,6 @@ def wanted_libraries(*, is_screen_wanted: bool) -> tuple[Requirement, ...]:
 
 
 def missing(libraries: tuple[Requirement, ...]) -> tuple[Requirement, ...]:
-    """The libraries that cannot be loaded."""
     return tuple(library for library in libraries if not _loads(library.name))
 
 

@@ -32,7 +32,6 @@ class UserMessage(NamedTuple):
         return _filled(self.text, self._rendered(UserMessage.in_english))
 
     def translated(self) -> str:
-        """The message in the language in use."""
         is_list = language() == CHINESE and _LIST.fullmatch(self.text) is not None
         text = self.text.replace(", ", "，") if is_list else tr(self.text)  # see `joined`
         filled = _filled(text, self._rendered(UserMessage.translated))

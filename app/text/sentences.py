@@ -12,7 +12,6 @@ _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)")
 
 
 def capitalised(text: str) -> str:
-    """`text` with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 

@@ -25,7 +25,6 @@ def source_message(source: str) -> UserMessage:
 
 
 def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
-    """The decoded values of a record, by name."""
     return {name: getattr(record, name) for name in RECORD_PART} | {"sources": list(record.sources)}
 
 
