@@ -28,6 +28,7 @@ from protocol.catalogue import (
     RECORD_PART,
     SET,
     STATUS_CODE,
+    Command,
     Layout,
     Request,
 )
@@ -120,21 +121,18 @@ def _short_values() -> dict[int, frozenset[int]]:
     return values
 
 
-def _host_forms() -> dict[int, dict[int, frozenset[int]]]:
-    """Control byte -> values of D4 in a host frame, by code."""
-    forms: dict[int, dict[int, frozenset[int]]] = {}
-    for command in COMMANDS:
-        by_control: dict[int, frozenset[int]] = {}
-        if command.query_data is not None:
-            by_control[command.query().control] = frozenset((command.query_data,))
-        if command.write is not None:
-            by_control[SET] = command.write.allowed
-        forms[command.code] = by_control
-    return forms
+def _host_form(command: Command) -> dict[int, frozenset[int]]:
+    form: dict[int, frozenset[int]] = {}
+    if command.query_data is not None:
+        form[command.query().control] = frozenset((command.query_data,))
+    if command.write is not None:
+        form[SET] = command.write.allowed
+    return form
 
 
 SHORT_VALUES = _short_values()
-HOST_FORMS = _host_forms()
+HOST_FORMS = {command.code: _host_form(command) for command in COMMANDS}
+"""Control byte -> values of D4 in a host frame, by code."""
 _HEARTBEAT_BODY = bytes((0xA5, 0x5A))
 
 
@@ -216,13 +214,10 @@ def check_host(raw: bytes) -> Fault | None:
     return _sum_fault(raw) or (None if raw[4] in values else _wrong_value(raw))
 
 
-def module_check(length: int) -> Callable[[bytes], Fault | None]:
-    """The check for a module frame of this length, which has a known code; the header is not checked."""
-    if length == Layout.STATUS.value:
-        return _check_status
-    if length == Layout.RECORD.value:
-        return _check_record
-    return _check_short
+MODULE_CHECKS: Mapping[int, Callable[[bytes], Fault | None]] = {
+    Layout.SHORT.value: _check_short, Layout.STATUS.value: _check_status, Layout.RECORD.value: _check_record,
+}  # fmt: skip
+"""By length: the check of a module frame, which has a known code; the header is not checked."""
 
 
 def module_lengths(code: int) -> tuple[int, ...]:

@@ -275,7 +275,7 @@ class Link:
     def _on_answer(self, flight: Flight, frame: Frame, now: float, events: list[Event]) -> None:
         message = decode(frame.raw, flight.request)
         self._note(events, frame, message, Role.ANSWER, now)
-        may_be_copy = self._stale.is_copy(frame.raw, now)
+        may_be_copy = self._stale.copied(frame.raw, now) is not None
         self._stale.expect_copy(frame.raw, flight.request, now)
         if flight.request.command.layout is Layout.RECORD:
             self.lag.answer(flight.request, now)
@@ -319,9 +319,10 @@ class Link:
         """Take a frame that does not answer the request in flight."""
         self._stale.drop_expired(now)
         earlier = self._stale
-        if earlier.is_copy(frame.raw, now):  # before "late": a copy must not stand for a reply that is still to come
-            message = decode(frame.raw, earlier.copied_request(frame.raw))
-            role = Role.LATE if earlier.is_late_copy(frame.raw) else Role.DUPLICATE
+        copied = earlier.copied(frame.raw, now)
+        if copied is not None:  # before "late": a copy must not stand for a reply that is still to come
+            message = decode(frame.raw, copied.request)
+            role = Role.LATE if copied.is_late else Role.DUPLICATE
             if isinstance(message, Status):
                 earlier.expect_no_copy(frame.raw)  # the next ones may be streamed
             self._note(events, frame, message, role, now)

@@ -26,7 +26,7 @@ class _Outstanding(NamedTuple):
     at: float
 
 
-class _Copied(NamedTuple):
+class Copied(NamedTuple):
     """A frame of which copies may follow. `request`: what it answered, if anything."""
 
     raw: bytes
@@ -47,7 +47,7 @@ class StaleReplies:
         self._outstanding: deque[_Outstanding] = deque(maxlen=_MAX_EXPECTED)
         self._not_past: list[Request] = []
         """Requests to which a (further) reply may still come, oldest first."""
-        self._copied: deque[_Copied] = deque(maxlen=_MAX_COPIED)
+        self._copied: deque[Copied] = deque(maxlen=_MAX_COPIED)
         self._heartbeats_at = (-inf, -inf)
         """When the last two came, the last one first."""
 
@@ -87,7 +87,7 @@ class StaleReplies:
 
     def opens(self, fence: Request, raw: bytes, now: float) -> bool:
         """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
-        return not self.is_copy(raw, now) and not any(_overlap(owed.request, fence) for owed in self._outstanding)
+        return self.copied(raw, now) is None and not any(_overlap(owed.request, fence) for owed in self._outstanding)
 
     def on_answered(self, answered: Request, now: float) -> None:
         """Note the answer to `answered`: no reply to an earlier request can follow."""
@@ -123,19 +123,12 @@ class StaleReplies:
 
     def expect_copy(self, raw: bytes, request: Request | None, now: float, *, is_late: bool = False) -> None:
         """Note that a copy of this frame, the answer to `request`, may follow at once."""
-        self._copied.appendleft(_Copied(raw, request, now + self._timing.doubled_s, is_late))
+        self._copied.appendleft(Copied(raw, request, now + self._timing.doubled_s, is_late))
 
     def expect_no_copy(self, raw: bytes) -> None:
         """Undo `expect_copy`."""
         self._copied = deque((copy for copy in self._copied if copy.raw != raw), maxlen=_MAX_COPIED)
 
-    def is_copy(self, raw: bytes, now: float) -> bool:
-        return any(copy.raw == raw and now <= copy.until for copy in self._copied)
-
-    def is_late_copy(self, raw: bytes) -> bool:
-        """Whether the frame of which this is a copy came late."""
-        return next((copy.is_late for copy in self._copied if copy.raw == raw), False)
-
-    def copied_request(self, raw: bytes) -> Request | None:
-        """The request that the frame answered of which this is a copy."""
-        return next((copy.request for copy in self._copied if copy.raw == raw), None)
+    def copied(self, raw: bytes, now: float) -> Copied | None:
+        """The frame of which this is a copy."""
+        return next((copy for copy in self._copied if copy.raw == raw and now <= copy.until), None)

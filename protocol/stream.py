@@ -29,6 +29,7 @@ from protocol.catalogue import (
 from protocol.frame import (
     HOST_FRAME_LENGTH,
     MAX_FRAME_LENGTH,
+    MODULE_CHECKS,
     Direction,
     Fault,
     Frame,
@@ -36,7 +37,6 @@ from protocol.frame import (
     Reason,
     check_host,
     decode_request,
-    module_check,
     module_lengths,
     unknown_code,
     wrong_control,
@@ -198,7 +198,7 @@ class StreamParser:
         if available < lengths[0]:
             return _INCOMPLETE if is_final else None
         raw = data[position : position + lengths[0]]
-        return module_check(len(raw))(raw) or Frame(_TO_HOST, raw, offset)
+        return MODULE_CHECKS[len(raw)](raw) or Frame(_TO_HOST, raw, offset)
 
     def _record_or_voltage(self, data: bytes, position: int, *, is_final: bool) -> Frame | Fault | None:
         raw = data[position : position + MAX_FRAME_LENGTH]
@@ -209,7 +209,7 @@ class StreamParser:
             return wrong_control(raw[3])
         if len(voltage) < _SHORT_LENGTH:
             return _INCOMPLETE if is_final else None
-        voltage_fault = module_check(_SHORT_LENGTH)(voltage)
+        voltage_fault = MODULE_CHECKS[_SHORT_LENGTH](voltage)
         if voltage_fault is None and asked is CELL_VOLTAGE:
             return Frame(_TO_HOST, voltage, offset)
         if len(raw) < MAX_FRAME_LENGTH and not is_final:
@@ -218,7 +218,7 @@ class StreamParser:
         stands_alone = asked is not TRIGGER_RECORDS and raw[_SHORT_LENGTH : _SHORT_LENGTH + 2] in _AFTER_A_FRAME
         if voltage_fault is None and stands_alone:
             return Frame(_TO_HOST, voltage, offset)
-        record_fault = module_check(MAX_FRAME_LENGTH)(raw) if len(raw) == MAX_FRAME_LENGTH else _INCOMPLETE
+        record_fault = MODULE_CHECKS[MAX_FRAME_LENGTH](raw) if len(raw) == MAX_FRAME_LENGTH else _INCOMPLETE
         if record_fault is None:
             return Frame(_TO_HOST, raw, offset)
         is_short = asked is CELL_VOLTAGE or len(raw) == _SHORT_LENGTH

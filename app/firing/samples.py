@@ -89,7 +89,7 @@ def _falls(times: Floats, weights: Floats, restarts: Flags, limits: TriggerLimit
     return times[places], float(lasted_s[~np.isin(block, fired_blocks)].max(initial=0.0))
 
 
-def runs(holds: Flags, restarts: Flags) -> tuple[Rows, Rows]:
+def runs(holds: Flags, restarts: Flags | np.bool_ = np.False_) -> tuple[Rows, Rows]:
     """First and last row of each run of rows in which `holds` is true; a row of `restarts` begins another run."""
     continues = holds & ~restarts
     continues[1:] &= holds[:-1]

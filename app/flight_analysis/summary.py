@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.firing.judge import TriggerLimits
+from app.firing.samples import runs
 from app.flight_analysis.curves import NEVER, FiringCurves, firing_curves, steps_of
 from app.flight_logs.flight_log import Flags, FlightLog, Floats
 from app.flight_logs.module_view import RuleReading
@@ -134,9 +135,8 @@ def _touchdown(log: FlightLog) -> float | None:
 
 def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
     """End of the last run of calm rows of at least `CALM_S`."""
-    edges = np.flatnonzero(np.diff(is_calm, prepend=False, append=False))
-    starts, lasts = edges[::2], edges[1::2] - 1
-    is_long = time_s[lasts] - time_s[starts] >= CALM_S
+    firsts, lasts = runs(is_calm)
+    is_long = time_s[lasts] - time_s[firsts] >= CALM_S
     return float(time_s[lasts[is_long][-1]]) if is_long.any() else None
 
 

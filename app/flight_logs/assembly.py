@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import MAX_GAP_S
+from app.firing.samples import runs
 from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, unreadable
 from app.flight_logs.module_view import averaged
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
@@ -152,8 +153,7 @@ def _checked(time_s: Floats, force_g: Floats, number: int, problems: list[UserMe
 
 def _long_runs(time_s: Floats, is_low: Flags) -> list[tuple[float, float]]:
     """Start and end of the runs longer than `MAX_FALL_S`."""
-    edges = np.flatnonzero(np.diff(is_low, prepend=False, append=False))
-    starts_s, ends_s = time_s[edges[::2]], time_s[edges[1::2] - 1]
+    starts_s, ends_s = (time_s[rows] for rows in runs(is_low))
     is_long = ends_s - starts_s > MAX_FALL_S
     return list(zip(starts_s[is_long].tolist(), ends_s[is_long].tolist(), strict=True))
 

@@ -151,31 +151,18 @@ class Readable:
 
     def _from_exact(self, start_s: float, end_s: float, width_s: float) -> Envelope:
         edges = _edges(start_s, end_s, width_s)
-        times = self._times
-        bounds = np.searchsorted(times, edges, "left")
+        bounds = np.searchsorted(self._times, edges, "left")
         first, stop = int(bounds[0]), int(bounds[-1])
         if stop - first + 2 <= len(edges):
             first, stop = max(0, first - 1), stop + 1
-            times, values = times[first:stop], self._values[first:stop]
+            times, values = self._times[first:stop], self._values[first:stop]
             return Envelope(times.copy(), times.copy(), values.copy(), values.copy())
-        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
-        return buckets_of(times[first:stop], self._values[first:stop], firsts)
+        return _joined(Envelope(self._times, self._times, self._values, self._values), bounds)
 
     def _from_summary(self, start_s: float, end_s: float, width_s: float) -> Envelope:
-        start, end, low, high = self._summary
         width_s = math.ceil(width_s / SUMMARY_S) * SUMMARY_S
-        bounds = np.searchsorted(start, _edges(start_s, end_s, width_s), "left")
-        first, stop = int(bounds[0]), int(bounds[-1])
-        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
-        if not len(firsts):
-            return Envelope(start[:0].copy(), end[:0].copy(), low[:0].copy(), high[:0].copy())
-        lasts = np.append(firsts[1:], stop - first) - 1
-        return Envelope(
-            start[first:stop][firsts],
-            end[first:stop][lasts],
-            np.minimum.reduceat(low[first:stop], firsts),
-            np.maximum.reduceat(high[first:stop], firsts),
-        )
+        bounds = np.searchsorted(self._summary.start_s, _edges(start_s, end_s, width_s), "left")
+        return _joined(self._summary, bounds)
 
     def around(self, time_s: float, *, within_s: float) -> Extent | None:
         """The sample or bucket nearest to a time, None if there is none within `within_s`."""
@@ -235,7 +222,10 @@ class Series(Readable):
         self._take_columns()
 
     def _summarise(self, times: Seconds, values: Values) -> None:
-        batch, (start, end, low, high) = buckets_of(times, values, bucket_firsts(times)), self._summary
+        batch, (start, end, low, high) = (
+            _buckets(Envelope(times, times, values, values), bucket_firsts(times)),
+            self._summary,
+        )
         if len(start) and math.floor(start[-1] / SUMMARY_S) == math.floor(times[0] / SUMMARY_S):
             end[-1] = batch.end_s[0]
             low[-1] = min(low[-1], batch.low[0])
@@ -262,15 +252,18 @@ def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
     return np.arange(first, last + 1, dtype=np.float64) * width_s
 
 
-def buckets_of(times: Seconds, values: Values, firsts: NDArray[np.intp]) -> Envelope:
+def _joined(envelope: Envelope, bounds: NDArray[np.intp]) -> Envelope:
+    """One bucket from each of these rows up to the next, where there are any between them."""
+    (start, end, low, high), rows = envelope, slice(bounds[0], bounds[-1])
+    firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - bounds[0]
+    return _buckets(Envelope(start[rows], end[rows], low[rows], high[rows]), firsts)
+
+
+def _buckets(envelope: Envelope, firsts: NDArray[np.intp]) -> Envelope:
     """One bucket from each index of `firsts` up to the next; none of them empty."""
-    lasts = np.concatenate((firsts, (len(times),)))[1:] - 1
-    return Envelope(
-        times[firsts],
-        times[lasts],
-        np.minimum.reduceat(values, firsts),
-        np.maximum.reduceat(values, firsts),
-    )
+    start, end, low, high = envelope
+    lasts = np.concatenate((firsts, (len(start),)))[1:] - 1
+    return Envelope(start[firsts], end[lasts], np.minimum.reduceat(low, firsts), np.maximum.reduceat(high, firsts))
 
 
 _ROWS_AT_ONCE = 1 << 19
@@ -290,4 +283,4 @@ class RecordedSeries(Readable):
     """A measured value that is known whole. `firsts`: `bucket_firsts` of the times."""
 
     def __init__(self, times: Seconds, values: Values, firsts: NDArray[np.intp]) -> None:
-        super().__init__(times, values, buckets_of(times, values, firsts))
+        super().__init__(times, values, _buckets(Envelope(times, times, values, values), firsts))

@@ -211,7 +211,7 @@ _restart = Link._restart
 ERRORS: dict[str, tuple[object, str, Any]] = {
     "no fence": (StaleReplies, "could_answer", lambda *_: False),
     "a fence before everything": (StaleReplies, "could_answer", lambda *_: True),
-    "copies are not known": (StaleReplies, "is_copy", lambda *_: False),
+    "copies are not known": (StaleReplies, "copied", lambda *_: None),
     "any answer passes everything": (StaleReplies, "on_answered", lambda earlier, *_: earlier._not_past.clear()),
     "any restart passes everything": (Link, "_restart", _forgets_at_any_restart),
     "what began before is believed": (

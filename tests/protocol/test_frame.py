@@ -25,6 +25,7 @@ from protocol.events import Counters, Role
 from protocol.fields import Done, Field, Flag, Quantity, Value, ValueRefused
 from protocol.frame import (
     MAX_FRAME_LENGTH,
+    MODULE_CHECKS,
     Reason,
     check_host,
     checksum,
@@ -32,7 +33,6 @@ from protocol.frame import (
     encode_long,
     encode_reply,
     is_empty_slot,
-    module_check,
     module_lengths,
 )
 from tests.support.line.reference_decoder import REPLIES, REQUESTS, sum_is_right
@@ -56,7 +56,7 @@ def test_host_frames_both_ways(vector: Vector) -> None:
 @pytest.mark.parametrize("vector", FROM_MODULE, ids=lambda vector: vector.id)
 def test_module_frames_are_built_byte_for_byte(vector: Vector) -> None:
     raw = vector.raw
-    assert module_check(len(raw))(raw) is None
+    assert MODULE_CHECKS[len(raw)](raw) is None
     assert len(raw) in module_lengths(raw[2])
     built = encode_reply(raw[2], raw[4]) if len(raw) == 6 and raw[2] != 1 else encode_long(raw[2], raw[3:-1])
     assert built == raw
@@ -77,14 +77,14 @@ def test_exactly_the_replies_of_the_table_pass() -> None:
         if code in (STATUS_CODE, 0x01):
             continue
         for data in range(256):
-            is_valid = module_check(6)(encode_reply(code, data)) is None
+            is_valid = MODULE_CHECKS[6](encode_reply(code, data)) is None
             assert is_valid is (code == RECORD_CODE or data in REPLIES[code])
 
 
 @pytest.mark.parametrize("vector", VECTORS, ids=lambda vector: vector.id)
 def test_a_wrong_sum_is_told_with_both_numbers(vector: Vector) -> None:
     raw = vector.raw[:-1] + bytes((vector.raw[-1] ^ 0x80,))
-    fault = check_host(raw) if vector.is_from_host else module_check(len(raw))(raw)
+    fault = check_host(raw) if vector.is_from_host else MODULE_CHECKS[len(raw)](raw)
     assert not sum_is_right(raw)
     assert fault is not None
     assert fault.reason is Reason.CHECKSUM
@@ -133,13 +133,13 @@ def test_an_unused_slot_is_all_00_or_all_ff(data: bytes, is_empty: bool) -> None
 def test_a_record_flag_that_is_neither_00_nor_01_is_rejected(position: int, name: str) -> None:
     data = bytearray(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB"))
     data[position] = 0x02
-    fault = module_check(16)(bytes(data) + bytes((checksum(bytes(data[2:])),)))
+    fault = MODULE_CHECKS[16](bytes(data) + bytes((checksum(bytes(data[2:])),)))
     assert fault is not None
     assert (fault.reason, fault.detail) == (Reason.VALUE, f"{name} flag 02, expected 00 or 01")
 
 
 def test_a_record_with_another_control_byte_is_rejected() -> None:
-    fault = module_check(16)(encode_long(RECORD_CODE, b"\2" + bytes(11)))
+    fault = MODULE_CHECKS[16](encode_long(RECORD_CODE, b"\2" + bytes(11)))
     assert fault is not None
     assert (fault.reason, fault.detail) == (Reason.CONTROL, "control byte 02, expected 01")
 

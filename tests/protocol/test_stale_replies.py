@@ -360,13 +360,14 @@ def test_a_late_reply_counts_until_its_time_is_over(passed_s: float, is_late: bo
 def test_a_copy_counts_until_its_time_is_over(passed_s: float, is_copy: bool) -> None:
     stale, reply = StaleReplies(SOON), encode_reply(0x22, 160)
     stale.expect_copy(reply, FREEFALL_TIME, 1.0)
-    assert stale.is_copy(reply, 1.0 + passed_s) is is_copy
-    assert not stale.is_copy(encode_reply(0x22, 161), 1.0)
-    assert not stale.is_late_copy(reply)
+    copied = stale.copied(reply, 1.0 + passed_s)
+    assert (copied is not None) is is_copy
+    assert stale.copied(encode_reply(0x22, 161), 1.0) is None
+    assert copied is None or not copied.is_late
     assert stale.could_answer(named("freefall_time").set(1.6), 1.0 + passed_s) is is_copy
     assert not stale.could_answer(FREEFALL_TIME, 1.0), "the same question: as good"
     stale.expect_no_copy(reply)
-    assert not stale.is_copy(reply, 1.0)
+    assert stale.copied(reply, 1.0) is None
 
 
 @pytest.mark.parametrize(("passed_s", "is_in_doubt"), [(0.25, True), (0.375, False)])
@@ -392,8 +393,7 @@ def test_after_an_answer_only_its_own_copy_may_follow() -> None:
     stale.expect_copy(earlier, FREEFALL_TIME, 1.0)
     stale.expect_copy(last, LIGHT, 1.0)
     stale.on_answered(LIGHT, 0.0)
-    assert stale.is_copy(last, 1.0)
-    assert not stale.is_copy(earlier, 1.0)
-    assert stale.copied_request(last) == LIGHT
-    assert stale.copied_request(earlier) is None
-    assert not stale.is_late_copy(earlier)
+    copied = stale.copied(last, 1.0)
+    assert copied is not None
+    assert copied.request == LIGHT
+    assert stale.copied(earlier, 1.0) is None
