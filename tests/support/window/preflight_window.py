@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -19,7 +18,7 @@ from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import Found, await_child, notice_text, press
+from tests.support.window.steps import Found, await_child, drop, notice_text, press
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
@@ -86,15 +85,7 @@ class OnBench(Rig):
         self.until(lambda: not page.work.is_busy)
 
     def drop(self, path: Path) -> None:
-        data = QMimeData()
-        data.setUrls([QUrl.fromLocalFile(str(path))])
-        window, place = self.assembly.window, self.assembly.window.rect().center()
-        actions, button, no_key = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-        enter = QDragEnterEvent(place, actions, data, button, no_key)
-        enter.ignore()
-        QApplication.sendEvent(window, enter)
-        assert enter.isAccepted()
-        QApplication.sendEvent(window, QDropEvent(QPointF(place), actions, data, button, no_key))
+        assert drop(self.assembly.window, path)
 
 
 @contextmanager

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from PySide6.QtCore import QObject, QPoint, QPointF, QRect, Qt
-from PySide6.QtGui import QCursor, QGuiApplication
+from PySide6.QtCore import QMimeData, QObject, QPoint, QPointF, QRect, Qt, QUrl
+from PySide6.QtGui import QCursor, QDragEnterEvent, QDropEvent, QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from pytestqt.qtbot import QtBot
@@ -27,6 +27,20 @@ _POINTER_AT_START = QPoint(10, 10)
 def choosing(path: Path) -> Callable[..., object]:
     """In place of a file dialog: a person who chooses `path` at once."""
     return lambda *asked: asked[-1](path)
+
+
+def drop(target: QWidget, *paths: Path) -> bool:
+    """As the window system would tell it; whether these files were taken."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    place, actions = target.rect().center(), Qt.DropAction.CopyAction
+    button, no_key = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    enter = QDragEnterEvent(place, actions, data, button, no_key)
+    enter.ignore()
+    QApplication.sendEvent(target, enter)
+    if enter.isAccepted():
+        QApplication.sendEvent(target, QDropEvent(QPointF(place), actions, data, button, no_key))
+    return enter.isAccepted()
 
 
 def settle(widget: QWidget | None) -> None:

@@ -4,9 +4,8 @@ import threading
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.recordings.export import ExportCancelled
@@ -14,7 +13,7 @@ from app.recordings.library import entry_of
 from tests.support.records.recordings_made import explained, read_session
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
-from tests.support.window.steps import choosing, press
+from tests.support.window.steps import choosing, drop, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from ui.core.background_task import Running
@@ -275,20 +274,10 @@ def test_opening_ends_with_the_window(
     assert still_wanted == [False]
 
 
-def drop(window_: QWidget, path: Path) -> None:
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path))])
-    buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    enter = QDragEnterEvent(QPoint(50, 50), Qt.DropAction.CopyAction, data, buttons, keys)
-    QApplication.sendEvent(window_, enter)
-    assert enter.isAccepted()
-    QApplication.sendEvent(window_, QDropEvent(QPointF(50, 50), Qt.DropAction.CopyAction, data, buttons, keys))
-
-
 def test_a_capture_dropped_on_the_window_is_opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = write_capture(tmp_path / f"dropped{SUFFIX}", seconds=1)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        drop(assembly.window, path)
+        assert drop(assembly.window, path)
         qtbot.waitUntil(lambda: page.opened is not None)
 
 

@@ -31,11 +31,10 @@ from app.safety.acts import Act
 from app.simulator.setup import parse_options
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
-from protocol.events import Answered, Counters, Received, Role, Sent
-from protocol.frame import Direction, Frame, Reason
+from protocol.events import Answered, Counters, Role, Sent
+from protocol.frame import Reason
 from protocol.link_states import Presence
-from protocol.messages import Heartbeat, Status, decode
-from tests.support.patience import quickest
+from protocol.messages import Heartbeat, Status
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.settings_bench import desk
@@ -250,30 +249,6 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         assert "wrong checksum: 12" in page.statistics.reasons.text()
         assert "port lost: 1" in page.statistics.over_time.accessibleName()
         page.grab()  # paints all of it, with marks
-
-
-def test_a_hidden_page_costs_little_at_line_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    frame = Frame(Direction.MODULE_TO_HOST, STATUS)
-    message = decode(STATUS)
-    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.hide()
-        opened = Connection(PortState.OPEN, "sim://x", 115200)
-        batches = []
-        for part in range(60):
-            counters = Counters(sent=part, frames=24 * part)
-            events = tuple(Received(frame, message, Role.STREAMED, part / 60 + n / 1440) for n in range(24))
-            batches.append(Batch(part / 60, opened, DeviceView(), link(counters), events=events))
-        for batch in batches:
-            page.on_batch(batch)
-        assert len(page.traffic_buffer) == 1440
-
-        def again_in_s() -> float:
-            began_s = time.process_time()
-            for batch in batches:
-                page.on_batch(batch)
-            return time.process_time() - began_s
-
-        assert quickest(again_in_s, 0.15) <= 0.15  # of a second
 
 
 # The support bundle

@@ -1,6 +1,6 @@
 """The traffic list: rows, filters, pause, scrolling, copying and cost."""
 
-import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -21,7 +21,6 @@ from protocol.stream import StreamParser
 from tests.support.records.recordings_made import explained
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import find, let_lay_out, show_page
-from ui.main import Assembly
 from ui.pages.diagnosis import traffic_texts
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic import TrafficPage
@@ -30,7 +29,6 @@ from ui.pages.diagnosis.traffic_texts import at_of
 from ui.shell.page_area import PageMaker
 from ui.style.theme import Choice, Space
 
-LINE_RATE = 1440
 STREAMED = Status(7, 1.0, triggered=False, active=False).encode()
 
 
@@ -57,12 +55,15 @@ def cell(model: TrafficModel, row: int, column: Column) -> str:
     return str(model.index(row, column.value).data())
 
 
-def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
-    found = show_page(qtbot, assembly.window, "traffic", TrafficPage)
-    maker = find(assembly.window, PageMaker)
-    qtbot.waitUntil(lambda: maker.is_done)
-    QApplication.processEvents()
-    return found
+@pytest.fixture
+def traffic(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPage]:
+    """Alone in a window."""
+    with window(qapp, tmp_path) as assembly:
+        found = show_page(qtbot, assembly.window, "traffic", TrafficPage)
+        maker = find(assembly.window, PageMaker)
+        qtbot.waitUntil(lambda: maker.is_done)
+        QApplication.processEvents()
+        yield found
 
 
 def test_a_row_describes_its_frame(qapp: QApplication) -> None:
@@ -152,7 +153,7 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
 
 def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("frames"), window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
+        traffic = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         connect(qtbot, assembly, "sim://frames")
 
         def column(wanted: Column) -> set[str]:
@@ -162,129 +163,88 @@ def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_
         qtbot.waitUntil(lambda: "heartbeat" in column(Column.MEANING))
 
 
-def test_pause_stops_the_list_and_loses_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch(streamed(5)))
-        qtbot.waitUntil(lambda: traffic.model.rowCount() == 5)
-        qtbot.keyClick(traffic.table, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
-        assert traffic.pause.isChecked()
-        traffic.on_batch(batch(streamed(7)))
-        traffic.draw()
-        assert traffic.model.rowCount() == 5
-        qtbot.mouseClick(traffic.pause, Qt.MouseButton.LeftButton)
-        qtbot.waitUntil(lambda: traffic.model.rowCount() == 12)
+def test_pause_stops_the_list_and_loses_nothing(qtbot: QtBot, traffic: TrafficPage) -> None:
+    traffic.on_batch(batch(streamed(5)))
+    qtbot.waitUntil(lambda: traffic.model.rowCount() == 5)
+    qtbot.keyClick(traffic.table, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    assert traffic.pause.isChecked()
+    traffic.on_batch(batch(streamed(1234)))
+    traffic.draw()
+    assert (traffic.model.rowCount(), traffic._count.text()) == (5, "1,234 new")
+    qtbot.mouseClick(traffic.pause, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: traffic.model.rowCount() == 1239)
 
 
-def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        bar = traffic.table.verticalScrollBar()
-        traffic.on_batch(batch(streamed(200)))
-        traffic.draw()
-        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
-        before = bar.maximum()
-        traffic.on_batch(batch(streamed(50)))
-        traffic.draw()
-        qtbot.waitUntil(lambda: bar.value() == bar.maximum() > before)
-        bar.setValue(100)
-        traffic.on_batch(batch(streamed(50)))
-        traffic.draw()
-        QApplication.processEvents()
-        assert bar.value() == 100
+def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, traffic: TrafficPage) -> None:
+    bar = traffic.table.verticalScrollBar()
+    traffic.on_batch(batch(streamed(200)))
+    traffic.draw()
+    qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
+    before = bar.maximum()
+    traffic.on_batch(batch(streamed(50)))
+    traffic.draw()
+    qtbot.waitUntil(lambda: bar.value() == bar.maximum() > before)
+    bar.setValue(100)
+    traffic.on_batch(batch(streamed(50)))
+    traffic.draw()
+    QApplication.processEvents()
+    assert bar.value() == 100
 
 
-def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch(streamed(MAX_ROWS)))
-        traffic.draw()
-        bar = traffic.table.verticalScrollBar()
-        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
-        bar.setValue(bar.maximum() // 2)
-        top = traffic.model.event_at(traffic.table.rowAt(0))
-        traffic.on_batch(batch(streamed(100, first=MAX_ROWS)))
-        traffic.draw()
-        QApplication.processEvents()
-        assert traffic.model.event_at(traffic.table.rowAt(0)) is top
+def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(qtbot: QtBot, traffic: TrafficPage) -> None:
+    traffic.on_batch(batch(streamed(MAX_ROWS)))
+    traffic.draw()
+    bar = traffic.table.verticalScrollBar()
+    qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
+    bar.setValue(bar.maximum() // 2)
+    top = traffic.model.event_at(traffic.table.rowAt(0))
+    traffic.on_batch(batch(streamed(100, first=MAX_ROWS)))
+    traffic.draw()
+    QApplication.processEvents()
+    assert traffic.model.event_at(traffic.table.rowAt(0)) is top
 
 
-def test_it_stays_at_the_end_when_the_table_shrinks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch(streamed(200)))
-        traffic.draw()
-        bar = traffic.table.verticalScrollBar()
-        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
-        before = bar.maximum()
-        assembly.window.resize(900, 520)
-        qtbot.waitUntil(lambda: bar.maximum() > before)
-        assert bar.value() == bar.maximum()
+def test_it_stays_at_the_end_when_the_table_shrinks(qtbot: QtBot, traffic: TrafficPage) -> None:
+    traffic.on_batch(batch(streamed(200)))
+    traffic.draw()
+    bar = traffic.table.verticalScrollBar()
+    qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
+    before = bar.maximum()
+    traffic.window().resize(900, 520)
+    qtbot.waitUntil(lambda: bar.maximum() > before)
+    assert bar.value() == bar.maximum()
 
 
-def test_copy_and_clear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch([sent(), sent("boot_count"), sent("light")]))
-        traffic.draw()
-        traffic.table.selectRow(1)
-        assert "42 61 23 01 00 24" in traffic.detail.text()
-        qtbot.keyClick(traffic.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-        lines = QApplication.clipboard().text().split("\n")
-        assert len(lines) == 1
-        assert lines[0].split("\t")[1:] == ["sent", "42 61 23 01 00 24", "query: boot count"]
-        traffic.table.clearSelection()
-        qtbot.mouseClick(traffic.copy, Qt.MouseButton.LeftButton)
-        assert len(QApplication.clipboard().text().split("\n")) == 3
-        qtbot.mouseClick(traffic.clear, Qt.MouseButton.LeftButton)
-        assert traffic.model.rowCount() == 0
+def test_copy_and_clear(qtbot: QtBot, traffic: TrafficPage) -> None:
+    traffic.on_batch(batch([sent(), sent("boot_count"), sent("light")]))
+    traffic.draw()
+    traffic.table.selectRow(1)
+    assert "42 61 23 01 00 24" in traffic.detail.text()
+    qtbot.keyClick(traffic.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    lines = QApplication.clipboard().text().split("\n")
+    assert len(lines) == 1
+    assert lines[0].split("\t")[1:] == ["sent", "42 61 23 01 00 24", "query: boot count"]
+    traffic.table.clearSelection()
+    qtbot.mouseClick(traffic.copy, Qt.MouseButton.LeftButton)
+    assert len(QApplication.clipboard().text().split("\n")) == 3
+    qtbot.mouseClick(traffic.clear, Qt.MouseButton.LeftButton)
+    assert traffic.model.rowCount() == 0
 
 
-def test_filter_by_keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch([sent(), *streamed(3)]))
-        traffic.draw()
-        qtbot.keyClick(traffic.filter, Qt.Key.Key_Down)
-        assert traffic.model.rowCount() == 1
+def test_filter_by_keyboard(qtbot: QtBot, traffic: TrafficPage) -> None:
+    traffic.on_batch(batch([sent(), *streamed(3)]))
+    traffic.draw()
+    qtbot.keyClick(traffic.filter, Qt.Key.Key_Down)
+    assert traffic.model.rowCount() == 1
 
 
-def test_a_second_of_the_fastest_stream_costs_little(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """Hidden it costs almost nothing; visible it draws at its own rate."""
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch(streamed(MAX_ROWS)))
-        traffic.draw()
-        began = time.process_time()
-        for part in range(60):
-            traffic.on_batch(batch(streamed(LINE_RATE // 60, first=part)))
-        keeping_s = time.process_time() - began
-        assert keeping_s < 0.05
-        assert traffic.model.unseen >= 0
-
-
-def test_the_row_in_full_goes_with_its_selection(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch([sent(), *streamed(3)]))
-        traffic.draw()
-        traffic.table.selectRow(0)
-        assert "42 61 34 01 00 35" in traffic.detail.text()
-        traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.REJECTED))
-        assert "42 61 34 01 00 35" not in traffic.detail.text()
-
-
-def test_rows_during_a_pause_are_counted(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        traffic = page(qtbot, assembly)
-        traffic.on_batch(batch(streamed(5)))
-        traffic.draw()
-        traffic.pause.click()
-        traffic.on_batch(batch(streamed(1234)))
-        traffic.draw()
-        assert traffic._count.text() == "1,234 new"
+def test_the_row_in_full_goes_with_its_selection(traffic: TrafficPage) -> None:
+    traffic.on_batch(batch([sent(), *streamed(3)]))
+    traffic.draw()
+    traffic.table.selectRow(0)
+    assert "42 61 34 01 00 35" in traffic.detail.text()
+    traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.REJECTED))
+    assert "42 61 34 01 00 35" not in traffic.detail.text()
 
 
 def test_another_module_ends_a_pause_and_a_search_and_leaves_a_capture_as_it_is(
@@ -323,7 +283,7 @@ def test_the_number_of_rows_is_readable_on_the_smallest_screen_in_sunlight(
     with window(qapp, tmp_path) as assembly:
         assembly.appearance.choose(Choice.SUNLIGHT)
         assembly.window.resize(960, 540)
-        shown = page(qtbot, assembly)
+        shown = show_page(qtbot, assembly.window, "traffic", TrafficPage)
         shown.on_batch(batch(streamed(1500)))
         shown.draw()
         let_lay_out(shown)

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -26,7 +25,7 @@ from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.steps import await_child, choosing, let_lay_out, notice_text
+from tests.support.window.steps import await_child, choosing, drop, let_lay_out, notice_text
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.flights import controller
@@ -156,14 +155,10 @@ def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path, is_without_p
     """On the page, and beside the ports, where somebody without a module begins."""
     write_logs(tmp_path / "logs")
     single = write_csv(tmp_path / "single.csv", tilted("", 20))
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(tmp_path / "logs")), QUrl.fromLocalFile(str(single))])
-    action, button, no_key = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
     panel = desk.assembly.window.panel
     panel.setVisible(is_without_port)
     target = panel.flights if is_without_port else desk.page
-    QApplication.sendEvent(target, QDragEnterEvent(QPoint(5, 5), action, data, button, no_key))
-    QApplication.sendEvent(target, QDropEvent(QPointF(5, 5), action, data, button, no_key))
+    assert drop(target, tmp_path / "logs", single)
     desk.wait_read()
     assert not panel.isVisible()
     assert str(single) in desk.shown(MUST_NOT)

@@ -14,7 +14,7 @@ from protocol.catalogue import Hazard
 from protocol.frame import decode_request
 from tests.support.records.recordings_made import HEADING, batch, device, opened, recorder_in
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
-from tests.support.window.steps import find, notice_text
+from tests.support.window.steps import await_child, find, notice_text
 from ui.pages.flights.controller import FlightRow
 from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
@@ -36,9 +36,8 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         simulated("session", active=True) as bench,
         window(qapp, tmp_path, entries=page_entries("live", "flights")) as assembly,
     ):
-        with qtbot.waitSignal(assembly.window.pages_made):
-            pass
-        live, flights = find(assembly.window, LivePage), find(assembly.window, FlightsPage)
+        live = await_child(qtbot, assembly.window, LivePage)
+        flights = await_child(qtbot, assembly.window, FlightsPage)
         assert not live.try_out.isEnabled()
         connect(qtbot, assembly, "sim://session")
         port = assembly.connector.current
@@ -78,9 +77,8 @@ def test_a_recording_is_tried_with_its_own_thresholds(qtbot: QtBot, qapp: QAppli
         bench.finish()
         path = bench.path
     with window(qapp, tmp_path, entries=page_entries("live", "flights")) as assembly:
-        with qtbot.waitSignal(assembly.window.pages_made):
-            pass
-        live, flights = find(assembly.window, LivePage), find(assembly.window, FlightsPage)
+        live = await_child(qtbot, assembly.window, LivePage)
+        flights = await_child(qtbot, assembly.window, FlightsPage)
         live.show_recording(opened(path))
         live.try_out.click()
         row = tried(qtbot, flights, path)

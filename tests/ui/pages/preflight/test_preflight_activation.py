@@ -87,20 +87,17 @@ def test_an_acknowledgement_alone_is_no_go(quick: None, rig: OnBench) -> None:
     assert page.work.standing is not Standing.GO
 
 
-def test_where_the_aircraft_activates_ready_is_the_end(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
+def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, quick: None, rig: OnBench) -> None:
     profile = tmp_path / "h6.toml"
     profile.write_text('[expectations]\nactivated_by = "aircraft"\n', encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "aircraft", "preflight") as bench:
-        page = bench.preflight
-        page.form.ask_open = choosing(profile)
-        page.form.choose_file()
-        assert bench.check() is Standing.READY
-        assert page.banner.announcement.head == "The aircraft activates it"
-        assert not page.activation.isVisible()
-        bench.bench.module.activate(is_active=True)  # by the aircraft
-        bench.wait_standing(Standing.GO)
+    page = rig.preflight
+    page.form.ask_open = choosing(profile)
+    page.form.choose_file()
+    assert rig.check() is Standing.READY
+    assert page.banner.announcement.head == "The aircraft activates it"
+    assert not page.activation.isVisible()
+    rig.bench.module.activate(is_active=True)  # by the aircraft
+    rig.wait_standing(Standing.GO)
 
 
 def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
@@ -185,6 +182,12 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
 # What ends it while it stands
 
 
+@pytest.fixture
+def rereads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a verdict depends on, every 0.2 s."""
+    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.2)
+
+
 def _set(name: str, raw: int) -> Callable[[OnBench], None]:
     return lambda bench: setattr(bench.bench.module.memory, name, raw)
 
@@ -194,40 +197,27 @@ def _set(name: str, raw: int) -> Callable[[OnBench], None]:
     (_set("freefall_time", 10), "Free-fall time", False),
 ])  # fmt: skip
 def test_other_settings_end_a_verdict_that_stands(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch,
-    is_active: bool, change: Callable[[OnBench], None], what: str,
-) -> None:  # fmt: skip
-    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.5)
-    with on_bench(qtbot, qapp, tmp_path, "moved", "preflight") as bench:
-        page = bench.preflight
-        assert bench.check() is Standing.READY
-        if is_active:
-            activate(bench)
-            bench.wait_standing(Standing.GO)
-        change(bench)
-        bench.wait_standing(Standing.VOID)
-        assert what.split(":")[0] in page.banner.announcement.head
-
-
-def test_it_stands_while_nothing_changes(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
+    quick: None, rereads: None, is_active: bool, change: Callable[[OnBench], None], what: str, rig: OnBench
 ) -> None:
-    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.2)
-    with on_bench(qtbot, qapp, tmp_path, "stands", "preflight") as bench:
-        assert bench.check() is Standing.READY
-        before = len(bench.requests)
-        bench.until(
-            lambda: [request.command.name for request in bench.requests[before:]].count("attitude_threshold") >= 6
-        )
-        assert bench.preflight.work.standing is Standing.READY
+    page = rig.preflight
+    assert rig.check() is Standing.READY
+    if is_active:
+        activate(rig)
+        rig.wait_standing(Standing.GO)
+    change(rig)
+    rig.wait_standing(Standing.VOID)
+    assert what.split(":")[0] in page.banner.announcement.head
 
 
-def test_what_cannot_be_read_again_ends_it(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.5)
-    with on_bench(qtbot, qapp, tmp_path, "unread", "preflight") as bench:
-        assert bench.check() is Standing.READY
-        bench.bench.change(mute_codes=frozenset((0x20,)))
-        bench.wait_standing(Standing.VOID)
-        assert bench.preflight.banner.announcement.head in ("Not read again", "No reply for a moment")
+def test_it_stands_while_nothing_changes(quick: None, rereads: None, rig: OnBench) -> None:
+    assert rig.check() is Standing.READY
+    before = len(rig.requests)
+    rig.until(lambda: [request.command.name for request in rig.requests[before:]].count("attitude_threshold") >= 6)
+    assert rig.preflight.work.standing is Standing.READY
+
+
+def test_what_cannot_be_read_again_ends_it(quick: None, rereads: None, rig: OnBench) -> None:
+    assert rig.check() is Standing.READY
+    rig.bench.change(mute_codes=frozenset((0x20,)))
+    rig.wait_standing(Standing.VOID)
+    assert rig.preflight.banner.announcement.head in ("Not read again", "No reply for a moment")

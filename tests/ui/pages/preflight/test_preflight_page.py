@@ -101,30 +101,29 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
 # What a person says
 
 
-def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+def test_manual_items_are_ticked_by_a_person(tmp_path: Path, quick: None, rig: OnBench) -> None:
     profile = tmp_path / "hexa.toml"
     profile.write_text(PROFILE, encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "manual", "preflight") as bench:
-        page = bench.preflight
-        page.form.ask_open = choosing(profile)
-        page.form.choose_file()
-        needed, other = page.list.manual
-        assert bench.check() is Standing.NO_GO
-        assert "Bridle free" in page.banner.accessibleName()
-        bench.click(needed.done)
-        assert page.banner.announcement.standing is Standing.VOID  # the record no longer says what is ticked
-        assert bench.check() is Standing.READY
-        assert page.work.record is not None
-        assert page.work.record["manual"] == [
-            {"text": "Bridle free", "is_done": True, "is_required": True},
-            {"text": "<b>Pack date</b>", "is_done": None, "is_required": False},
-        ]
-        bench.click(other.bad)
-        assert bench.check() is Standing.NO_GO
-        assert other.chip.word == "Not OK"
-        bench.assembly.connector.clock = lambda: bench.clock() + 1000.0
-        page.tick()  # a quarter of an hour later the ticks are of another flight
-        assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
+    page = rig.preflight
+    page.form.ask_open = choosing(profile)
+    page.form.choose_file()
+    needed, other = page.list.manual
+    assert rig.check() is Standing.NO_GO
+    assert "Bridle free" in page.banner.accessibleName()
+    rig.click(needed.done)
+    assert page.banner.announcement.standing is Standing.VOID  # the record no longer says what is ticked
+    assert rig.check() is Standing.READY
+    assert page.work.record is not None
+    assert page.work.record["manual"] == [
+        {"text": "Bridle free", "is_done": True, "is_required": True},
+        {"text": "<b>Pack date</b>", "is_done": None, "is_required": False},
+    ]
+    rig.click(other.bad)
+    assert rig.check() is Standing.NO_GO
+    assert other.chip.word == "Not OK"
+    rig.assembly.connector.clock = lambda: rig.clock() + 1000.0
+    page.tick()  # a quarter of an hour later the ticks are of another flight
+    assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
 
 
 def test_another_name_in_the_middle_voids_the_check(qtbot: QtBot, quick: None, full_rig: OnBench) -> None:
@@ -220,26 +219,23 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(quick: No
     assert rig.check() is Standing.READY  # they are the approved ones now
 
 
-def test_what_a_profile_approves_is_changed_in_the_profile(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
+def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, quick: None, rig: OnBench) -> None:
     profile = tmp_path / "hexa.toml"
     profile.write_text(f'{PROFILE.split("[[")[0]}approved_fingerprint = "JFKY-2WSC"  # in May\n', encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "approval", "preflight") as bench:
-        bench.bench.module.memory.attitude_threshold = 70
-        page = bench.preflight
-        page.form.ask_open = choosing(profile)
-        page.form.choose_file()
-        assert bench.check() is Standing.NO_GO
-        row = page.list.rows["fingerprint"]
-        code = row.measured.text()
-        page.list.ensureWidgetVisible(row.act)
-        bench.click(row.act)
-        bench.wait_standing(Standing.CHECKING)
-        bench.wait_standing(Standing.READY, Standing.NO_GO)
-        assert (page.work.assessment and page.work.assessment.result("fingerprint")) is CheckResult.PASS
-        assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
-        assert "# in May" in profile.read_text(encoding="utf-8")
+    rig.bench.module.memory.attitude_threshold = 70
+    page = rig.preflight
+    page.form.ask_open = choosing(profile)
+    page.form.choose_file()
+    assert rig.check() is Standing.NO_GO
+    row = page.list.rows["fingerprint"]
+    code = row.measured.text()
+    page.list.ensureWidgetVisible(row.act)
+    rig.click(row.act)
+    rig.wait_standing(Standing.CHECKING)
+    rig.wait_standing(Standing.READY, Standing.NO_GO)
+    assert (page.work.assessment and page.work.assessment.result("fingerprint")) is CheckResult.PASS
+    assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
+    assert "# in May" in profile.read_text(encoding="utf-8")
 
 
 def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

@@ -6,8 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -20,7 +19,7 @@ from tests.support.journals import begin_baud
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, simulated, window
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
-from tests.support.window.steps import choosing, find, notice_text
+from tests.support.window.steps import choosing, drop, find, notice_text
 from ui.services.storage import Storage
 from ui.shell.attention import AGAIN_S
 from ui.style.painted_widget import Freshness
@@ -46,21 +45,6 @@ def tick(one: Desk, name: str) -> QCheckBox:
 
 def match(one: Desk, name: str) -> str:
     return one.settings.compare._rows[name].chip.word
-
-
-def drop(one: Desk, path: Path) -> bool:
-    """As the window system would tell it; whether it was taken."""
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(path))])
-    place = QPoint(400, 300)
-    actions, button, no_key = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-    enter = QDragEnterEvent(place, actions, data, button, no_key)
-    enter.ignore()
-    QApplication.sendEvent(one.assembly.window, enter)
-    if not enter.isAccepted():
-        return False
-    QApplication.sendEvent(one.assembly.window, QDropEvent(QPointF(place), actions, data, button, no_key))
-    return True
 
 
 def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
@@ -134,26 +118,25 @@ def test_a_profile_against_the_advice_is_warned_about(tmp_path: Path, one: Desk)
     assert one.changes() == []
 
 
-def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_all_errors_of_a_file_are_shown_at_once(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
     bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
-    with desk(qtbot, qapp, tmp_path, "settings") as one:
-        open_by_dialog(one, profile_file(tmp_path, bad))
-        assert one.find(QLabel, "profile_faults").isVisible()
-        told = one.find(QLabel, "profile_faults").text().splitlines()
-        assert [line.split(":")[0] for line in told] == ["Line 2", "Line 4", "Line 5"]
-        one.assembly.language_switch.use("zh_CN")
-        told = one.find(QLabel, "profile_faults").text().splitlines()
-        assert [line.split("：")[0] for line in told] == ["第 2 行", "第 4 行", "第 5 行"]
-        assert not one.find(QPushButton, "profile_apply").isVisible()
-        qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
-        assert one.settings.write.isVisible()
-        assert one.changes() == []
+    open_by_dialog(one, profile_file(tmp_path, bad))
+    assert one.find(QLabel, "profile_faults").isVisible()
+    told = one.find(QLabel, "profile_faults").text().splitlines()
+    assert [line.split(":")[0] for line in told] == ["Line 2", "Line 4", "Line 5"]
+    one.assembly.language_switch.use("zh_CN")
+    told = one.find(QLabel, "profile_faults").text().splitlines()
+    assert [line.split("：")[0] for line in told] == ["第 2 行", "第 4 行", "第 5 行"]
+    assert not one.find(QPushButton, "profile_apply").isVisible()
+    qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
+    assert one.settings.write.isVisible()
+    assert one.changes() == []
 
 
 def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "commands", "settings") as one:
-        assert not drop(one, profile_file(tmp_path, name="notes.txt"))
-        assert drop(one, profile_file(tmp_path))
+        assert not drop(one.assembly.window, profile_file(tmp_path, name="notes.txt"))
+        assert drop(one.assembly.window, profile_file(tmp_path))
         one.until(one.settings.compare.isVisible)
         assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
         assert one.changes() == []

@@ -185,7 +185,7 @@ def test_survives_a_power_cycle(remembers: bool, one: Desk) -> None:
     assert ("37 → 38" in notice(one)) is True
 
 
-def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, one: Desk) -> None:
     def wheel(box: QWidget) -> None:
         here = QPointF(box.rect().center())
         qapp.sendEvent(
@@ -194,22 +194,21 @@ def test_the_wheel_edits_only_with_the_focus(qtbot: QtBot, qapp: QApplication, t
                         Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False),
         )  # fmt: skip
 
-    with desk(qtbot, qapp, tmp_path, "settings") as one:
-        box = one.find(QLineEdit, "attitude_threshold_wanted")
-        number = one.find(QDoubleSpinBox, "attitude_threshold_number")
-        one.until(lambda: box.text() == "60")
-        one.settings.read.setFocus()
-        wheel(number)
-        assert box.text() == "60"
-        number.setFocus()
-        wheel(number)
-        assert (box.text(), number.value(), number.maximum()) == ("61", 61, 255)
-        assert number.accessibleDescription() == "0° to 255°"
-        qtbot.keyClick(number, Qt.Key.Key_Down)
-        qtbot.keyClick(number, Qt.Key.Key_PageDown)
-        assert box.text() == "50"
-        qtbot.keyClick(number, Qt.Key.Key_Up)
-        assert box.text() == "51"
+    box = one.find(QLineEdit, "attitude_threshold_wanted")
+    number = one.find(QDoubleSpinBox, "attitude_threshold_number")
+    one.until(lambda: box.text() == "60")
+    one.settings.read.setFocus()
+    wheel(number)
+    assert box.text() == "60"
+    number.setFocus()
+    wheel(number)
+    assert (box.text(), number.value(), number.maximum()) == ("61", 61, 255)
+    assert number.accessibleDescription() == "0° to 255°"
+    qtbot.keyClick(number, Qt.Key.Key_Down)
+    qtbot.keyClick(number, Qt.Key.Key_PageDown)
+    assert box.text() == "50"
+    qtbot.keyClick(number, Qt.Key.Key_Up)
+    assert box.text() == "51"
 
 
 def test_the_shown_value_pasted_over_itself_is_an_edit(one: Desk, qapp: QApplication) -> None:
