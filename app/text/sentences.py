@@ -51,6 +51,13 @@ def not_written(file: object, error: Exception) -> str:
     return tr("{file} cannot be written: {why}.", file=file, why=error_text(error))
 
 
+def saved_text(path: object, rows: int, *, is_whole: bool = True) -> str:
+    """`is_whole`: no older rows were gone by then."""
+    if is_whole:
+        return tr("Saved to {path}. Rows: {rows}.", rows=f"{rows:,}", path=path)
+    return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=f"{rows:,}", path=path)
+
+
 def error_text(error: Exception) -> str:
     """The system's message without error number and path, the sentence of a `UserError`, else the text of the error."""
     return getattr(error, "strerror", None) or getattr(error, "sentence", None) or str(error)

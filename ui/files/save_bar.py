@@ -14,6 +14,7 @@ from app import version
 from app.recordings.excerpt import Excerpt, csv_parts, part_count
 from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.text.i18n import tr
+from app.text.sentences import saved_text
 from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
@@ -213,21 +214,15 @@ class SaveBar(QWidget):
     def save_csv(self) -> None:
         if not self.note.is_saving:
             excerpt, origin = self._take_excerpt(), self._find_origin()
+            saved = partial(saved_text, rows=excerpt.row_count, is_whole=excerpt.is_whole)
             parts = csv_parts(excerpt, wall_offset_s=origin.wall_offset_s)
-            self.note.save_values(_place(origin, ".csv"), parts, part_count(excerpt), partial(_saved_text, excerpt))
+            self.note.save_values(_place(origin, ".csv"), parts, part_count(excerpt), saved)
 
     def save_png(self) -> None:
         if not self.note.is_saving:
             origin = self._find_origin()
             image = self._take_picture(footer_text(origin, datetime.now().astimezone()))
             self.note.save_picture(_place(origin, ".png"), image, self._take_drawing())
-
-
-def _saved_text(excerpt: Excerpt, path: Path) -> str:
-    rows = f"{excerpt.row_count:,}"
-    if excerpt.is_whole:
-        return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
-    return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
 
 
 def _place(origin: Origin, suffix: str) -> Path:

@@ -11,7 +11,7 @@ from PySide6.QtCore import Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_sentences
+from app.text.sentences import error_text, join_sentences, saved_text
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.announcer import announce
@@ -140,7 +140,7 @@ class RecordingJobs(JobNotice):
 
         def notify(done: "Exported") -> None:
             def text() -> str:
-                saved = tr("Saved to {path}. Rows: {rows}.", rows=f"{done.rows:,}", path=path)
+                saved = saved_text(path, done.rows)
                 return saved if done.damage is None else join_sentences([saved, done.damage.translated()])
 
             self._end(Meaning.GOOD if done.damage is None else Meaning.ATTENTION, text)

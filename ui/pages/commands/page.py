@@ -44,8 +44,6 @@ FIRED_WORDS: Final[Mapping[bool, str]] = {
 
 
 class CommandsPage(Page):
-    """See the module's docstring."""
-
     def __init__(self, services: Services) -> None:
         super().__init__("commands")
         self._connector = services.connector

@@ -21,7 +21,7 @@ from app.engine.worker import Connection
 from app.recordings.export import ExportCancelled, not_saved_text
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
-from app.text.sentences import error_text
+from app.text.sentences import error_text, saved_text
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, ask_open, ask_path, default_name
 from ui.services.context import Services
@@ -137,12 +137,6 @@ class CaptureFiles(QWidget):
         path: Path,
     ) -> None:
         self._folder = path.parent
-        rows = f"{len(entries):,}"
-
-        def saved_text() -> str:
-            if has_dropped:
-                return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=rows, path=path)
-            return tr("Saved to {path}. Rows: {rows}.", rows=rows, path=path)
 
         def write(running: Running) -> None:
             from app.recordings.session_format import Opening
@@ -164,7 +158,7 @@ class CaptureFiles(QWidget):
             self.refresh()
             meaning = Meaning.INFORMATION if isinstance(error, ExportCancelled) else Meaning.ATTENTION
             if error is None:
-                self._result.notify(Meaning.GOOD, saved_text)
+                self._result.notify(Meaning.GOOD, partial(saved_text, path, len(entries), is_whole=not has_dropped))
             else:
                 self._result.notify(meaning, lambda: not_saved_text(path, error))
 

@@ -86,7 +86,7 @@ class LinkStatisticsView(QScrollArea):
         self.trips, self.over_time = Histogram(), OverTime()
         self.reasons = text_label("figures_reasons", is_selectable=True)
         self.reasons.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self._legend = self._caption(services, "figures_legend", marked("▼ restart   ■ port lost"))
+        self._legend = control(QLabel(), services.texts, "figures_legend", "▼ restart   ■ port lost", role="caption")
         self._lay_out(services)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, restyle=self._fit)
         self._fit()
@@ -138,10 +138,6 @@ class LinkStatisticsView(QScrollArea):
     # Making
 
     @staticmethod
-    def _caption(services: Services, name: str, english: str) -> QLabel:
-        return control(QLabel(), services.texts, name, english, role="caption")
-
-    @staticmethod
     def _card(name: str, *parts: QWidget) -> QFrame:
         card = named(QFrame(), name, "card")
         column = in_column(*parts, of=card, spacing=Space.XS, margins=(Space.M, Space.S))
@@ -153,15 +149,15 @@ class LinkStatisticsView(QScrollArea):
         self._numbers = QGridLayout(numbers)
         self._numbers.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         self._numbers.setHorizontalSpacing(Space.M)
-        trips = self._caption(services, "figures_trips_title", marked("Round-trip time, ms"))
-        reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes"))
+        trips = control(QLabel(), services.texts, "figures_trips_title", "Round-trip time, ms", role="caption")
+        reasons = control(QLabel(), services.texts, "figures_reasons_title", "Invalid bytes", role="caption")
         self._pair = in_row(
             (self._card("figures_trips_card", trips, self.trips), 3),
             (self._card("figures_reasons_card", reasons, self.reasons), 2),
             spacing=Space.S,
         )
         head = named(QWidget(), "figures_time_head")
-        title = self._caption(services, "figures_time_title", marked("Over time"))
+        title = control(QLabel(), services.texts, "figures_time_title", "Over time", role="caption")
         in_row(title, 1, self._legend, of=head, spacing=Space.XS, margins=0)
         content = named(QWidget(), "figures_content")
         in_column(

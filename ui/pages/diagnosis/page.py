@@ -40,8 +40,6 @@ _VIEWS: Final = (
 
 
 class DiagnosisPage(StreamPage):
-    """See the module's docstring."""
-
     suffixes = OPENED_SUFFIXES
     shows_link = True
 

@@ -105,11 +105,6 @@ class BatchForm(QWidget):
         self.path = path
         self.refresh()
 
-    def suggest_who(self, who: str) -> None:
-        """Until something is typed."""
-        if not self.who.isModified():
-            self.who.setText(who)
-
     def refresh(self) -> None:
         self.profile.setText("" if self.path is None else self.path.name)
         self.start.setEnabled(self.path is not None and bool(self.names.text().strip()))
@@ -175,7 +170,8 @@ class BatchPanel(QWidget):
         self.form.refresh()
         if not has_begun:
             self._turn = None
-            self.form.suggest_who(self._services.preferences.who)
+            if not self.form.who.isModified():
+                self.form.who.setText(self._services.preferences.who)
             return
         stage = turns.stage
         self.words.setText(tr(stage.value, module=turns.name))

@@ -271,11 +271,10 @@ class FlightsWork(QObject):
     def _propose(self) -> None:
         self.proposal = None
         flights = self.sorted_flights()
-        if not any(flights):
+        if any(flights):
+            self._proposing.run(lambda _running: propose(*flights), self._on_proposal)
+        else:
             self._proposing.cancel()
-            self.proposal_changed.emit()
-            return
-        self._proposing.run(lambda _running: propose(*flights), self._on_proposal)
         self.proposal_changed.emit()
 
     def _on_proposal(self, proposal: ThresholdProposal) -> None:

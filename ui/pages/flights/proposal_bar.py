@@ -146,11 +146,11 @@ class ProposalBar(QFrame):
             return
         self._remembered.add_profile(path)
 
-        def saved_text() -> str:
+        def saved() -> str:
             note = tr("Its approved settings code was removed.") if loses_approval else ""
             return join_sentences([tr("Saved to {path}.", path=path), note])
 
-        self._result.notify(Meaning.GOOD, saved_text)
+        self._result.notify(Meaning.GOOD, saved)
 
 
 def _margin_text(margin: FlightMargin) -> str:

@@ -94,19 +94,16 @@ def order_of(group: FlightGroup, outcome: FlightOutcome | None) -> float:
 _NEVER_S = 1e8
 
 
+_WORDS: Final = {
+    Verdict.UNREAD: marked("not read"), Verdict.DIFFERS: marked("unclear"), Verdict.LATE: marked("too late"),
+    Verdict.HOLDS: marked("no"),
+}  # fmt: skip
+
+
 def verdict_text(outcome: FlightOutcome | None) -> str:
     """Short text for a column."""
-    match verdict_of(outcome):
-        case Verdict.UNREAD:
-            return tr("not read")
-        case Verdict.DIFFERS:
-            return tr("unclear")
-        case Verdict.LATE:
-            return tr("too late")
-        case Verdict.HOLDS:
-            return tr("no")
-        case _:
-            return f"{math.nan if outcome is None else outcome.direct.at_s:.1f} s"
+    verdict = verdict_of(outcome)
+    return f"{outcome.direct.at_s:.1f} s" if outcome and verdict is Verdict.FIRES else tr(_WORDS[verdict])
 
 
 def short_name(name: str) -> str:

@@ -105,8 +105,6 @@ _MAX_WAITING: Final = 15
 
 
 class LivePage(StreamPage):
-    """See the module docstring."""
-
     shows_link = True
 
     def __init__(self, services: Services) -> None:

@@ -251,16 +251,11 @@ class CheckHistory(QWidget):
             trend.setVisible(is_of_module)
 
     def _enable(self) -> None:
-        chosen = self._chosen()
-        self.print.setEnabled(chosen is not None and not chosen.is_void)
-
-    def _chosen(self) -> CheckLine | None:
-        return next(iter(self.table.chosen()), None)
+        self.print.setEnabled(any(not check.is_void for check in self.table.chosen()))
 
     def _print(self) -> None:
-        chosen = self._chosen()
-        if chosen is not None and not chosen.is_void:
-            self.print_wanted.emit(chosen.hash)
+        for check in self.table.chosen():
+            self.print_wanted.emit(check.hash)
 
     def _lay_out(self) -> None:
         title = control(QLabel(), self._services.texts, "check_history_title", "Past checks", role="title")

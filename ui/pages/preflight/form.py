@@ -74,7 +74,11 @@ class PreflightForm(QWidget):
         self.committed = self._entered()
         """Person and aircraft."""
         self._reading_aircraft: BackgroundTask[tuple[str, ...]] = BackgroundTask("dps-s aircraft", self)
-        self._read_aircraft()
+        store = services.storage.store
+        if isinstance(store, Store):
+            self._reading_aircraft.run_in(
+                store.queue, CheckStore(store.database).aircraft, self._offer_aircraft, lambda _trouble: None
+            )
         self.enter_aircraft()
         self.who.editingFinished.connect(self._commit)
         edit.editingFinished.connect(self._commit)
@@ -144,16 +148,6 @@ class PreflightForm(QWidget):
 
     def _entered(self) -> tuple[str, str]:
         return clean(self.who.text().strip()), clean(self.aircraft.currentText().strip())
-
-    def _read_aircraft(self) -> None:
-        store = self._services.storage.store
-        if isinstance(store, Store):
-            kept = CheckStore(store.database)
-            self._reading_aircraft.run(lambda _running: kept.aircraft(), self._offer_aircraft, self._offer_none)
-
-    def _offer_none(self, error: Exception) -> None:
-        if not isinstance(error, StoreTrouble):
-            raise error
 
     def _offer_aircraft(self, names: Sequence[str]) -> None:
         entered = self.aircraft.currentText()

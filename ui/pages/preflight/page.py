@@ -96,8 +96,6 @@ _LOW_PAGE_PX: Final = 380
 
 
 class PreflightPage(Page):
-    """See the module's docstring."""
-
     suffixes = SUFFIXES
 
     def __init__(self, services: Services) -> None:

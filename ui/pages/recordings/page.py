@@ -66,8 +66,6 @@ _DRAW_EVERY_MS: Final = 100
 
 
 class RecordingsPage(Page):
-    """See the module's docstring."""
-
     suffixes = (".mcap",)
 
     def __init__(self, services: Services) -> None:

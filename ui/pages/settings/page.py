@@ -84,8 +84,6 @@ _UNBOUNDED: Final = 16_777_215
 
 
 class SettingsPage(Page):
-    """See the module docstring."""
-
     suffixes = (SUFFIX,)
 
     def __init__(self, services: Services) -> None:

@@ -66,7 +66,7 @@ class ProfileCompare(QWidget):
         for key, row in self._rows.items():
             row.tick.clicked.connect(partial(self._is_touched.add, key))
         self.apply = control(QPushButton(), texts, "profile_apply", picture=Icon.CHECK, role="primary",
-                             slot=self._apply)  # fmt: skip
+                             slot=lambda: self.applied.emit(self.ticked))  # fmt: skip
         self.close_button = control(QPushButton(), texts, "profile_close", "Back", key="Esc",
                                     slot=self.closed)  # fmt: skip
         self._lay_out(texts)
@@ -109,9 +109,6 @@ class ProfileCompare(QWidget):
         """The ticked values of the profile, by key."""
         settings = {} if self.profile is None else self.profile.settings
         return {key: settings[key] for key, row in self._rows.items() if key in settings and row.tick.isChecked()}
-
-    def _apply(self) -> None:
-        self.applied.emit(self.ticked)
 
     def _lay_out(self, texts: Texts) -> None:
         texts.bind(self.note.setText, "The baud rate is never applied with a profile.")
@@ -249,7 +246,7 @@ class ProfileFiles(QObject):
             for setting in SETTINGS
             if setting.key not in profile.settings and setting is not SERIAL_OUTPUT
         ]
-        self._result.notify(Meaning.GOOD, lambda: _saved_text(path, [tr(title) for title in missing]))
+        self._result.notify(Meaning.GOOD, partial(_saved_text, path, missing))
 
     def _remember(self, path: Path) -> None:
         self._remembered.add_profile(path)
@@ -272,5 +269,5 @@ def _name_button(button: QPushButton, text: str) -> None:
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:
-    left_out = tr("Not known: {names}.", names=", ".join(missing)) if missing else ""
+    left_out = tr("Not known: {names}.", names=", ".join(map(tr, missing))) if missing else ""
     return join_sentences((tr("Saved to {path}.", path=path), left_out))

@@ -79,8 +79,6 @@ _FIELD_PX: Final = 148
 
 
 class TestsPage(Page):
-    """See the module's docstring."""
-
     def __init__(self, services: Services) -> None:
         super().__init__("tests")
         self._services, self._connector = services, services.connector

@@ -119,7 +119,6 @@ class TriggersController(QObject):
         work = partial(CheckStore(store.database).judge, record_id, judgement, note)
         keeper.run_in(store.queue, work, lambda _none: self._end_judging(record_id), fail)
         self._show_archive()
-        self.changed.emit()
 
     @property
     def _store(self) -> Store | None:
@@ -171,19 +170,16 @@ class TriggersController(QObject):
         else:
             self._is_stored, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
         self._show_archive()
-        self.changed.emit()
 
     def _fail_filing(self, trouble: StoreTrouble) -> None:
         self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
         self._show_archive()
-        self.changed.emit()
 
     def _end_judging(self, record_id: int, offer: Callable[[], Notice] | None = None) -> None:
         del self._judging[record_id]
         if offer is not None:
             self.job.set_notice(offer)
         self._show_archive()
-        self.changed.emit()
 
     def _silent_notice(self) -> Notice:
         """The module does not answer the query; a person can say once that a named one is new."""
@@ -227,7 +223,6 @@ class TriggersController(QObject):
     def _store_anyway(self) -> None:
         self.job.dismiss()
         self._store_reading(is_same_module=True)
-        self.changed.emit()
 
     def _offer_to_judge_again(
         self, trouble: StoreTrouble, record_id: int, judged: tuple[Judgement | None, str]
@@ -243,7 +238,6 @@ class TriggersController(QObject):
         """The name changed, so the reading belongs to that name."""
         self.job.dismiss()
         self._store_reading()
-        self.changed.emit()
 
     def _watch_port(self) -> None:
         port = self._connector.current
@@ -265,7 +259,11 @@ class TriggersController(QObject):
         self._show_archive()
 
     def _show_archive(self) -> None:
-        """Makes the rows: the stored records of this name, else the reading."""
+        self.rows = self._rows()
+        self.changed.emit()
+
+    def _rows(self) -> tuple[TriggerRow, ...]:
+        """The stored records of this name, else the reading."""
         slots = Counter(record.raw for record in self.reading.history.all) if self.reading is not None else Counter()
         kept: tuple[SeenRecord, ...] = ()
         store, name = self._store, self._connector.current.module.name
@@ -277,8 +275,7 @@ class TriggersController(QObject):
                 self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
         if not kept and self.reading is not None:
             is_filing, unkept = self._filing.is_running, self._unstored_rows(self.reading)
-            self.rows = tuple(row._replace(is_being_stored=is_filing) for row in unkept)
-            return
+            return tuple(row._replace(is_being_stored=is_filing) for row in unkept)
         rows = []
         for stored in reversed(kept):  # of two equal records the later one is on the module
             judgement, note = self._judging.get(stored.id, (stored.judgement, stored.note))
@@ -288,8 +285,8 @@ class TriggersController(QObject):
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_stored=True))
         seen_once = () if self.reading is None else self.reading.history.seen_once
         unknown = [record for record in seen_once if slots[record.raw] > 0]  # known from an earlier visit: certain
-        self.rows = (*reversed(rows), *(_unstored_row(-1 - place, record.raw, is_seen_once=True)
-                                        for place, record in enumerate(unknown)))  # fmt: skip
+        return (*reversed(rows), *(_unstored_row(-1 - place, record.raw, is_seen_once=True)
+                                   for place, record in enumerate(unknown)))  # fmt: skip
 
     @staticmethod
     def _unstored_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.sentences import join_sentences, saved_text
 from app.trigger_records.history import Judgement
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_flight_log, ask_path
@@ -61,8 +61,6 @@ _READ_EVERY_MS: Final = 500
 
 
 class TriggersPage(Page):
-    """See the module's docstring."""
-
     def __init__(self, services: Services) -> None:
         super().__init__("triggers")
         self._services, self._connector = services, services.connector
@@ -178,8 +176,7 @@ class TriggersPage(Page):
 
     def _save_to(self, write: Callable[[Path], object], count: int, path: Path) -> None:
         self._folder = path.parent
-        saved = partial(tr, "Saved to {path}. Rows: {rows}.", rows=count, path=path)
-        self.work.job.write_file(path, partial(write, path), lambda _none: saved())
+        self.work.job.write_file(path, partial(write, path), lambda _none: saved_text(path, count))
 
     # Making
 

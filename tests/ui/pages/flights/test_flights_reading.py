@@ -19,14 +19,6 @@ from ui.pages.flights import controller, texts
 __all__ = ["desk"]
 
 
-def test_each_verdict_has_its_own_text(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = set[str]()
-    for verdict in texts.Verdict:
-        monkeypatch.setattr(texts, "verdict_of", lambda _outcome, verdict=verdict: verdict)
-        said.add(texts.verdict_text(None))
-    assert len(said - {""}) == len(texts.Verdict)
-
-
 @pytest.mark.parametrize(
     ("fire", "said"),
     [
