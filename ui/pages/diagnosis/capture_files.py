@@ -107,7 +107,6 @@ class CaptureFiles(QWidget):
         self.ask_open(self, self._folder, self.open_file)
 
     def open_file(self, path: Path) -> None:
-        """Reads a file in the background; emits `opened`, or says why not."""
         self._folder = path.parent
         self._opening = path.name
         self._loading.run(

@@ -71,8 +71,6 @@ class Tile(QWidget):
 
 
 class LinkStatisticsView(QScrollArea):
-    """Draws the connection's statistics while it is visible."""
-
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("link_figures_view")

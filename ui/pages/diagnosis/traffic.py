@@ -176,7 +176,6 @@ class TrafficPage(QWidget):
         self._show_count()
 
     def _selected(self) -> list[range]:
-        """The selected rows as ranges."""
         ranges = [range(part.top(), part.bottom() + 1) for part in self.table.selectionModel().selection().toList()]
         return sorted(ranges, key=lambda rows: rows.start)
 
@@ -241,7 +240,7 @@ class TrafficPage(QWidget):
         if count != 1:
             self.detail.setText(tr("{count} selected", count=f"{count:,}") if count else tr("Select a row."))
             return
-        event = self.model.event_at(selected[0][0])
+        event = self.model.rows[selected[0][0]]
         seen = shown(event)
         self.detail.setText(f"{seen.kind}  {hex_of(seen.raw, 96)}\n{meaning_of(event)}")
 

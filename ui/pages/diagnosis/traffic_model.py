@@ -106,7 +106,6 @@ class TrafficModel(RowsModel[Row]):
 
     @property
     def is_recorded(self) -> bool:
-        """Whether the rows are those of a capture."""
         return self._recorded is not None
 
     def append(self, events: Iterable[Event]) -> None:
@@ -147,7 +146,6 @@ class TrafficModel(RowsModel[Row]):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Makes all rows from the stored events."""
         self.beginResetModel()
         self._live.clear()
         if self._filter is Filter.MARKED:
@@ -180,9 +178,6 @@ class TrafficModel(RowsModel[Row]):
         self._recorded = rows
         self._marks.clear()
         self.rebuild()
-
-    def event_at(self, row: int) -> Row:
-        return self.rows[row]
 
     # Marks
 

@@ -129,12 +129,12 @@ class TrafficSearch(QWidget):
     def _fits(self, place: int, query: str, query_hex: str) -> bool:
         key = self._model.same_text_key(place)
         if key is None:
-            return matches(self._model.event_at(place), query, query_hex)
+            return matches(self._model.rows[place], query, query_hex)
         fits = self._known.get(key)
         if fits is None:
             if len(self._known) >= _MAX_KNOWN:
                 self._known.clear()
-            fits = self._known[key] = matches(self._model.event_at(place), query, query_hex)
+            fits = self._known[key] = matches(self._model.rows[place], query, query_hex)
         return fits
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

@@ -81,7 +81,6 @@ def at_of(row: Row) -> float:
 
 
 def meaning_of(row: Row) -> str:
-    """Meaning of a row, as a sentence."""
     match row:
         case Explained(piece=Frame() as frame):
             return _sentence(frame.direction, frame.raw, row.asked, i18n.language())
@@ -124,7 +123,6 @@ def _sentence(direction: Direction, raw: bytes, asked: Asked, language: str) -> 
 
 
 def _asked(received: Received) -> Asked:
-    """The request that the frame answers."""
     match received.message:
         case Acknowledgement(request=request):
             return request
@@ -148,7 +146,6 @@ def words_of(row: Row) -> str:
 
 
 def since_start(at_s: float) -> str:
-    """Seconds since the beginning of a capture."""
     return f"{at_s:.3f} s"
 
 
@@ -175,7 +172,6 @@ def icon_of(row: Row) -> QIcon:
 
 
 def colour_of(row: Row, *, is_time: bool) -> QColor | None:
-    """Colour of the text; None: default."""
     emphasis = shown(row).emphasis
     if emphasis is not None:
         return current().ink(emphasis)

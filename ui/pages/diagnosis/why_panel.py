@@ -93,7 +93,6 @@ class WhyPanel(QScrollArea):
         self._evidence.on_batch(batch)
 
     def evidence(self) -> PortEvidence:
-        """The evidence about the target's port."""
         connector = self._connector
         port = connector.current.target.device if connector.current.target is not None else ""
         facts = self._facts if self._facts_port == port else AdapterFacts()
@@ -109,7 +108,6 @@ class WhyPanel(QScrollArea):
         return seen if seen.is_open else seen._replace(trouble=connector.current.state.trouble)
 
     def refresh(self) -> None:
-        """Diagnoses and shows the result."""
         self._ask_system()
         evidence = self.evidence()
         state = self._connector.current.state

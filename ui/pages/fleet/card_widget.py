@@ -53,8 +53,6 @@ _VERDICT_STYLES: Final[Mapping[Verdict, tuple[Icon, Meaning]]] = {
 
 
 class CardWidget(QFrame):
-    """Shows a `Card`."""
-
     chosen = Signal()
     """A person wants this module on the other pages."""
     accessible_role: ClassVar = QAccessible.Role.Button
@@ -103,7 +101,6 @@ class CardWidget(QFrame):
         return Meaning.UNKNOWN if self.card is None else NEED_MEANINGS[self.card.need]
 
     def show_card(self, card: Card, now: float) -> None:
-        """Update the widgets if anything shown has changed."""
         need = card.next_step(now)
         age, ended_at = "", None if card.verdict is None else card.verdict.at
         if ended_at is not None and not card.is_checking:

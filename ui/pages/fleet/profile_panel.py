@@ -40,8 +40,6 @@ _RESULT_MEANINGS: Final = {
 
 
 class _Row(NamedTuple):
-    """One module, and what came of writing to it."""
-
     column: Column
     applied: AppliedProfile | None
 

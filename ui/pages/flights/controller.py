@@ -41,7 +41,6 @@ class Flight(NamedTuple):
 
     @property
     def is_waiting(self) -> bool:
-        """It is still to be read."""
         return self.summary is None and self.why_not is None
 
 
@@ -152,7 +151,6 @@ class FlightsWork(QObject):
         return None if flight.summary is None else outcome_of(flight.summary, flight.group, self.limits)
 
     def rows(self) -> dict[FlightGroup, list[FlightRow]]:
-        """By list."""
         rows: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
         for flight in self.flights.values():
             if not flight.is_waiting:

@@ -93,8 +93,6 @@ def _rgb(colour: QColor | str) -> tuple[int, int, int]:
 
 
 class FireMapView(StaticPlot):
-    """Chooses thresholds by click, drag and arrow keys."""
-
     chosen = Signal(float, float)
     """Attitude threshold in degrees, free-fall time in seconds."""
     usual: ClassVar = QSize(320, 280)

@@ -91,7 +91,6 @@ class FlightView(QWidget):
 
 
 def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mark]:
-    """Marks in order of time."""
     flight = outcome.flight
     meaning = appearance_of(outcome.group, verdict_of(outcome)).meaning
     marks = [Mark(at_s, marked("restarted"), Icon.RESTART, Meaning.ATTENTION) for at_s in resets_s]

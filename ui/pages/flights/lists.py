@@ -111,8 +111,6 @@ COLUMNS: Final = (
 
 
 class FlightList(QWidget):
-    """One list: caption, button that moves, table."""
-
     opened = Signal(object)
     """`FlightRow`."""
     move_wanted = Signal(object, object)
@@ -156,7 +154,6 @@ class FlightList(QWidget):
         self._refresh_actions()
 
     def _add_action(self, word: str, english: str, picture: Icon, slot: Callable[[], None]) -> QAction:
-        """In the menu of the table."""
         action = named(self.table.addAction(icon(picture), ""), f"{self.table.objectName()}_menu_{word}")
         self._texts.bind(action.setText, english)
         action.triggered.connect(slot)
@@ -197,8 +194,6 @@ class FlightList(QWidget):
 
 
 class FlightLists(QWidget):
-    """Both lists share the height."""
-
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         self.setObjectName("flights_lists")

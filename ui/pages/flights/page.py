@@ -121,7 +121,6 @@ class FlightsPage(Page):
         self.open_paths([path])
 
     def open_paths(self, paths: Sequence[Path], columns: CsvColumns | None = None) -> None:
-        """Files and folders."""
         if not paths:
             return
         self._folder = paths[0].parent

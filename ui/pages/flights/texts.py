@@ -101,13 +101,11 @@ _WORDS: Final = {
 
 
 def verdict_text(outcome: FlightOutcome | None) -> str:
-    """Short text for a column."""
     verdict = verdict_of(outcome)
     return f"{outcome.direct.at_s:.1f} s" if outcome and verdict is Verdict.FIRES else tr(_WORDS[verdict])
 
 
 def short_name(name: str) -> str:
-    """File name without folder and suffix."""
     return clean(Path(name).stem or name, longest=80)
 
 

@@ -90,7 +90,6 @@ class ThresholdPanel(QWidget):
         self.chosen.emit(limits)
 
     def _name_readings(self) -> None:
-        """Translates the entries."""
         for row, reading in enumerate(RuleReading):
             self.reading.setItemText(row, tr(READING_WORDS[reading]))
             self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)

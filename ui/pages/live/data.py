@@ -141,7 +141,6 @@ def _only_stale(known: ModuleLimits, fresh: ModuleLimits) -> ModuleLimits:
 
 
 def lanes(data: Measured, in_use: LimitsInUse, stale: LimitSteps | None = None) -> tuple[Lane, ...]:
-    """The plots of the page, from top to bottom."""
     stale = stale or LimitSteps()
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:

@@ -275,7 +275,6 @@ class LivePage(StreamPage):
             self.plot.show_age(now_s)
 
     def _process_waiting(self) -> None:
-        """Processes the queued batches."""
         if self._waiting:
             batch = joined(self._waiting)
             self._waiting.clear()
@@ -360,7 +359,6 @@ class LivePage(StreamPage):
 
 
 def _is_same_state(batch: Batch, other: Batch) -> bool:
-    """Whether link and module state are the same in both."""
     return (
         batch.connection == other.connection
         and batch.device.presence is other.device.presence

@@ -46,8 +46,6 @@ _NO_STREAM: Final = marked("no stream")
 
 
 class LivePanel(QFrame):
-    """The row of values."""
-
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         control(self, texts, "live_panel", role="card", about="Dimmed with an age: stale. Hatched: never reported.")
@@ -72,14 +70,13 @@ class LivePanel(QFrame):
         self._lay_out()
         self._reserve()
         self.fit_height(0)
-        self._show_kind()
         VisibilityTimer(self, retranslate=self._retranslate, restyle=self._reserve)
 
     def be_recorded(self, *, is_recorded: bool) -> None:
-        """Shows values of a recording, or of the module."""
         if is_recorded != self._is_recorded:
             self._is_recorded = is_recorded
-            self._show_kind()
+            self._then.setVisible(is_recorded)
+            self._spread()
             self._name(self._texts)
 
     def fit_height(self, page_px: int) -> None:
@@ -88,10 +85,6 @@ class LivePanel(QFrame):
         if height_px != self.gauge.height():
             self.gauge.setFixedSize(self.gauge.width_for(height_px), height_px)
             self._spread()
-
-    def _show_kind(self) -> None:
-        self._then.setVisible(self._is_recorded)
-        self._spread()
 
     def _spread(self) -> None:
         """Spreads the tiles over the width; the gauge, reports and boot count are shown only where they fit, as is the
@@ -146,7 +139,6 @@ class LivePanel(QFrame):
         self._show_stream(device, now_s, reports_per_s, tilt)
 
     def _show_tilt_limit(self, limits: ModuleLimits, stale: ModuleLimits) -> None:
-        """Shows the threshold beside the number and in the gauge."""
         is_stale = limits.fires_deg is None and stale.fires_deg is not None
         fires_deg = stale.fires_deg if is_stale else limits.fires_deg
         reset_deg = None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
@@ -208,6 +200,7 @@ class LivePanel(QFrame):
 
     def _lay_out(self) -> None:
         self._then = named(QWidget(), "live_then")
+        self._then.hide()
         in_column(1, self.activation, self.trigger, 1, of=self._then, spacing=Space.XS, margins=0)
         tiles = self.gauge, *self._tiles, self._then, self.moment
         self._row = FlowRow(*tiles, of=self, spacing=Space.M, margins=(Space.M, Space.XS))

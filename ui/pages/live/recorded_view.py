@@ -93,7 +93,6 @@ def recorded_plot(recording: Recording, lanes: Sequence[Lane], texts: Texts) -> 
 
 
 def origin_of(recording: Recording) -> Origin:
-    """The origin of files saved from `recording`."""
     entry = recording.entry
     return Origin(entry.port, entry.baud_rate, recording.wall_offset_s, entry.started_at, entry.module)
 

@@ -66,7 +66,6 @@ class CheckList(QScrollArea):
         texts.bind(self.setAccessibleName, "Pre-flight")
 
     def answered(self) -> Profile:
-        """The profile with what is ticked."""
         ticks = {number: is_done for number, (is_done, _at) in self._ticks.items()}
         return NO_PROFILE if self._profile is None else self._profile.answered(ticks)
 

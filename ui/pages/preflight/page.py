@@ -238,7 +238,6 @@ class PreflightPage(Page):
         self._stack.setCurrentWidget(self.history)
 
     def edit_profile(self) -> None:
-        """Edit the profile of the check, or a new one."""
         self.editor.edit(self.form.profile, self.form.path)
         self._stack.setCurrentWidget(self.editor)
 

@@ -228,7 +228,6 @@ class ProfileEditor(QWidget):
         return ()
 
     def refresh(self) -> None:
-        """Update the texts, and whether the profile can be saved."""
         self.title.setText(tr("Profile"))
         for name, number in self.limits.items():
             limit = LIMITS[name]

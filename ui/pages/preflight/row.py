@@ -155,7 +155,6 @@ class CheckRow(QFrame):
             self.act_wanted.emit(self._act)
 
     def show_waiting(self, *, is_checking: bool) -> None:
-        """No result yet."""
         word = tr("checking…") if is_checking else tr("not checked")
         self.chip.show_state(word, Icon.CONNECTING if is_checking else Icon.UNKNOWN, None)
         self.measured.setText("")

@@ -30,8 +30,6 @@ _FACTS: Final = {
 
 
 class RecordingsDetail(QFrame):
-    """The page connects its buttons."""
-
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         named(self, "recordings_detail", "card")

@@ -187,7 +187,6 @@ class RecordingsPage(Page):
         self._refresh_buttons()
 
     def open_file(self, path: Path) -> None:
-        """Opens a session file from anywhere."""
         self.work.open_file(path)
 
     # Making

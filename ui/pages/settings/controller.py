@@ -62,7 +62,6 @@ class SettingsController(QObject):
         return self._connector.current.kept.as_found if self._connector.current.identity.is_settled else None
 
     def can_fill(self, values: Mapping[str, Value] | None) -> bool:
-        """Whether these would change the form."""
         port = self._connector.current
         is_new = values is not None and self.form.would_change(values, port.device, port.clock())
         return self.can_edit and is_new
@@ -98,7 +97,6 @@ class SettingsController(QObject):
         self.changed.emit()
 
     def notice(self) -> Notice | None:
-        """The progress of the job or its last message, in the language in use."""
         return self.job.notice(marked("Asking the module…"))
 
     # Actions

@@ -159,13 +159,11 @@ class SettingsPage(Page):
     # The chosen row
 
     def choose(self, key: str) -> None:
-        """Shows this setting in the pane."""
         if key != self._chosen:
             self._chosen = key
             self.refresh()
 
     def _on_focus(self, _old: QWidget | None, now: QWidget | None) -> None:
-        """Chooses the row with the focus."""
         for key, row in self.rows.items():
             if now is not None and row.isAncestorOf(now):
                 self.choose(key)
@@ -208,7 +206,6 @@ class SettingsPage(Page):
         self._services.exchange.tried.emit({**known, **self.work.form.edited}, None)
 
     def _use_drafts(self, values: Mapping[str, Value]) -> None:
-        """Takes the values tried on recorded data."""
         self.show_form()
         self.work.edit(partial(self.work.form.fill, values))
 
@@ -325,7 +322,6 @@ class SettingsPage(Page):
     # Qt
 
     def fit(self) -> None:
-        """Puts the pane beside the table, or below it."""
         is_beside = self.width() >= scaled(SIDE_FROM_PX)
         is_low, policy = self.height() < scaled(_CAPTIONS_FROM_PX), Qt.ScrollBarPolicy
         for caption in self._captions:

@@ -269,8 +269,6 @@ class CalibrationPanel(QWidget):
 
 
 class _Side(QFrame):
-    """One position of the bay."""
-
     def __init__(self, name: str, texts: Texts, number: int, title: str, picture: Icon) -> None:
         super().__init__()
         named(self, f"calibration_{name}", "card")

@@ -106,7 +106,6 @@ class ProfileCompare(QWidget):
 
     @property
     def ticked(self) -> dict[str, Value]:
-        """The ticked values of the profile, by key."""
         settings = {} if self.profile is None else self.profile.settings
         return {key: settings[key] for key, row in self._rows.items() if key in settings and row.tick.isChecked()}
 
@@ -173,8 +172,6 @@ class _CompareRow:
 
 
 class ProfileFiles(QObject):
-    """The three buttons, and what they do."""
-
     opened = Signal(object, object)
     """`Profile` and path."""
     refused = Signal(object, object)
@@ -213,7 +210,6 @@ class ProfileFiles(QObject):
         self.ask_open(self._page, self._remembered.profile_folder, open_file)
 
     def open_file(self, path: Path) -> None:
-        """Emits `opened` or `refused`."""
         try:
             profile = read_profile(path)
         except ProfileRefused as refusal:

@@ -41,8 +41,6 @@ BECAME_ACTIVE = marked("ACTIVE during the test")
 
 
 class Stage(Enum):
-    """Progress of a test."""
-
     READY = "ready"
     PREPARING = "preparing"
     CONFIRMING = "confirming"
@@ -100,7 +98,6 @@ class GuidedController(QObject):
 
     @property
     def report(self) -> Report | None:
-        """Progress of the running procedure."""
         return self._job.progress if self.is_running else None
 
     @property
@@ -251,7 +248,6 @@ class GuidedController(QObject):
     # The store
 
     def load_last(self) -> None:
-        """Load the module's last results from the store."""
         store, name = self._services.storage.store, self._connector.current.module.name
         if name != self.last_of:
             self.last_of, self.last = name, {}

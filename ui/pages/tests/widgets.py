@@ -127,7 +127,6 @@ VERDICT_MEANINGS = {
 
 
 def instruction(work: GuidedController) -> str:
-    """What to do now."""
     if work.stage in (Stage.PREPARING, Stage.MEASURING):
         if work.report is None:
             return tr("Asking the module…")
@@ -138,7 +137,6 @@ def instruction(work: GuidedController) -> str:
 
 
 def last_text(last: StoredTest | None) -> str:
-    """Result, date and person of the last test."""
     if last is None:
         return tr("never tested")
     try:

@@ -98,7 +98,6 @@ class RecordBesideLog(QWidget):
 
     @property
     def moment(self) -> Moment | None:
-        """The chosen one."""
         row = self.moments.currentIndex()
         return self.match.moments[row] if self.match is not None and 0 <= row < len(self.match.moments) else None
 

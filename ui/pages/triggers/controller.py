@@ -86,7 +86,6 @@ class TriggersController(QObject):
         return self._connector.current.is_open and not self.is_busy
 
     def notice(self) -> Notice | None:
-        """Progress or the last message."""
         return self.job.notice(marked("Reading the trigger records"))
 
     def read(self) -> None:

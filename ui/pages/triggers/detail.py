@@ -123,8 +123,6 @@ class TriggersDetail(QFrame):
         return f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
 
     def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
-        for choice, button in self.buttons.items():
-            button.setChecked(choice is judgement)
         alone = self._row
         for row in self._rows:
             if row.is_stored:
@@ -136,7 +134,6 @@ class TriggersDetail(QFrame):
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def fit_height(self, page_px: int) -> None:
-        """Hides the picture on a low page."""
         self._has_picture = page_px >= _WITH_PICTURE_LINES * QFontMetrics(font()).height()
         self.picture.setVisible(self._row is not None and self._has_picture)
 

@@ -44,7 +44,6 @@ def when_text(boot: int, uptime: UserMessage) -> str:
 
 
 def sources_text(sources: tuple[str, ...]) -> str:
-    """All sources, joined with a plus."""
     return " + ".join(source_message(name).translated() for name in sources) or tr("no cause stated")
 
 
@@ -123,7 +122,6 @@ COLUMNS: Final = (
 
 
 def as_text(rows: Iterable[TriggerRow]) -> str:
-    """Rows as tab-separated text with a head."""
     lines = ["\t".join([*(tr(column.title) for column in COLUMNS), tr("Meaning"), tr("Raw bytes")])]
     for row in rows:
         cells = [column.text(row) for column in COLUMNS]
@@ -132,7 +130,6 @@ def as_text(rows: Iterable[TriggerRow]) -> str:
 
 
 def csv_name(module: str) -> str:
-    """A valid file name for any module name."""
     safe = "".join(character if character.isalnum() or character in "-_" else "_" for character in module[:40])
     return f"dps-s triggers {safe or 'module'}.csv"
 

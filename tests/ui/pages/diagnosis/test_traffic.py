@@ -135,8 +135,8 @@ def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
     model.append(streamed(11, first=MAX_ROWS))
     assert model.show_new() == 10
     assert model.rowCount() == MAX_ROWS
-    assert at_of(model.event_at(0)) == 10.0
-    assert at_of(model.event_at(MAX_ROWS - 1)) == MAX_ROWS + 10
+    assert at_of(model.rows[0]) == 10.0
+    assert at_of(model.rows[MAX_ROWS - 1]) == MAX_ROWS + 10
 
 
 def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:
@@ -146,7 +146,7 @@ def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QAppli
     model.append(events)
     model.show_new()
     assert model.rowCount() > 1
-    raws = [event.noise.raw for row in range(model.rowCount()) if isinstance(event := model.event_at(row), Rejected)]
+    raws = [event.noise.raw for row in range(model.rowCount()) if isinstance(event := model.rows[row], Rejected)]
     assert b"".join(raws) == garbage
     assert max(map(len, raws)) <= MAX_ROW_BYTES
 
@@ -197,11 +197,11 @@ def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(qtbot: QtBot, 
     bar = traffic.table.verticalScrollBar()
     qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum())
     bar.setValue(bar.maximum() // 2)
-    top = traffic.model.event_at(traffic.table.rowAt(0))
+    top = traffic.model.rows[traffic.table.rowAt(0)]
     traffic.on_batch(batch(streamed(100, first=MAX_ROWS)))
     traffic.draw()
     QApplication.processEvents()
-    assert traffic.model.event_at(traffic.table.rowAt(0)) is top
+    assert traffic.model.rows[traffic.table.rowAt(0)] is top
 
 
 def test_it_stays_at_the_end_when_the_table_shrinks(qtbot: QtBot, traffic: TrafficPage) -> None:
