@@ -8,8 +8,10 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
+from app.settings.profile_file import ProfileRefused, read_profile
+from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import error_text, not_written
+from app.text.sentences import error_text, join_sentences, labelled, not_written
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask
 from ui.services.announcer import announce
@@ -41,6 +43,19 @@ class JobNotice(QObject):
 
     def notify(self, meaning: Meaning, make: Callable[[], str]) -> None:
         self.set_notice(lambda: Notice(meaning, make()))
+
+    def read_profile(self, path: Path) -> Profile | None:
+        """None where the file is no profile, which is said."""
+        try:
+            return read_profile(path)
+        except ProfileRefused as refusal:
+            faults = refusal  # the name of an except clause ends with it
+
+        def text() -> str:
+            return labelled(tr("{file} is not a profile", file=path.name), join_sentences(faults.sentences[:3]))
+
+        self.notify(Meaning.ATTENTION, text)
+        return None
 
     def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str]) -> None:
         """Writes a file in the background, as the disk may be slow, and says what came of it; `saved` is given what

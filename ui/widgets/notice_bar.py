@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
 from app.text.sentences import labelled
@@ -15,35 +15,8 @@ from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import FittedLabel, IconLabel, text_label
-from ui.widgets.layouts import FlowRow, retain_size
+from ui.widgets.layouts import FlowRow, in_row, retain_size
 from ui.widgets.step_button import StepButton, leave_focus
-
-
-class Banner(QWidget):
-    """An icon, followed in `row` by the widgets of the subclass. Hidden at first."""
-
-    is_foot = False
-    """At the foot of the window."""
-
-    def __init__(self, name: str, icon_name: str, *, icon_px: int = 16) -> None:
-        super().__init__()
-        self.setObjectName(name)
-        self.meaning = Meaning.INFORMATION
-        self.picture = IconLabel(icon_name, icon_px, keeps_place=True)
-        self.row = QHBoxLayout(self)
-        self.row.setContentsMargins(Space.M, Space.XS, Space.S, Space.XS)
-        self.row.setSpacing(Space.S)
-        self.row.addWidget(self.picture)
-        self.hide()
-
-    def show_meaning(self, meaning: Meaning, picture: Icon) -> None:
-        self.meaning = meaning
-        self.picture.show_icon(picture, meaning)
-        self.update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        paint_banner(self, self.meaning, is_foot=self.is_foot)
-
 
 _ICON_PX: Final = 20
 
@@ -70,7 +43,7 @@ class Notice(NamedTuple):
     dismiss: Callable[[], None] | None = None
 
 
-class NoticeBar(Banner):
+class NoticeBar(QWidget):
     """Shows one notice; hidden while there is none.
 
     One that `is_fitted`, and that at the foot of the window, fits its text into the height of its place, so that
@@ -81,7 +54,10 @@ class NoticeBar(Banner):
     """Another notice is shown, or none."""
 
     def __init__(self, texts: Texts, *, is_foot: bool = False, is_fitted: bool = False) -> None:
-        super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX)
+        super().__init__()
+        self.setObjectName("notice_bar")
+        self.hide()
+        self.meaning = Meaning.INFORMATION
         self.notice: Notice | None = None
         self._make: Callable[[], Notice] | None = None
         self._note = ""
@@ -98,12 +74,10 @@ class NoticeBar(Banner):
         self._buttons: list[QPushButton] = []
         self._choices = None if is_fitted else FlowRow()
         """Where they may take several lines."""
-        around = 0 if is_fitted else Space.XS
-        self.row.setContentsMargins(Space.M, around, Space.M, around)
-        self.row.addWidget(self._text, 1)
-        if self._choices is not None:
-            self.row.addLayout(self._choices)
-        self.row.addWidget(self._dismiss)
+        self.picture = IconLabel("notice_icon", _ICON_PX, keeps_place=True)
+        choices = () if self._choices is None else (self._choices,)
+        self.row = in_row(self.picture, (self._text, 1), *choices, self._dismiss, of=self, spacing=Space.S,
+                          margins=(Space.M, 0 if is_fitted else Space.XS))  # fmt: skip
 
     def show_notice(self, notice: Notice | Callable[[], Notice] | None) -> None:
         """Replaces the notice; None hides the bar. An equal notice changes nothing.
@@ -150,7 +124,12 @@ class NoticeBar(Banner):
         self._show_text(notice.text)
         self._dismiss.setVisible(notice.dismiss is not None)
         self.setAccessibleName(labelled(tr("Message"), notice.text))
-        self.show_meaning(notice.meaning, MEANING_ICONS[notice.meaning])
+        self.meaning = notice.meaning
+        self.picture.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        paint_banner(self, self.meaning, is_foot=self.is_foot)
 
     def _show_text(self, text: str) -> None:
         if isinstance(self._text, FittedLabel):

@@ -17,7 +17,6 @@ from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
 from app.records.trigger_filing import say_new
 from app.safety.last_known import Activation
-from app.settings.profile_file import ProfileRefused, read_profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
@@ -296,14 +295,10 @@ class FleetPage(Page):
         self.ask_profile(self, self._services.preferences.profile_folder, self.open_profile_file)
 
     def open_profile_file(self, path: Path) -> None:
-        try:
-            profile = read_profile(path)
-        except ProfileRefused as refusal:
-            faults = refusal  # the name of an except clause ends with it
-            self.result.notify(Meaning.ATTENTION, lambda: " ".join(faults.sentences))
-            return
-        self.result.dismiss()
-        self.profile.open(profile)
+        profile = self.result.read_profile(path)
+        if profile is not None:
+            self.result.dismiss()
+            self.profile.open(profile)
 
     def _close_profile(self) -> None:
         self.result.dismiss()

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedWidget, QWidget
 
 from app.flight_analysis.proposal import FlightMargin
-from app.settings.profile_file import ProfileRefused, read_profile, save_or_say_why_not
+from app.settings.profile_file import save_or_say_why_not
 from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, labelled
@@ -126,11 +126,8 @@ class ProposalBar(QFrame):
         self.ask_open(self, self._remembered.profile_folder, partial(self._add_to, self._work.settings()))
 
     def _add_to(self, thresholds: Mapping[str, Value], path: Path) -> None:
-        try:
-            profile = read_profile(path)
-        except ProfileRefused as refusal:
-            fault = refusal.faults[0].placed
-            self._result.notify(Meaning.ATTENTION, lambda: labelled(path.name, fault.translated()))
+        profile = self._result.read_profile(path)
+        if profile is None:
             return
         settings = {**profile.settings, **thresholds}
         loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)

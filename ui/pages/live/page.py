@@ -5,6 +5,7 @@ the numbers some ten times a second and whenever the module's state changes. Bat
 or not. A recording is shown here too, with its plots above those of the module, which continue.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Final, cast
 
@@ -36,7 +37,7 @@ from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_footer
 from ui.pages.live.data import LiveData, lanes
 from ui.pages.live.panel import LivePanel
-from ui.pages.live.recorded_view import RecordedBanner, origin_of, recorded_plot, show_moment
+from ui.pages.live.recorded_view import origin_of, recorded_notice, recorded_plot, show_moment
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page, StreamPage, WaysBack
@@ -45,6 +46,7 @@ from ui.style.theme import Space
 from ui.widgets.controls import Shortcut, control, named, set_role
 from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, retain_size, stacked
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SIMULATED: Final = Target(SIMULATED_PORT, DEFAULT_BAUD_RATE)
@@ -128,7 +130,7 @@ class LivePage(StreamPage):
         """Shown in place of the module."""
         self._read_s: float | None = None
         """The time in the recording that the numbers show; None: they have to be written again."""
-        self.banner = RecordedBanner(texts)
+        self.banner = named(NoticeBar(texts, is_fitted=True), "recorded_banner")
         self.save = SaveBar(
             texts, take_excerpt=self._excerpt, take_picture=lambda foot: picture_with_footer(self._seen, foot),
             take_drawing=self._drawing, find_origin=self._origin,
@@ -153,7 +155,6 @@ class LivePage(StreamPage):
         )  # fmt: skip
         self._connector.changed.connect(self._refresh_empty)
         self._connector.invalidated.connect(self._reset)
-        self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_deleted)
         self.refresh()
@@ -217,7 +218,8 @@ class LivePage(StreamPage):
             plot.deleteLater()
 
     def _show_source(self) -> None:
-        self.banner.show_recording(self.recording)
+        recording = self.recording
+        self.banner.show_notice(None if recording is None else partial(recorded_notice, recording, self.back_to_live))
         self.panel.be_recorded(is_recorded=self.recording is not None)
         self._recordings.note_shown(is_shown=self.recording is not None)
 

@@ -1,11 +1,8 @@
-"""Shows a recording on the Live page in place of the module: a banner, plots, and the values at the cursor."""
+"""Shows a recording on the Live page in place of the module: a notice, plots, and the values at the cursor."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import MappingProxyType
 from typing import Final
-
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QPushButton
 
 from app.engine.device import DeviceView, How, Known
 from app.limits.out_of_limits import LimitsInUse
@@ -25,60 +22,29 @@ from ui.pages.live.panel import LivePanel
 from ui.plots.lanes import Lane, Span
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control, named
-from ui.widgets.labels import ElidedLabel
-from ui.widgets.notice_bar import Banner
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.readout import show_activation, show_known_trigger
-from ui.widgets.visibility_timer import VisibilityTimer
 
 # As wide as a gap in the plots; samples further away do not count.
 _NEAR_S: Final = 1.0
 
 
-class RecordedBanner(Banner):
-    """The recording's origin, "not live", and the way back; hidden while the module's own values are shown."""
-
-    left = Signal()
-    """The user wants to go back to live."""
-
-    def __init__(self, texts: Texts) -> None:
-        super().__init__("recorded_banner", "recorded_icon")
-        self._recording: Recording | None = None
-        self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), "recorded_label", "strong")
-        self.back = control(QPushButton(), texts, "recorded_back", "Back to live", key="Esc", picture=Icon.TO_LIVE,
-                            slot=self.left)  # fmt: skip
-        self.row.setContentsMargins(Space.M, 0, Space.M, 0)  # the plots need the room on a small screen
-        self.row.addWidget(self.label, 1)
-        self.row.addWidget(self.back)
-        VisibilityTimer(self, self._write)
-
-    def show_recording(self, recording: Recording | None) -> None:
-        """None hides the banner."""
-        self._recording = recording
-        self.setVisible(recording is not None)
-        self._write()
-
-    def _write(self) -> None:
-        if self._recording is None:
-            return
-        entry, damage = self._recording.entry, self._recording.damage
-        began = tr("Recording of {time}", time=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}")
-        parts = (
-            damage.translated() if damage is not None else "",
-            began,
-            duration(entry.duration_s),
-            entry.module,
-            entry.port,
-            remarks(entry),
-            tr("not live"),
-        )
-        self.label.setText(" · ".join(filter(None, parts)))
-        self.setAccessibleName(self.label.text())
-        if damage is None:
-            self.show_meaning(Meaning.INFORMATION, Icon.HISTORY)
-        else:
-            self.show_meaning(Meaning.ATTENTION, Icon.WARNING)
+def recorded_notice(recording: Recording, leave: Callable[[], None]) -> Notice:
+    """Where it is from, that it is not live, and the way back."""
+    entry, damage = recording.entry, recording.damage
+    parts = (
+        "" if damage is None else damage.translated(),
+        tr("Recording of {time}", time=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}"),
+        tr("not live"),
+        duration(entry.duration_s),
+        entry.module,
+        entry.port,
+        remarks(entry),
+    )
+    meaning = Meaning.INFORMATION if damage is None else Meaning.ATTENTION
+    back = Choice("recorded_back", tr("Back to live"), leave)
+    return Notice(meaning, " · ".join(filter(None, parts)), (back,))
 
 
 def recorded_plot(recording: Recording, lanes: Sequence[Lane], texts: Texts) -> TimePlot:

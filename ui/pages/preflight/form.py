@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
 
 from app.records.check_store import CheckStore
-from app.settings.profile_file import ProfileRefused, read_profile
 from app.settings.profiles import Profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
@@ -20,6 +19,7 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.module_field import ModuleField
 from ui.style.icons import Icon
 from ui.widgets.controls import control, named
@@ -31,17 +31,16 @@ _MAX_AIRCRAFT: Final = 30
 
 
 class PreflightForm(QWidget):
-    """`changed`: an entry changed. `refused`: path and `ProfileRefused`."""
+    """`changed`: an entry changed."""
 
     changed = Signal()
-    refused = Signal(object, object)
     edit_wanted = Signal()
     """The profile, or a new one."""
 
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: Services, result: JobNotice) -> None:
         super().__init__()
         self.setObjectName("preflight_form")
-        self._services = services
+        self._services, self._result = services, result
         self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
         self.path: Path | None = None
@@ -113,15 +112,12 @@ class PreflightForm(QWidget):
         self._commit()
 
     def use_profile(self, path: Path) -> None:
-        try:
-            self.profile = read_profile(path)
-        except ProfileRefused as refusal:
-            self.refused.emit(path, refusal)
-            return
-        self.path = path
-        self._services.preferences.add_profile(path)
-        self.show_profile()
-        self.changed.emit()
+        profile = self._result.read_profile(path)
+        if profile is not None:
+            self.profile, self.path = profile, path
+            self._services.preferences.add_profile(path)
+            self.show_profile()
+            self.changed.emit()
 
     def use_none(self) -> None:
         self.profile = self.path = None

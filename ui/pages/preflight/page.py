@@ -11,11 +11,11 @@ from PySide6.QtWidgets import QPushButton, QStackedLayout, QWidget
 from app.preflight.findings import Person
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
-from app.settings.profile_file import ProfileRefused, save_or_say_why_not
+from app.settings.profile_file import save_or_say_why_not
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.sentences import join_sentences
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.core.texts import Texts
@@ -105,7 +105,7 @@ class PreflightPage(Page):
         self.result = JobNotice(self)
         self.files = RecordFiles(services.storage, self.result, self)
         self.banner = VerdictBanner()
-        self.form = PreflightForm(services)
+        self.form = PreflightForm(services, self.result)
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
         self.activation.hide()
         self.list = CheckList(services)
@@ -308,12 +308,6 @@ class PreflightPage(Page):
         if offer is not None and self.strip.notice is None:
             self.result.set_notice(lambda: offer()._replace(dismiss=self.result.dismiss))
 
-    def _show_faults(self, path: Path, refusal: ProfileRefused) -> None:
-        def text() -> str:
-            return labelled(tr("{file} is not a profile", file=path.name), join_sentences(refusal.sentences[:3]))
-
-        self.result.notify(Meaning.ATTENTION, text)
-
     # Construction
 
     def _wire(self) -> None:
@@ -327,7 +321,6 @@ class PreflightPage(Page):
         self.list.mend_wanted.connect(self.mend)
         self.list.ticked.connect(work.enter)
         self.form.changed.connect(self._on_form)
-        self.form.refused.connect(self._show_faults)
         self.form.edit_wanted.connect(self.edit_profile)
         self.editor.saved.connect(self._use_profile)
         self.editor.closed.connect(self.show_check)

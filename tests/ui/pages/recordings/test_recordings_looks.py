@@ -20,7 +20,7 @@ from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import page_entries, simulated, speak_chinese, wait_online, window
-from tests.support.window.steps import await_child, find, let_lay_out
+from tests.support.window.steps import await_child, find, let_lay_out, notice_text
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
 from ui.pages.live.page import LivePage
@@ -187,4 +187,4 @@ def test_the_window_reports_damage_at_export_and_on_the_live_page(desk: Desk, tm
     shown = desk.live.recording
     assert isinstance(shown, Recording)
     assert shown.damage is not None
-    desk.until(lambda: "Damaged or altered" in desk.live.banner.label.text())
+    desk.until(lambda: "Damaged or altered" in notice_text(desk.live.banner))

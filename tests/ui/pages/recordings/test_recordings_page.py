@@ -19,7 +19,7 @@ from tests.support.records import recordings_made
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, speak_chinese, window
-from tests.support.window.steps import choosing, find
+from tests.support.window.steps import choosing, find, notice_text
 from ui.core.texts import LanguageSwitch, Texts
 from ui.files.file_dialogs import ThenPath
 from ui.pages.live.page import LivePage
@@ -134,9 +134,9 @@ def test_a_recording_is_shown_whole_and_never_as_live(opened: Desk) -> None:
     assert not live.plot.time_range.is_live
     assert live.plot.time_range.is_recorded
     assert live.banner.isVisible()
-    assert live.banner.label.text().startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M} · ")
-    assert live.banner.label.text().endswith("not live")
-    assert "Left wing" in live.banner.label.text()
+    said = notice_text(live.banner)
+    assert said.startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M} · not live · ")
+    assert "Left wing" in said
     words = [mark.word for mark in live.plot.canvas.marks]
     assert words[0] == "connected"
     assert words[1:] == ["activated", "triggered", "trigger ended"]
@@ -183,7 +183,7 @@ def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
 @pytest.mark.parametrize("way", ["button", "esc"])
 def test_back_to_live_without_a_module_is_the_empty_page(opened: Desk, way: str) -> None:
     if way == "button":
-        opened.click(opened.live.banner.back)
+        opened.click(opened.live.banner.button("recorded_back"))
     else:
         opened.qtbot.keyClick(opened.live, Qt.Key.Key_Escape)
     assert opened.live.recording is None
@@ -344,7 +344,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert main.top_bar.lock.isEnabled()
         assert main.top_bar.activation.word == "LOCKED"
 
-        desk.click(live.banner.back)
+        desk.click(live.banner.button("recorded_back"))
         desk.until(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°, limit 60°")
         assert live.panel.tilt.freshness is Freshness.FRESH
         assert live.plot.time_range.is_live
@@ -370,7 +370,7 @@ def test_the_language_changes_while_it_is_open(
         language_switch = LanguageSwitch(qapp, both.texts_of_window)
         language_switch.use(str(path))
         try:
-            both.until(lambda: both.live.banner.label.text().endswith("nicht jetzt"))
+            both.until(lambda: "nicht jetzt" in notice_text(both.live.banner))
             assert find(both.page, QLabel, "recordings_title").text() == "Aufnahmen"
             assert both.page.table.source.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
