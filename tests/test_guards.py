@@ -57,24 +57,37 @@ def test_fails_in_a_thread():
     thread.start()
     thread.join()
 
-@pytest.mark.never_declared
-def test_has_a_marker():
+def test_passes():
+    pass
+"""
+WITH_A_MARKER = "import pytest\n\n@pytest.mark.never_declared\ndef test_has_a_marker():\n    pass\n"
+NEEDS = {
+    "archive_server": ("records.archive_server import needs_server", "postgresql"),
+    "x_server": ("x_server import needs_x_server", "xvfb xdotool"),
+}
+"""What a test needs that may not be installed: how it says so, and the packages."""
+WITHOUT = """
+from unittest.mock import patch
+with patch("shutil.which", return_value=None), patch("pathlib.Path.glob", return_value=[]):
+    from tests.support.{mark} as needs
+
+@needs
+def test_left_out():
     pass
 """
 
 
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What pytest prints over the bad tests with this checkout's settings and conftest, markers aside."""
-    return run_pytest(BAD_TESTS.replace("@pytest.mark.never_declared\n", ""), tmp_path_factory.mktemp("bad"))
-
-
-def run_pytest(source: str, folder: Path) -> str:
-    path = folder / "test_bad.py"
-    path.write_text(source, encoding="utf-8")
+    """What pytest prints over bad tests with this checkout's settings and conftest."""
+    folder = tmp_path_factory.mktemp("bad")
+    files = {"bad": BAD_TESTS, "marker": WITH_A_MARKER}
+    files |= {name: WITHOUT.format(mark=mark) for name, (mark, _) in NEEDS.items()}
+    for name, source in files.items():
+        (folder / f"test_{name}.py").write_text(source, encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "--rootdir", str(folder)]
-    command += ["-p", "tests.conftest", "-p", "no:cacheprovider", "-o", f"pythonpath={ROOT}", str(path)]
-    run = ran(*command)
+    command += ["-p", "tests.conftest", "-p", "no:cacheprovider", "-o", f"pythonpath={ROOT}"]
+    run = ran(*command, "--continue-on-collection-errors", str(folder))
     assert run.returncode != 0
     return run.stdout + run.stderr
 
@@ -96,12 +109,12 @@ def test_it_fails(printed: str, test: str, reason: str) -> None:
 
 
 def test_a_correct_test_passes(printed: str) -> None:
-    assert not re.search(r"^(FAILED|ERROR) .*::test_(leaves_an_ending_thread|has_a_marker)", printed, re.MULTILINE)
-    assert "4 failed, 4 passed, 2 errors" in printed
+    assert not re.search(r"^(FAILED|ERROR) .*::test_(leaves_an_ending_thread|passes)", printed, re.MULTILINE)
+    assert "4 failed, 4 passed, 2 skipped, 3 errors" in printed
 
 
-def test_an_unknown_marker_is_refused(tmp_path: Path) -> None:
-    assert "'never_declared' not found in `markers`" in run_pytest(BAD_TESTS, tmp_path)
+def test_an_unknown_marker_is_refused(printed: str) -> None:
+    assert "'never_declared' not found in `markers`" in printed
 
 
 def test_files_of_the_user_are_out_of_reach(user_files: Path) -> None:
@@ -118,20 +131,10 @@ def test_files_of_the_user_are_out_of_reach(user_files: Path) -> None:
     assert not user_files.exists()
 
 
-@pytest.mark.parametrize(
-    ("mark", "package"),
-    [("records.archive_server import needs_server", "postgresql"), ("x_server import needs_x_server", "xvfb xdotool")],
-)
-def test_a_run_without_a_server_says_what_was_not_run_and_what_to_type(mark: str, package: str, tmp_path: Path) -> None:
+def test_a_run_without_a_server_says_what_was_not_run_and_what_to_type(printed: str) -> None:
     """Nothing is left out in silence."""
-    source = (
-        "from unittest.mock import patch\n"
-        "with patch('shutil.which', return_value=None), patch('pathlib.Path.glob', return_value=[]):\n"
-        f"    from tests.support.{mark} as needs\n\n"
-        "@needs\ndef test_left_out():\n    pass\n\ndef test_fails():\n    raise AssertionError\n"
-    )
-    said = run_pytest(source, tmp_path)
-    assert re.search(rf"SKIPPED \[1\] .* not installed: sudo apt-get install {package}", said), said
+    for _, package in NEEDS.values():
+        assert re.search(rf"SKIPPED \[1\] .* not installed: sudo apt-get install {package}", printed), printed
 
 
 def test_no_test_leaves_input_to_the_next(qtbot: QtBot) -> None:
