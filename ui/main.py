@@ -35,12 +35,12 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.core.texts import LanguageSwitch, Texts
 from ui.help.help_actions import HelpActions
-from ui.preferences.update_notice import UpdateNotice
+from ui.preferences.dialog import UpdateNotice
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.services.port import Ports
 from ui.services.storage import Storage
-from ui.shell.disarming import UncaughtErrors
+from ui.shell.attention import UncaughtErrors
 from ui.shell.label_actions import LabelActions
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process, has_seen_status, write_evidence

@@ -26,9 +26,8 @@ from ui.services.page import Page, StreamPage
 from ui.shell.actions import Actions, MenuEntry
 from ui.shell.attention import Attention
 from ui.shell.lock_above import LOCK_KEYS, LockAbove
-from ui.shell.page_area import PageArea, PageMaker, fit_screen
+from ui.shell.page_area import PageArea, PageMaker, Sidebar, fit_screen
 from ui.shell.shutdown import close_down
-from ui.shell.sidebar import Sidebar
 from ui.shell.status_bar import RecordingSign, StatusBar
 from ui.shell.top_bar import TopBar
 from ui.simulator.dock import SimulatorDock

@@ -14,7 +14,7 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.services.port import Ports
-from ui.services.session_recording import RecordingState
+from ui.services.storage import RecordingState
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
 from ui.widgets.controls import control, named

@@ -15,9 +15,7 @@ from tests.support.window.fakes_ui import window
 from tests.support.window.steps import find
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions
-from ui.preferences import update_notice
-from ui.preferences.dialog import PreferencesDialog
-from ui.preferences.update_notice import UpdateNotice
+from ui.preferences.dialog import PreferencesDialog, UpdateNotice
 from ui.style.theme import Choice, scale_in_use
 from ui.widgets.notice_bar import Notice
 
@@ -109,7 +107,7 @@ def test_only_who_gave_an_address_asks_and_is_told(
         asked.append(address)
         return find_newer(address, own)
 
-    monkeypatch.setattr(update_notice, "find_newer", noted)
+    monkeypatch.setattr("ui.preferences.dialog.find_newer", noted)
     newer, same = tmp_path / "newer.txt", tmp_path / "same.txt"
     newer.write_text("999.1\n", encoding="utf-8")
     same.write_text("0.0.1\n", encoding="utf-8")

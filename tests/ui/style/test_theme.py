@@ -15,7 +15,7 @@ from tests.support.window.contrast import contrast, style_all, surfaces_of
 from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.services.page import HEIGHT_PX, PageHeader
-from ui.shell.sidebar import Sidebar
+from ui.shell.page_area import Sidebar
 from ui.style import appearance, theme
 from ui.style.appearance import Appearance, style_sheet
 from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap

@@ -26,7 +26,7 @@ from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.pages.live.recorded_view import device_at
-from ui.services.session_recording import SessionRecording
+from ui.services.storage import SessionRecording
 from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
 from ui.widgets.labels import IconLabel
