@@ -109,8 +109,10 @@ def test_an_act_is_logged_with_its_adapter_which_may_have_another_port_by_then(
             run_here(capsys, [act, "--yes", "--port", port])
         with closing(open_store()) as store:
             assert [entry.detail["adapter"] for entry in store.audit()] == ["0001:0002:A0"] * 2
-        plug(other_port, port)
-        for device, is_said in ((port, False), (other_port, True)):
+        for listed, device, is_said in (
+            ((other_port, port), port, False), ((other_port, port), other_port, True), ((), port, True),
+        ):  # fmt: skip
+            plug(*listed)
             said = run_here(capsys, ["read", "--port", device]).err
             assert (f"The module at {port} was left ACTIVE on " in said) is is_said
 

@@ -138,7 +138,7 @@ def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> N
     desk.settle()
     notice = desk.page.notice_bar.notice
     assert notice is not None
-    assert "4 report LOCKED" in notice.text
+    assert notice.text.startswith("4 report LOCKED · LOCK goes on: port0, ")
     card = desk.page._widgets[desk.modules[0][0]].card
     assert card is not None
     assert card.need is Need.NOT_LOCKED
