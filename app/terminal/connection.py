@@ -8,6 +8,7 @@ import queue
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from app.engine.device import DeviceView
@@ -59,7 +60,8 @@ class Conversation:
             self._trace = trace.Trace(has_frames=verbosity() > 1)
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
         self._worker = Worker(self._batches.put)
-        self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
+        self._report: Report | None = None
+        """The newest of the procedure that runs; set in the worker's thread."""
         self._running: Job[None] | None = None
         self.connection = Connection()
         self.device = DeviceView()
@@ -89,13 +91,12 @@ class Conversation:
 
     def run(self, procedure: Procedure[Result]) -> Result:
         """Run a procedure and return its result. Raises its exception, or `Interrupted`."""
-        job = self._worker.submit(Job(procedure, self._reports.put))
-        doing = tr("Waiting for the module")
+        self._report = None
+        job = self._worker.submit(Job(procedure, partial(setattr, self, "_report")))
         try:
             while not job.is_done:
-                show_progress(doing)
+                show_progress(self._doing())
                 self.wait()
-                doing = self._progress() or doing
         finally:
             clear_progress()
         self.drain()
@@ -165,17 +166,13 @@ class Conversation:
             self._raise_trouble()
             raise RuntimeError("the connection ended without a reason") from error
 
-    def _progress(self) -> str | None:
-        """The newest report as text; None if there is none."""
-        doing: str | None = None
-        while True:
-            try:
-                report = self._reports.get_nowait()
-            except queue.Empty:
-                return doing
-            text = report.doing
-            values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
-            doing = f"{tr(text, **values)} ({report.done + 1}/{report.total})"
+    def _doing(self) -> str:
+        report = self._report
+        if report is None:
+            return tr("Waiting for the module")
+        text = report.doing
+        values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
+        return f"{tr(text, **values)} ({report.done + 1}/{report.total})"
 
 
 @contextmanager

@@ -13,14 +13,14 @@ from app.engine.procedure import Ask, Procedure
 from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence, FlagState, FrameLog, TriggerFlag
 from app.preflight.findings import Case, CheckResult
-from app.preflight.reading_object import SETTING_KEYS, reading_object
+from app.preflight.reading_object import reading_object
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Verdict, Void, assess, blocks_go, void_reason
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
 from app.text.messages import UserMessage
-from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY, SETTINGS
+from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY
 from protocol.events import Received, Rejected, Role, Sent
 from protocol.fields import Value
 from protocol.frame import Direction, Fault, Frame, Noise, Reason
@@ -292,20 +292,6 @@ def test_no_more_frames_are_kept_than_the_bound() -> None:
     log = FrameLog()
     log.feed(received(Role.ANSWER, 1502))
     assert (len(log.frames), log.left_out) == (1500, 2)
-
-
-def test_the_most_important_settings_come_first() -> None:
-    assert SETTING_KEYS[:8] == (
-        "attitude_threshold_deg",
-        "freefall_acceleration_g",
-        "freefall_time_s",
-        "light_threshold_v",
-        "attitude_trigger",
-        "freefall_trigger",
-        "serial_output",
-        "baud_rate",
-    )
-    assert sorted(SETTING_KEYS) == sorted(command.key for command in SETTINGS)
 
 
 def test_what_is_unknown_is_null() -> None:
