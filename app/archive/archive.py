@@ -1,5 +1,6 @@
 """The archive of this station: collects its records, exchanges them, says what is not shared yet, settles conflicts."""
 
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +24,8 @@ class ArchiveStatus:
     """`not_shared`: records of this station that are not known to be on the server `place`. `last_at`: time of the last
     complete exchange with it; None if there was none."""
 
-    facts: int
-    own: int
-    stations: dict[str, int]
+    stations: Mapping[str, int]
+    """Number of records by public key."""
     place: str | None
     not_shared: int
     last_at: str | None
@@ -79,11 +79,8 @@ class Archive:
         names = self.names()
         place = server_url(url).shown if url else None
         not_shared, last_at = self.facts.not_shared(place)
-        counts = dict(self.facts.counts())
         return ArchiveStatus(
-            facts=sum(counts.values()),
-            own=counts.get(self.public, 0),
-            stations=counts,
+            stations=self.facts.counts(),
             place=place,
             not_shared=not_shared,
             last_at=last_at,
@@ -120,9 +117,8 @@ class Archive:
     def settle(self, first: NamedModule, second: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
         """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts
         that of a station that is not known here."""
-        names = self.names()
-        unknown = next((module for module in (first, second) if names.module_of(module) is None), None)
-        if unknown is not None or first == second:
+        members = {member for module in self.names().modules for member in module.members}
+        if first == second or not members >= {first, second}:
             raise UserError(marked("No such pair of modules in the archive."))
         pair = pair_of(first, second)
         if not who.strip():

@@ -107,9 +107,6 @@ class ModuleNames(NamedTuple):
     modules: tuple[KnownModule, ...]
     conflicts: tuple[Conflict, ...]
 
-    def module_of(self, member: NamedModule) -> KnownModule | None:
-        return next((module for module in self.modules if member in module.members), None)
-
     def named(self, name: str) -> tuple[KnownModule, ...]:
         """Find by its common name or its name at a station."""
         folded = _folded(name)

@@ -45,7 +45,7 @@ LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
 def opened_archive() -> Iterator[Archive]:
     """Raises `UserError` if the records of this computer cannot be read."""
     with closing(open_store()) as store, closing(open_archive(store)) as archive:
-        for notice in (store.notice, archive.facts.others.notice):
+        for notice in (store.database.notice, archive.facts.others.notice):
             if notice is not None:
                 console.notify(notice.translated())
         yield archive
@@ -62,13 +62,14 @@ def member_json(module: NamedModule) -> dict[str, object]:
 def run_status(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
         status = archive.status(stored_server(data_folder()))
+        count, own = sum(status.stations.values()), status.stations.get(archive.public, 0)
         fingerprint = fingerprint_of(archive.station.public)
-        stations = {shown_station(key): count for key, count in status.stations.items()}
+        stations = {shown_station(key): facts for key, facts in status.stations.items()}
         chains = chains_in(archive.facts, archive.station)
     is_sound = not any(chain.faults for chain in chains)
     page = [
         *console.columns((
-            (tr("Records"), f"{status.facts} ({status.own})"),
+            (tr("Records"), f"{count} ({own})"),
             (tr("Stations"), f"{len(stations)}"),
             (tr("Server"), status.place or "–"),
             (tr("Needs decision"), f"{status.conflicts}"),
@@ -80,7 +81,7 @@ def run_status(args: argparse.Namespace) -> int:
           for chain in chains for fault in chain.faults),
     ]  # fmt: skip
     console.emit(args, status, lambda status: {
-        "station": fingerprint, "facts": status.facts, "own": status.own, "stations": stations,
+        "station": fingerprint, "facts": count, "own": own, "stations": stations,
         "server": status.place, "not_shared": status.not_shared, "last_sync_at": status.last_at,
         "conflicts": status.conflicts, "chains": [_chain_json(chain) for chain in chains],
     }, lambda _: page)  # fmt: skip

@@ -110,9 +110,9 @@ def _findings(
     link = conversation.link
     return Findings(
         port,
-        conversation.baud_rate,
+        conversation.connection.baud_rate,
         link.round_trip_median_s if link is not None else None,
-        values | {"baud_rate": conversation.baud_rate},
+        values | {"baud_rate": conversation.connection.baud_rate},
         {key: errors.get(key, why_missing) for key in sorted(blamed)},
         link.lag_s if link is not None else None,
         has_damaged=link is not None and link.counters.rejected > 0,

@@ -61,8 +61,6 @@ class Store:
         self.facts = Facts(database)
         self.queue = WriteQueue()
         """For callers that must not wait for the disk."""
-        self.notice = database.notice
-        """A sentence if an old file was set aside when the store was opened."""
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
         """Write what is queued, then close; returns how many pieces were not written within `limit_s`. Never raises."""

@@ -52,8 +52,8 @@ def open_store_or_notify(consequence: str = "") -> Store | None:
     except StoreTrouble as error:
         notify(join_sentences((error.sentence, consequence)))
         return None
-    if store.notice is not None:
-        notify(store.notice.translated())
+    if store.database.notice is not None:
+        notify(store.database.notice.translated())
     return store
 
 

@@ -68,10 +68,6 @@ class Conversation:
         self.link: LinkView | None = None
         """Its last state while the port was open."""
 
-    @property
-    def baud_rate(self) -> int:
-        return self.connection.baud_rate
-
     def open(self, port: str, baud_rate: int) -> None:
         """Raises `PortError`, or `NoLink` if the port does not open within two seconds."""
         self._worker.start()

@@ -183,7 +183,7 @@ class Storage:
     def notice(self) -> str | None:
         """What a person should know about the store, in the language in use."""
         store = self.store
-        notice = store.notice if isinstance(store, Store) else store.message
+        notice = store.database.notice if isinstance(store, Store) else store.message
         return None if notice is None else notice.translated()
 
     def new_recording(self, port: PortConnection) -> SessionRecording:

@@ -74,7 +74,7 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     """Raises `Refused` where the module answered nothing or the link was lost."""
     with connected(port, baud_rate) as conversation:
         reading = conversation.run(undisturbed(read_settings))
-        rate = conversation.baud_rate
+        rate = conversation.connection.baud_rate
     if reading is None:
         raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
     if reading.is_silent:

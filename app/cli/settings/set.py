@@ -106,7 +106,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
         connected(args.port, args.baud) as conversation,
         LinkTrouble() as link,
     ):
-        old_rate = conversation.baud_rate
+        old_rate = conversation.connection.baud_rate
         sent = sorted(wishes, key=lambda wish: wish.command is BAUD_RATE)
         if args.profile is not None and sent[-1] == SettingChange(BAUD_RATE, old_rate):
             # The module just answered at this rate: a dangerous frame that changes nothing is not sent.

@@ -195,7 +195,7 @@ def test_what_is_altered_after_it_was_taken_over_is_found(folder: Path) -> None:
 def test_a_row_that_nobody_can_read_keeps_none_from_being_taken_over(folder: Path, odd: str) -> None:
     tamper(folder / FILE_NAME, odd)
     with closing(open_store(folder)) as store:
-        assert store.notice is None
+        assert store.database.notice is None
         assert len(store.modules()) == 3
         with closing(open_archive(store)) as archive:
             archive.collect()

@@ -115,10 +115,10 @@ def test_what_is_no_database_is_set_aside_whole(folder: Path, content: bytes) ->
     (folder / f"{FILE_NAME}-wal").write_bytes(b"log")
     with closing(open_store(folder, clock=noon)) as store:
         store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
-        assert store.notice is not None
+        assert store.database.notice is not None
     (aside,) = [path for path in folder.iterdir() if "20260102-120000" in path.name and path.suffix == ".sqlite"]
     assert aside.read_bytes() == content
-    assert str(aside) in store.notice.in_english()
+    assert str(aside) in store.database.notice.in_english()
     if not content.startswith(b"SQLite"):  # else SQLite has thrown a log that does not belong to it away
         assert (folder / f"{aside.name}-wal").read_bytes() == b"log"
 
@@ -132,7 +132,7 @@ def test_damage_in_the_middle_is_found_at_the_opening(folder: Path) -> None:
     data[4096 * 3 : 4096 * 6] = b"\xa5" * 4096 * 3
     path.write_bytes(data)
     with closing(open_store(folder)) as store:
-        assert store.notice is not None
+        assert store.database.notice is not None
         assert store.audit() == ()
     assert any("damaged" in one.name for one in folder.iterdir())
 
@@ -261,7 +261,7 @@ def test_what_was_acknowledged_survives_kill_9(folder: Path) -> None:
             acknowledged += [int(line) for line in writer.out.read().split("\n")[:-1]]
         with closing(open_store(folder)) as store:
             kept = {entry.id for entry in store.audit()}
-            assert store.notice is None
+            assert store.database.notice is None
             assert set(acknowledged) <= kept
             assert all(entry.outcome is Outcome.UNKNOWN for entry in store.audit())
     assert len(acknowledged) >= 20 + 27 + 34

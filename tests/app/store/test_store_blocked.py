@@ -260,17 +260,17 @@ def test_a_damaged_store_is_restored_from_the_newest_good_copy_and_that_is_said(
     clock.now += timedelta(hours=5)
     with closing(open_store(folder, clock=clock)) as store:
         assert names(store) == {"M-07"}
-        assert store.notice is not None
+        assert store.database.notice is not None
         when = f"{START.astimezone():%Y-%m-%d %H:%M}"
-        assert f"restored from the copy of {when}; later ones are missing" in store.notice.in_english()
+        assert f"restored from the copy of {when}; later ones are missing" in store.database.notice.in_english()
         store.register_module("goes on")
     assert copy.read_bytes() == before
     if damage in ("middle", "head"):
         kept = [one for one in folder.iterdir() if "20260102-170000" in one.name and one.suffix == ".sqlite"]
         assert [one.read_bytes() for one in kept] == [spoilt]
-        assert str(kept[0]) in store.notice.in_english()
+        assert str(kept[0]) in store.database.notice.in_english()
     with closing(open_store(folder, clock=clock)) as store:
-        assert store.notice is None
+        assert store.database.notice is None
         assert names(store) == {"M-07", "goes on"}
 
 
