@@ -106,7 +106,7 @@ def _of_trials(
         return unknown(case.fault("status"), message(limit))
     if len(trials) < TRIALS_NEEDED or trials[-1].at - trials[0].at < STILL_S * 0.75:
         return unknown(message(marked("reports in 2 s: only {count}"), count=str(len(trials))), message(limit))
-    values = [float(getattr(trial, key)) for trial in trials]
+    values = [getattr(trial, key) for trial in trials]
     measured, shown, is_fine = judge(min(values), max(values))
     return judged(measured, shown, message(limit), is_fine=is_fine)
 
