@@ -99,7 +99,3 @@ class LineBytes:
     def end_ns(self) -> int:
         """Time of the last entry; 0 without any."""
         return max((int(part.times_ns[-1]) for part in (self.received, self.sent) if len(part.times_ns)), default=0)
-
-    @property
-    def byte_count(self) -> int:
-        return len(self.received.raw) + len(self.sent.raw)

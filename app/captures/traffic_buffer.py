@@ -50,7 +50,7 @@ class TrafficBuffer:
         while self._parts and (self._count > MAX_ENTRIES or self._bytes > MAX_BYTES):
             oldest = self._parts.popleft()
             self._count -= len(oldest)
-            self._bytes -= oldest.byte_count
+            self._bytes -= len(oldest.received.raw) + len(oldest.sent.raw)
             self.has_dropped = True
 
     def entries(self, most: int | None = None) -> tuple[CaptureEntry, ...]:

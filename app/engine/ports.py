@@ -119,9 +119,9 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
             stdin=subprocess.DEVNULL,
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # on Windows: opens no console
         )
-    except (subprocess.SubprocessError, OSError) as error:
+        return [PortInfo(**port) for port in json.loads(listing.stdout.decode(errors="replace"))["ports"]]
+    except (subprocess.SubprocessError, OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(NOT_LISTED) from error
-    return from_json(listing.stdout.decode(errors="replace"))
 
 
 def _own_program() -> list[str]:
@@ -133,12 +133,5 @@ def _own_program() -> list[str]:
 
 
 def to_json(ports: list[PortInfo]) -> str:
+    """As `_scan_in_process` reads it."""
     return json.dumps({"ports": [port._asdict() for port in ports]}, ensure_ascii=False)
-
-
-def from_json(text: str) -> list[PortInfo]:
-    """The inverse of `to_json`; raises `UserError` for anything else."""
-    try:
-        return [PortInfo(**port) for port in json.loads(text)["ports"]]
-    except (ValueError, KeyError, TypeError) as error:
-        raise UserError(NOT_LISTED) from error

@@ -84,11 +84,8 @@ class Opening:
     def fields(self) -> dict[str, str]:
         values = {key: str(value) for key, value in asdict(self).items()}
         values |= {"version": str(VERSION), "started_at": self.started_at.isoformat(), "start_s": repr(self.start_s)}
-        return with_checksum({key: _storable(value) for key, value in values.items()})
-
-
-def _storable(text: str) -> str:
-    return text.encode("utf-8", "backslashreplace").decode()
+        storable = {key: value.encode("utf-8", "backslashreplace").decode() for key, value in values.items()}
+        return with_checksum(storable)
 
 
 def with_checksum(fields: Mapping[str, str]) -> dict[str, str]:

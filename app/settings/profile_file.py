@@ -24,9 +24,9 @@ from app.settings.profiles import (
     ManualLine,
     Profile,
 )
-from app.settings.values import LARGEST_WHOLE, fitting, shortened
+from app.settings.values import LARGEST_WHOLE, LONGEST_SHOWN, fitting
 from app.system.files import CANNOT_READ, CANNOT_WRITE, write_whole
-from app.text.messages import UserMessage, joined, message
+from app.text.messages import UserMessage, clean, joined, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from app.text.visible_text import visible
@@ -76,7 +76,7 @@ def read_profile(path: Path) -> Profile:
         why = message(CANNOT_READ, file=path, why=error_text(error))
         raise ProfileRefused((ProfileFault(None, why),)) from error
     profile = parse_profile(data)
-    return profile if profile.name.strip() else profile._replace(name=shortened(path.stem, MAX_NAME_LENGTH - 1))
+    return profile if profile.name.strip() else profile._replace(name=clean(path.stem, longest=MAX_NAME_LENGTH))
 
 
 def save_profile(path: Path, profile: Profile, *, source: Path | None = None) -> None:
@@ -173,7 +173,7 @@ def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
         except (tomllib.TOMLDecodeError, ValueError) as error:
             match = _SYNTAX.match(str(error))
             line = int(match["line"]) if match is not None and match["line"] else None
-            why = shortened(match["why"] if match is not None else str(error), 120)
+            why = clean(match["why"] if match is not None else str(error), longest=120)
             faults.append(ProfileFault(line, message(marked("not TOML: {why}."), why=message(why))))
             if line is None or not lines[line - 1]:
                 return {}
@@ -283,7 +283,7 @@ class _Reader:
             yield ManualLine(text, self._flag(item, (*path, "required")))
 
     def _refuse_unknown(self, *path: str) -> None:
-        self._refuse(path, marked("“{name}” is unknown."), name=shortened(path[-1]))
+        self._refuse(path, marked("“{name}” is unknown."), name=clean(path[-1], longest=LONGEST_SHOWN))
 
     def _expect(self, path: tuple[str, ...], expected: str) -> None:
         why = message(marked("expected {expected}"), expected=expected)

@@ -2,7 +2,7 @@
 
 from decimal import Decimal, InvalidOperation
 
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage, clean, message
 from app.text.user_error import UserError
 from protocol.catalogue import Command
 from protocol.fields import Choice, Field, Quantity, Value, ValueRefused
@@ -10,6 +10,8 @@ from protocol.translatable import marked
 
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
 MAX_NUMBER_LENGTH = 32
+LONGEST_SHOWN = 40
+"""Characters of what is refused."""
 LARGEST_WHOLE = 10**15
 """Larger integers are not shown; Python refuses to format more than 4,300 digits."""
 
@@ -65,7 +67,7 @@ def _why_refused(field: Field, value: object, error: ValueRefused | None) -> Use
     if not isinstance(field, Quantity):
         return _kind_needed(field)
     if error is None:
-        return message(marked("{value} has too many digits"), value=shortened(str(value)))
+        return message(marked("{value} has too many digits"), value=clean(str(value), longest=LONGEST_SHOWN))
     if len(error.neighbours) == 2:
         low, high = (field.text(field.encode(neighbour)) for neighbour in error.neighbours)
         return message(marked("{value}: the nearest steps are {low} and {high}"), value=value, low=low, high=high)
@@ -73,11 +75,3 @@ def _why_refused(field: Field, value: object, error: ValueRefused | None) -> Use
         low, high = field.text(0), field.text(255)
         return message(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
     return _kind_needed(field)
-
-
-def shortened(text: str, longest: int = 40) -> str:
-    """`text` cut at `longest` characters, with unprintable ones escaped."""
-    plain = "".join(
-        character if character.isprintable() else f"\\u{ord(character):04x}" for character in text[: longest + 1]
-    )
-    return plain if len(text) <= longest else plain[:longest] + "…"

@@ -30,14 +30,6 @@ class _Burst(NamedTuple):
     def ends_s(self) -> float:
         return self.begins_s + len(self.data) * self.byte_s
 
-    def cut_at(self, length: int) -> "list[_Burst]":
-        """Split into pieces of at most `length` bytes."""
-        starts = range(0, len(self.data), length)
-        return [
-            _Burst(self.begins_s + start * self.byte_s, self.data[start : start + length], self.byte_s)
-            for start in starts
-        ]
-
 
 class Wire:
     """Both directions of the line to a module. `host_baud` None: the host's rate always fits (TCP)."""
@@ -61,7 +53,8 @@ class Wire:
         if self.module.setup.echo:
             self._deliver(_Burst(max(begins_s, self._down_free_s), data, byte_s))
         for burst in self._suffer(data, self._up_random, FaultDirection.TO_MODULE):
-            self._up += _Burst(begins_s, burst, byte_s).cut_at(HOST_FRAME_LENGTH)
+            for at in range(0, len(burst), HOST_FRAME_LENGTH):
+                self._up.append(_Burst(begins_s + at * byte_s, burst[at : at + HOST_FRAME_LENGTH], byte_s))
 
     def read(self, now_s: float) -> bytes:
         """What has arrived at the host since the last call."""

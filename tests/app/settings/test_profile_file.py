@@ -202,7 +202,10 @@ def test_saving_is_atomic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert [one.name for one in tmp_path.iterdir()] == ["p.toml"]
 
 
-TEXTS = st.text(st.characters().filter(lambda character: visible(character) == character))
+CHARACTERS = st.characters(exclude_categories=("Cc", "Cn", "Co", "Cs", "Zl", "Zp")).filter(
+    lambda character: visible(character) == character
+)
+NAMES, TEXTS = st.text(CHARACTERS, max_size=200), st.text(CHARACTERS)
 SETTINGS = st.fixed_dictionaries(
     {},
     optional={
@@ -222,8 +225,8 @@ LIMIT_VALUES = st.fixed_dictionaries(
 )
 PROFILES = st.builds(
     Profile,
-    name=TEXTS.filter(lambda text: len(text) <= 200),
-    airframe=TEXTS.filter(lambda text: len(text) <= 200),
+    name=NAMES,
+    airframe=NAMES,
     notes=st.lists(TEXTS, max_size=3).map("\n\t".join),
     settings=SETTINGS,
     limits=LIMIT_VALUES,
