@@ -270,7 +270,7 @@ def test_packaging_is_no_package() -> None:
         ("ui/pages/live/page.py", "from serial.tools import list_ports"),
         ("ui/pages/live/page.py", "import importlib\nimportlib.import_module('serial')"),
         ("ui/pages/live/page.py", "from ui.pages.settings.row import SettingsRow"),
-        ("app/simulator/module.py", "from tests.doubles import Clock"),
+        ("app/simulator/answers.py", "from tests.doubles import Clock"),
     ],
 )
 def test_a_forbidden_import_is_found(path: str, source: str) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from app.cli.commands import THRESHOLDS
 from app.firing.judge import TriggerLimits
+from app.flight_analysis.curves import JudgedFlight, LogFiring
 from app.flight_analysis.fire_map import FlightGroup
-from app.flight_analysis.judged_flight import JudgedFlight, LogFiring
 from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
 from app.flight_analysis.proposal import propose
 from app.flight_analysis.summary import FlightSummary

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.judged_flight import JudgedFlight, judge_flight
+from app.flight_analysis.curves import JudgedFlight, judge_flight
 from app.flight_analysis.summary import FlightSummary, summarise
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import NO_PROGRESS, Progress, unreadable

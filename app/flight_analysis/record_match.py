@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.judged_flight import JudgedFlight, LogFiring, judge_flight
+from app.flight_analysis.curves import JudgedFlight, LogFiring, judge_flight
 from app.flight_analysis.summary import moment_text
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading

@@ -1,8 +1,13 @@
-"""Excerpt of measured data between two times, and its CSV table."""
+"""What a session measured, live or recorded: series, limits over time, markers; an excerpt of it and its CSV table.
 
-from collections.abc import Iterator
+Times are monotonic seconds.
+"""
+
+from abc import abstractmethod
+from collections.abc import Collection, Iterator
 from heapq import merge
 from itertools import islice
+from math import inf
 from operator import itemgetter
 from typing import Final, NamedTuple
 
@@ -10,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
-from app.recordings.markers import Marker, MarkerKind
+from app.recordings.markers import Marker, MarkerKind, ModuleLimits
 from app.recordings.reports import ACTIVE, TRIGGERED
-from app.samples.ring_buffers import Seconds, Window
+from app.samples.ring_buffers import Readable, Seconds, Window
+from app.samples.step_function import MAX_STEPS, StepFunction
 
 HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
@@ -22,7 +28,7 @@ _FLAGS: Final = ("false", "true")
 
 
 class Excerpt(NamedTuple):
-    """Immutable. Times are monotonic seconds."""
+    """Immutable."""
 
     start_s: float
     tilt: Window
@@ -53,6 +59,54 @@ class Excerpt(NamedTuple):
     @property
     def row_count(self) -> int:
         return sum(len(times) for times, _ in (self.tilt, self.cell, self.light)) + len(self.markers)
+
+
+class LimitSteps:
+    """The limits of a module over time; the newest `kept` changes of each."""
+
+    def __init__(self, kept: int = MAX_STEPS) -> None:
+        self._steps = [StepFunction(kept) for _ in ModuleLimits._fields]
+        self.fires, self.rearms, self.falls, self.fall_times, self.lights = self._steps
+
+    def put(self, at: float, limits: ModuleLimits) -> None:
+        for steps, value in zip(self._steps, limits, strict=True):
+            steps.put(at, value)
+
+    def at(self, time_s: float = inf) -> ModuleLimits:
+        """The limits that held then; by default those of now."""
+        held = (steps.between(time_s, time_s) for steps in self._steps)
+        return ModuleLimits(*(changes[-1].value if changes else None for changes in held))
+
+    def last(self) -> ModuleLimits:
+        """What was last known of each."""
+        known = ([step.value for step in steps.between(-inf, inf) if step.value is not None] for steps in self._steps)
+        return ModuleLimits(*(values[-1] if values else None for values in known))
+
+    def clear(self) -> None:
+        for steps in self._steps:
+            steps.clear()
+
+
+class Measured(LimitSteps):
+    """Source of the plots: the current session, or a recording."""
+
+    tilt: Readable
+    acceleration: Readable
+    cell: Readable
+    light: Readable
+    markers: Collection[Marker]
+
+    @abstractmethod
+    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
+        """The data of a span, both ends included."""
+
+    def _excerpt(self, start_s: float, end_s: float, flags: NDArray[np.uint8], *, is_whole: bool = True) -> Excerpt:
+        """As views of the series. `flags`: one for each sample of tilt in the span."""
+        tilt, acceleration, cell, light = (
+            series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
+        )
+        markers = tuple(marker for marker in self.markers if start_s <= marker.time_s <= end_s)
+        return Excerpt(start_s, tilt, acceleration, flags, cell, light, markers, is_whole)
 
 
 def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None = None) -> Iterator[bytes]:

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from app.captures.entries import CaptureEntry
 from app.captures.line import NANOSECONDS, LineBytes, LinePart
-from app.recordings.excerpt import Excerpt
+from app.recordings.excerpt import Excerpt, Measured
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
-from app.recordings.measured import Measured
 from app.recordings.reports import ReportColumns, ReportFinder
 from app.recordings.session_format import EVENTS, RX, TX, is_time
 from app.recordings.session_reader import FileMessage, SessionFile, read_blocks

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory, invent_records
-from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import OPTIONS, Group, Setup
 from app.simulator.wire import Wire

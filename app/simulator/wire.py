@@ -8,8 +8,8 @@ import random
 from collections import deque
 from typing import NamedTuple
 
+from app.simulator.answers import SimulatedModule
 from app.simulator.hardware import BITS_PER_BYTE, SentBytes
-from app.simulator.module import SimulatedModule
 from app.simulator.setup import FaultDirection
 from protocol.frame import HOST_FRAME_LENGTH
 

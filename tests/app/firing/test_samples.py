@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from app.firing.judge import SensorSample, TriggerLimits
 from app.firing.samples import MAX_FIRINGS, Firings, judge_samples
+from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory, limits, record_frame
-from app.simulator.module import SimulatedModule
 from app.simulator.physics import GRAVITY_M_S2, Physics
 from app.simulator.setup import Setup
 from protocol.catalogue import SERIAL_OUTPUT

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import settings
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.curves import NEVER, firing_curves
+from app.flight_analysis.curves import NEVER, firing_curves, judge_flight
 from app.flight_analysis.fire_map import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
-from app.flight_analysis.judged_flight import judge_flight
 from app.flight_analysis.summary import LossOfControl, loss_of_control, moment_text, summarise
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading

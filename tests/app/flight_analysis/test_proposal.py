@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from app.firing.judge import TriggerLimits
+from app.flight_analysis.curves import judge_flight
 from app.flight_analysis.fire_map import FlightGroup
-from app.flight_analysis.judged_flight import judge_flight
 from app.flight_analysis.proposal import ThresholdProposal, propose
 from app.flight_analysis.record_match import MAX_MOMENTS, match_record, measured_text, moment_message
 from app.flight_analysis.summary import summarise

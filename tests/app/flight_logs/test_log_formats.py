@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.firing.judge import TriggerLimits
-from app.flight_analysis.judged_flight import judge_flight
+from app.flight_analysis.curves import judge_flight
 from app.flight_logs.assembly import ascending, assembled, flight_of_reports
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
 from app.flight_logs.flight_log import FlightLog

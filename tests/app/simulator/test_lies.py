@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory, invent_records
-from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import EmptySlots, Setup, parse_options
 from app.simulator.wire import Wire

@@ -2,8 +2,8 @@
 
 import pytest
 
+from app.simulator.answers import SimulatedModule
 from app.simulator.memory import Memory, invent_records
-from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import EmptySlots, Setup
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, TRIGGER_RECORDS

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from app.simulator.answers import SimulatedModule
 from app.simulator.bench import SimulatedBench
-from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import (
     OPTIONS,

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from app.simulator.module import SimulatedModule
+from app.simulator.answers import SimulatedModule
 from app.simulator.physics import Physics
 from app.simulator.setup import FaultDirection, Setup
 from app.simulator.wire import Wire

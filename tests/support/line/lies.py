@@ -18,10 +18,9 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, Final, NamedTuple
 
-from app.simulator.answers import ACCEPTED, answer, clamped, reply
+from app.simulator.answers import ACCEPTED, SimulatedModule, answer, clamped, reply
 from app.simulator.bench import Clock, SimulatedBench
 from app.simulator.hardware import BITS_PER_BYTE, SentBytes
-from app.simulator.module import SimulatedModule
 from app.simulator.setup import Setup, as_text, codes, parse_options
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, TRIGGER_RECORDS, Hazard, Request
 from protocol.fields import Flag

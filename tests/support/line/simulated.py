@@ -1,6 +1,6 @@
 """Bytes of a simulated module without a line between."""
 
-from app.simulator.module import SimulatedModule
+from app.simulator.answers import SimulatedModule
 
 
 def booted(module: SimulatedModule) -> SimulatedModule:

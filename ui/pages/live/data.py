@@ -10,9 +10,8 @@ from app.engine.device import DeviceView
 from app.engine.device import StatusSample as Status
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
-from app.recordings.excerpt import Excerpt
+from app.recordings.excerpt import Excerpt, LimitSteps, Measured
 from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimits, charging_at, last_limits
-from app.recordings.measured import LimitSteps, Measured
 from app.recordings.reports import ACTIVE, TRIGGERED
 from app.samples.ring_buffers import Series
 from protocol.fields import Value
