@@ -9,17 +9,11 @@ from app.recordings.excerpt import csv_parts, part_count
 from app.recordings.library import RecordingEntry
 from app.recordings.recording import open_recording
 from app.system.files import whole_file
-from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import not_written
 
 Progress = Callable[[float], object]
 """Gets 0 … 1 in the calling thread. What it raises ends the export, and the file is unchanged."""
 _BLOCK_BYTES = 1 << 20
-
-
-class ExportCancelled(Exception):
-    """The export was cancelled; the file is unchanged."""
 
 
 class Exported(NamedTuple):
@@ -27,12 +21,6 @@ class Exported(NamedTuple):
 
     rows: int
     damage: UserMessage | None
-
-
-def not_saved_text(path: Path, error: Exception) -> str:
-    if isinstance(error, ExportCancelled):
-        return tr("Cancelled.")
-    return not_written(path, error)
 
 
 def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Progress = bool) -> None:

@@ -47,8 +47,9 @@ def with_units(text: str) -> str:
 
 
 def not_written(file: object, error: Exception) -> str:
-    """`error`: OSError, or ValueError for an invalid name."""
-    return tr("{file} cannot be written: {why}.", file=file, why=error_text(error))
+    """`error`: a `UserError`, whose own sentence says it, OSError, or ValueError for an invalid name."""
+    why = tr("{file} cannot be written: {why}.", file=file, why=error_text(error))
+    return getattr(error, "sentence", why)
 
 
 def saved_text(path: object, rows: int, *, is_whole: bool = True) -> str:

@@ -10,9 +10,18 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from app.store.database import StoreTrouble
 from app.store.write_queue import WriteQueue
+from app.text.user_error import UserError
+from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 Result = TypeVar("Result")
+
+
+class ExportCancelled(UserError):
+    """The file is unchanged."""
+
+    def __init__(self) -> None:
+        super().__init__(marked("Cancelled."))
 
 
 class Running:
@@ -29,8 +38,6 @@ class Running:
     def set_progress_or_end(self, share: float) -> None:
         """Set the progress. Raises `ExportCancelled` where it is cancelled."""
         if self.is_cancelled():
-            from app.recordings.export import ExportCancelled
-
             raise ExportCancelled
         self.share = share
 

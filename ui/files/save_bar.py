@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from app import version
 from app.recordings.excerpt import Excerpt, csv_parts, part_count
-from app.recordings.export import ExportCancelled, not_saved_text, write_parts
+from app.recordings.export import write_parts
 from app.text.i18n import tr
-from app.text.sentences import saved_text
-from ui.core.background_task import BackgroundTask, Running
+from app.text.sentences import not_written, saved_text
+from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.style.icons import MEANING_ICONS, Icon
@@ -143,7 +143,7 @@ class SaveNote(QWidget):
 
             def fail(error: Exception) -> None:
                 meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION
-                self._end(lambda: not_saved_text(path, error), meaning)
+                self._end(partial(not_written, path, error), meaning)
 
             self._folder = path.parent
             make_text = partial(saved, path) if saved is not None else lambda: tr("Saved to {path}.", path=path)

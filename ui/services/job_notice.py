@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from app.settings.profile_file import ProfileRefused, read_profile
 from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_sentences, labelled, not_written
+from app.text.sentences import join_sentences, labelled, not_written
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask
 from ui.services.announcer import announce
@@ -72,12 +72,10 @@ class JobNotice(QObject):
         return self._writing.is_running
 
     def _tell_unwritten(self, path: Path, error: Exception) -> None:
-        if isinstance(error, UserError):
-            self.notify(Meaning.ATTENTION, partial(error_text, error))
-        elif isinstance(error, OSError | RuntimeError):
-            self.notify(Meaning.DANGER, partial(not_written, path, error))
-        else:
+        if not isinstance(error, UserError | OSError | RuntimeError):
             raise error
+        meaning = Meaning.ATTENTION if isinstance(error, UserError) else Meaning.DANGER
+        self.notify(meaning, partial(not_written, path, error))
 
     def dismiss(self) -> None:
         self.set_notice(None)

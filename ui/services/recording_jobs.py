@@ -11,7 +11,7 @@ from PySide6.QtCore import Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_sentences, saved_text
+from app.text.sentences import error_text, join_sentences, not_written, saved_text
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.announcer import announce
@@ -223,11 +223,6 @@ class RecordingJobs(JobNotice):
 
 
 def _refusal(error: Exception, path: Path | None) -> str:
-    from app.recordings.export import not_saved_text
-
-    if isinstance(error, UserError):
-        return error.sentence
-    if path is not None:
-        return not_saved_text(path, error)
-    why = error_text(error)
-    return tr("Failed: {why}.", why=why)
+    if path is not None or isinstance(error, UserError):
+        return not_written(path, error)
+    return tr("Failed: {why}.", why=error_text(error))

@@ -84,7 +84,7 @@ class LabelActions(QObject):
     def _fail(self, path: Path, error: Exception) -> None:
         if not isinstance(error, UserError | OSError | RuntimeError):
             raise error
-        self._window.show_message(error.sentence if isinstance(error, UserError) else not_written(path, error))
+        self._window.show_message(not_written(path, error))
 
 
 def _now() -> datetime:

@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from app.recordings.export import ExportCancelled
 from app.store.database import StoreFault, StoreTrouble
 from app.store.write_queue import WriteQueue
-from ui.core.background_task import BackgroundTask, Running
+from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 
 
 class Told:

@@ -170,10 +170,6 @@ def test_a_rate_has_the_unit_of_the_language(language: str) -> None:
     assert value_text(BY_NAME["baud_rate"], 115200) == f"115200 {unit}"
 
 
-def test_a_voltage_has_a_point_and_its_symbol(language: str) -> None:
-    assert tr("{volts:.2f} V", volts=4.05) == "4.05 V"
-
-
 @pytest.mark.parametrize(
     ("seconds", "english", "chinese"),
     [

@@ -41,14 +41,10 @@ from ui.main import PAGES
 from ui.pages.settings import profiles
 from ui.pages.settings import row as settings_row
 from ui.pages.settings.page import SettingsPage
-from ui.plots.gauge import TiltGauge
 from ui.shell import top_bar
 from ui.shell.main_window import SMALLEST
-from ui.style import icons
-from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.painted_widget import Freshness, PaintedWidget
-from ui.style.theme import Choice, Meaning
-from ui.widgets.readout import Readout, StateChip
+from ui.style.painted_widget import PaintedWidget
+from ui.style.theme import Choice
 
 FULL_HD_AT_200 = QSize(960, 540)
 BY_OTHER_KEYS = ("_less", "_more")
@@ -274,26 +270,6 @@ def secret_keys(walk: Walk) -> list[str]:
     ]  # fmt: skip
 
 
-def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
-    gauge, readout, chip = TiltGauge(), Readout("Tilt", unit="°"), StateChip("Lock")
-    for widget in (gauge, readout, chip):
-        qtbot.addWidget(widget)
-    said = {name: {widget.accessibleName()} for name, widget in (("g", gauge), ("r", readout), ("c", chip))}
-    for value in (12, 45):
-        gauge.show_tilt(value)
-        readout.show_value(f"{value}")
-        chip.show_state(f"state {value}", Icon.LOCK)
-        said["g"].add(gauge.accessibleName())
-        said["r"].add(readout.accessibleName())
-        said["c"].add(chip.accessibleName())
-    gauge.show_tilt(45, stale_age="12 s ago")
-    readout.show_value("45", freshness=Freshness.STALE, note="12 s ago")
-    chip.show_state("state 45", Icon.LOCK, stale_age="12 s ago")
-    for widget in (gauge, readout, chip):
-        assert "12 s ago" in widget.accessibleName()
-    assert [len(names) for names in said.values()] == [3, 3, 3]
-
-
 # State, never by colour alone: each has a word, and an icon that no other state of its kind has.
 
 
@@ -303,16 +279,10 @@ def test_painted_values_update_their_accessible_names(qtbot: QtBot) -> None:
         pytest.param(tuple(RowState), settings_row.STYLES, id="settings"),
         pytest.param(tuple(profiles._CHIPS), profiles._CHIPS, id="profile"),
         pytest.param(tuple(Phase), top_bar._PHASES, id="link"),
-        pytest.param(tuple(Meaning), MEANING_ICONS, id="meanings"),
     ],
 )
 def test_each_state_has_an_icon(states: tuple[object, ...], looks: dict[object, object]) -> None:
     assert set(states) == set(looks)
-
-
-def test_each_meaning_has_an_icon_of_its_own() -> None:
-    assert len(set(MEANING_ICONS.values())) == len(Meaning)
-    assert len({icons.battery(level) for level in (None, 0, 0.25, 0.5, 0.75, 1)}) == 6
 
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])

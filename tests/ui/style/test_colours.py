@@ -11,7 +11,7 @@ from PySide6.QtGui import QImage, QPalette
 from PySide6.QtWidgets import QApplication, QDialog, QLabel, QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from tests.support.window.contrast import DISABLED, contrast, surfaces_of, wanted
+from tests.support.window.contrast import DISABLED, contrast, wanted
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.painted_text import colours_in
 from tests.support.window.steps import find
@@ -161,13 +161,3 @@ def test_every_state_in_the_style_sheet_is_readable(theme: Theme) -> None:
         if not any(part in selector for part in ("::indicator", "::chunk", "::handle", "::separator", "QProgressBar")):
             weak += [f"{selector}: {one} on {other}" for one, other in pairs if contrast(one, other) < least]
     assert not weak, "\n".join(weak)
-
-
-@pytest.mark.parametrize("theme", THEMES, ids=lambda theme: theme.name)
-def test_what_has_the_focus_or_is_ticked_stands_out(theme: Theme) -> None:
-    """Graphics that say something: 3:1 against what is beside them (WCAG 1.4.11)."""
-    for ground in surfaces_of(theme):
-        for graphic in (theme.information.ink, theme.border, theme.primary):
-            assert contrast(graphic, ground) >= 3, (graphic, ground)
-    assert contrast(theme.on_primary, theme.primary) >= 3  # the tick in its box
-    assert contrast(theme.information.ink, theme.selection) >= 3  # the end of a progress bar

@@ -78,23 +78,20 @@ def test_every_text_is_readable_on_every_surface_and_danger_is_told_from_attenti
 @each_theme
 def test_lines_and_icons_stand_out(one: Theme) -> None:
     lines = [one.border, *one.curves, *(tint.ink for tint in one.meanings.values())]
-    for line in lines:
+    for line in (*lines, one.primary):
         for surface in surfaces_of(one):
             assert contrast(line, surface) >= 3, (line, surface)
+    assert contrast(one.on_primary, one.primary) >= 3  # the tick in its box
+    assert contrast(one.information.ink, one.selection) >= 3  # the end of a progress bar
 
 
 @each_theme
 def test_each_meaning_has_colours_and_an_icon_of_its_own(one: Theme) -> None:
     assert set(one.meanings) == set(Meaning) == set(MEANING_ICONS)
+    assert len(set(MEANING_ICONS.values())) == len(Meaning)
     if one is not SUNLIGHT:
         assert len({tint.ink for tint in one.meanings.values()}) == len(Meaning)
     assert len(set(one.curves)) == len(one.curves)
-
-
-def test_sunlight_is_black_on_white_with_thick_lines() -> None:
-    assert (SUNLIGHT.text, SUNLIGHT.surface) == ("#000000", "#FFFFFF")
-    assert SUNLIGHT.line_px > LIGHT.line_px
-    assert SUNLIGHT.border_px > LIGHT.border_px
 
 
 @each_theme

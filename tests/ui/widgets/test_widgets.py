@@ -45,16 +45,10 @@ def colours(image: QImage) -> dict[str, int]:
     return found
 
 
-def test_a_readout_starts_as_unknown_and_says_so(qtbot: QtBot) -> None:
-    one = Readout("Tilt", unit="°")
-    qtbot.addWidget(one)
-    assert one.freshness is Freshness.UNKNOWN
-    assert one.accessibleName() == "Tilt: unknown"
-
-
 def test_a_readout_names_caption_value_unit_limit_and_note(qtbot: QtBot) -> None:
     one = Readout("Light", unit="V", template="00.0")
     qtbot.addWidget(one)
+    assert (one.freshness, one.accessibleName()) == (Freshness.UNKNOWN, "Light: unknown")
     one.show_value("0.3")
     assert one.accessibleName() == "Light: 0.3 V"
     one.set_limit("1.8 V")
@@ -125,13 +119,6 @@ def test_a_meaning_colours_the_number(qtbot: QtBot) -> None:
     assert colours(picture(one))[LIGHT.danger.ink] > 20
 
 
-def test_a_chip_starts_as_unknown(qtbot: QtBot) -> None:
-    chip = StateChip("Lock")
-    qtbot.addWidget(chip)
-    assert (chip.word, chip.meaning) == ("unknown", Meaning.UNKNOWN)
-    assert chip.accessibleName() == chip.toolTip() == "Lock: unknown"
-
-
 @pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
 def test_only_attention_and_danger_are_filled(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
     style_all(qapp, one_theme)
@@ -165,7 +152,8 @@ def test_a_chip_without_a_caption_beside_it_says_what_is_unknown(qtbot: QtBot) -
     alone = chip.sizeHint().width()
     chip.name_unknown("Trigger unknown")
     assert chip.sizeHint().width() > alone
-    assert (chip.word, chip.accessibleName()) == ("unknown", "Trigger: unknown")
+    assert (chip.word, chip.meaning) == ("unknown", Meaning.UNKNOWN)
+    assert chip.accessibleName() == chip.toolTip() == "Trigger: unknown"
     with watching() as drawn:
         chip.resize(chip.sizeHint())
         chip.grab()

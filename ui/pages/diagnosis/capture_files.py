@@ -18,11 +18,10 @@ from app.captures.text import NOT_HEX, LineFault, NotHex, TextReader, lines_in
 from app.captures.traffic_buffer import TrafficBuffer
 from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.worker import Connection
-from app.recordings.export import ExportCancelled, not_saved_text
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
-from app.text.sentences import error_text, saved_text
-from ui.core.background_task import BackgroundTask, Running
+from app.text.sentences import error_text, not_written, saved_text
+from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, ask_open, ask_path, default_name
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
@@ -159,7 +158,7 @@ class CaptureFiles(QWidget):
             if error is None:
                 self._result.notify(Meaning.GOOD, partial(saved_text, path, len(entries), is_whole=not has_dropped))
             else:
-                self._result.notify(meaning, lambda: not_saved_text(path, error))
+                self._result.notify(meaning, partial(not_written, path, error))
 
         self._saving.run(write, lambda _none: end(), end)
         self.refresh()

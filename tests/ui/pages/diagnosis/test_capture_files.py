@@ -8,7 +8,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.recordings.export import ExportCancelled
 from app.recordings.library import entry_of
 from tests.support.records.recordings_made import explained, read_session
 from tests.support.window.capture_window import opened, strip_button, write_capture
@@ -16,7 +15,7 @@ from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
 from tests.support.window.steps import choosing, drop, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
-from ui.core.background_task import Running
+from ui.core.background_task import ExportCancelled, Running
 from ui.pages.diagnosis.capture_files import SUFFIX, Opened, load_capture
 from ui.pages.diagnosis.traffic import MAX_COPIED
 from ui.pages.diagnosis.traffic_model import MAX_MARKS, MAX_ROWS, Column, Filter, TrafficModel
