@@ -98,13 +98,9 @@ def sendable(
 
 
 def _sorted(facts: Iterable[Fact | RefusedFact]) -> tuple[list[Fact], list[RefusedFact]]:
-    good, refused = list[Fact](), list[RefusedFact]()
-    for fact in facts:
-        if isinstance(fact, Fact):
-            good.append(fact)
-        else:
-            refused.append(fact)
-    return good, refused
+    everything = list(facts)
+    good = [fact for fact in everything if isinstance(fact, Fact)]
+    return good, [fact for fact in everything if isinstance(fact, RefusedFact)]
 
 
 def _pages(rows: Mapping[str, StoredRow], page: int) -> Iterator[Sequence[str]]:

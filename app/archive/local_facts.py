@@ -110,14 +110,21 @@ class LocalFacts:
     # Queries
 
     def of_kind(self, kind: FactKind | None, module: str | None = None) -> list[Fact]:
-        """None: of all kinds. `module`: only those of modules with this name."""
+        """None: of all kinds. `module`: only those of modules with this name. Without those that an older version
+        imported and nobody can read; they are named once."""
         query = f"SELECT {_COLUMNS} FROM facts WHERE id IS NOT NULL"  # noqa: S608
         values = []
         if kind is not None:
             query, values = f"{query} AND kind = ?", [kind.value]
         if module is not None:
             query, values = f"{query} AND module = ?", [*values, module]
-        return self._facts(f"{query} ORDER BY number", values)
+        facts = {}
+        for row in self._read(f"{query} ORDER BY number", values):
+            try:
+                facts[row[0]] = fact_of(row)
+            except ValueError as error:
+                self._warn(str(row[0]), error)
+        return list(facts.values())
 
     def counts(self) -> Mapping[str, int]:
         """Number of facts by station."""
@@ -140,16 +147,6 @@ class LocalFacts:
         """A complete exchange: this station's facts up to the number `last` are there."""
         own = self.own
         own.set_state(f"exchange:{place}", {"at": own.database.now(), "last": last})
-
-    def _facts(self, query: str, values: Sequence[object]) -> list[Fact]:
-        """Without those that an older version imported and nobody can read; they are named once."""
-        facts = {}
-        for row in self._read(query, values):
-            try:
-                facts[row[0]] = fact_of(row)
-            except ValueError as error:
-                self._warn(str(row[0]), error)
-        return list(facts.values())
 
     def _warn(self, id_: str, error: ValueError) -> None:
         if id_ not in self._unreadable:

@@ -31,6 +31,7 @@ from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.sentences import labelled
 from app.text.user_error import UserError
+from protocol.translatable import marked
 
 SHOWN_REFUSALS = 20
 FLEET_HEAD = (
@@ -119,28 +120,21 @@ def run_sync(args: argparse.Namespace) -> int:
     shown = server_url(url).shown
     if args.remember:
         store_server(folder, url)
-    return _exchange(args, "server", shown, lambda archive: archive.sync(url, on_page=_progress), console.NO_LINK)
+    return _exchange(args, "server", shown, partial(Archive.sync, url=url), console.NO_LINK)
 
 
 def run_export(args: argparse.Namespace) -> int:
-    return _exchange(
-        args, "file", str(args.file), lambda archive: archive.export(args.file, on_page=_progress), console.PARTIAL
-    )
+    return _exchange(args, "file", str(args.file), partial(Archive.export, path=args.file), console.PARTIAL)
 
 
 def run_import(args: argparse.Namespace) -> int:
-    def import_file(archive: Archive) -> Exchanged:
-        return archive.import_file(args.file, on_page=_progress)
-
-    return _exchange(args, "file", str(args.file), import_file, console.USAGE_ERROR)
+    return _exchange(args, "file", str(args.file), partial(Archive.import_file, path=args.file), console.USAGE_ERROR)
 
 
-def _exchange(
-    args: argparse.Namespace, key: str, place: str, act: Callable[[Archive], Exchanged], failed: int
-) -> int:  # fmt: skip
+def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[..., Exchanged], failed: int) -> int:
     with opened_archive() as archive:
         try:
-            done = act(archive)
+            done = act(archive, on_page=lambda done: console.show_progress(_counts(done)))
         except UserError as error:
             console.clear_progress()
             raise console.Refused(error.message, failed) from error
@@ -150,12 +144,13 @@ def _exchange(
         "refused": [_refused_json(fact) for fact in done.refused], "refused_count": done.refused_count,
         "damaged": [_refused_json(fact) for fact in done.damaged],
     }, lambda done: [_counts(done)])  # fmt: skip
-    if done.refused_count:
-        console.notify(tr("Left out, unreadable or altered: {count}.", count=done.refused_count))
-        _notify_refused(done.refused)
-    if done.damaged:
-        console.notify(tr("Damaged and not sent: {count}.", count=len(done.damaged)))
-        _notify_refused(done.damaged)
+    for text, count, facts in (
+        (marked("Left out, unreadable or altered: {count}."), done.refused_count, done.refused),
+        (marked("Damaged and not sent: {count}."), len(done.damaged), done.damaged),
+    ):
+        if count:
+            shown = (f"  {fact.sentence().translated()}" for fact in facts[:SHOWN_REFUSALS])
+            console.notify("\n".join((tr(text, count=count), *shown)))
     return console.SUCCESS if done.is_whole else console.PARTIAL
 
 
@@ -189,10 +184,6 @@ def run_settle(args: argparse.Namespace) -> int:
     return console.SUCCESS
 
 
-def _progress(done: Exchanged) -> None:
-    console.show_progress(_counts(done))
-
-
 def _counts(done: Exchanged) -> str:
     return tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
 
@@ -211,11 +202,6 @@ def _proposal_json(proposal: Settlement) -> dict[str, object]:
 
 def _refused_json(fact: RefusedFact) -> dict[str, object]:
     return {"id": fact.id, "kind": fact.kind, "made_at": fact.made_at, "why": fact.why.in_english()}
-
-
-def _notify_refused(refused: list[RefusedFact]) -> None:
-    for fact in refused[:SHOWN_REFUSALS]:
-        console.notify(f"  {fact.sentence().translated()}")
 
 
 # The present state of all modules, or the history of one, from all stations

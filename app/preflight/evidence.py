@@ -106,7 +106,7 @@ class Evidence:
     @property
     def changes(self) -> tuple[StateChange, ...]:
         """What differs between the two readings."""
-        return () if self.first is None or self.last is None else changes_between(self.first, self.last)
+        return () if self.first is None or self.last is None else tuple(changes_between(self.first, self.last))
 
     @property
     def heartbeats_lost(self) -> int:

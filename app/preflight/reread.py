@@ -52,12 +52,8 @@ def read_state() -> Procedure[StateReading]:
     return StateReading(settings, (yield from ask_report()))
 
 
-def changes_between(before: StateReading, after: StateReading) -> tuple[StateChange, ...]:
+def changes_between(before: StateReading, after: StateReading) -> Iterator[StateChange]:
     """Values known in both that differ; except the activation, which people switch on purpose."""
-    return tuple(_changes(before, after))
-
-
-def _changes(before: StateReading, after: StateReading) -> Iterator[StateChange]:
     for changed in changed_settings(before.settings.values, after.settings.values):
         command, old, new = changed
         yield _change(command.key, value_text(command, old), value_text(command, new))

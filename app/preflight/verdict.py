@@ -186,7 +186,7 @@ def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opene
 
 def void_of_reading(evidence: Evidence, state: StateReading | None) -> Void | None:
     """Why a verdict does not hold after everything was read again; None while it does."""
-    changes = changes_between(evidence.last, state) if state is not None and evidence.last is not None else ()
+    changes = () if state is None or evidence.last is None else tuple(changes_between(evidence.last, state))
     if changes:
         return Void(Disturbance.CHANGED, changes[0].shown)
     is_read = state is not None and state.status is not None and state.is_complete

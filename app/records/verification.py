@@ -188,7 +188,7 @@ def _verified(record: Mapping[str, object], kept: StoredRecords | None, find_sta
     altered = [CONTENT] if record.get("hash") != hash_of(record) else []
     if signer is None and is_claimed:
         altered.append(SIGNATURE)
-    chain, against = _chain(record, kept), contradictions(record)
+    chain, against = _chain(record, kept), tuple(contradictions(record))
     station = find_station(signer) if signer is not None else None
     if altered:
         state = RecordState.ALTERED
@@ -261,12 +261,8 @@ _READ_AS = {
 """Checks whose measured value is also among the readings, and where."""
 
 
-def contradictions(record: Mapping[str, object]) -> tuple[UserMessage, ...]:
+def contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
     """The parts of a record that contradict each other; never raises, whatever the record contains."""
-    return tuple(_contradictions(record))
-
-
-def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
     checks = [check for check in list_in(record, "checks") if isinstance(check, Mapping)]
     counts = Counter(str(check.get("id")) for check in checks)
     missing = sorted(REQUIRED - counts.keys())

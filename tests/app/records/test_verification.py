@@ -112,7 +112,7 @@ def test_a_consistent_forgery_is_not_signed_by_a_known_station() -> None:
         one["measured"] = sound["measured"]
     forged["read"] = _copy(_signed())["read"]
     forged["verdict"] = verdict_from(forged).value
-    assert contradictions(forged) == ()
+    assert not list(contradictions(forged))
     assert _verified(seal({**forged, "station": None})).state is RecordState.NOT_SIGNED
     assert _verified(seal(forged, station("stranger"))).state is RecordState.UNKNOWN_STATION
     # A known station's key with the signature of another station or record.
