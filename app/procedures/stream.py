@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
 
-from app.engine.device import How, Sleep
+from app.engine.device import DeviceView, How
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, Slept, is_alive
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import read_everything
@@ -82,14 +82,9 @@ class _StreamProgress:
     """It restarted about when the stream was switched on: a stream that appears is ours to switch off."""
     has_given_up: bool = False
     """It was switched on and nothing came: polled until the next restart."""
-    is_streaming: bool = False
-    """At the last turn; where a stream ends that nobody switched off, it may not be the module that sent it."""
-    restarts: int = 0
-    breaks: int = 0
-    last_sleep: Sleep | None = None
+    device: DeviceView = field(default_factory=DeviceView)
+    """At the last turn."""
     has_read: bool = False
-    is_suspicious: bool = False
-    """A restart is suspected: the boot count is asked for at once."""
     due: dict[Request, float] = field(default_factory=dict)
     """When each question is due next."""
     rests_until: float = 0.0
@@ -119,22 +114,21 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
     if view.device.presence is Presence.OFFLINE:
         progress.has_read = False  # everything is read again once the link's own heartbeats are answered
         return
-    has_ended, progress.is_streaming = progress.is_streaming and not view.device.is_streaming, view.device.is_streaming
-    if has_ended or view.device.breaks != progress.breaks:
-        progress.breaks = view.device.breaks
+    before, now = progress.device, view.device
+    progress.device = now
+    # Where a stream ends that nobody switched off, it may not be the module that sent it.
+    if now.breaks != before.breaks or (before.is_streaming and not now.is_streaming):
         for question, _every_s in (*_SETTINGS, (_BOOT_COUNT, BOOT_EVERY_S)):
             progress.due.pop(question, None)  # another module may answer now, or this one after a restart
-    if view.device.restarts != progress.restarts:
-        progress.restarts = view.device.restarts
+    if now.restarts != before.restarts:
         on_at = progress.switched_on_at
         progress.may_be_ours = on_at is not None and view.now - on_at < RESTART_NOTICED_S
         progress.switched_on_at, progress.has_given_up, progress.has_read = None, False, False
         progress.intent = None
-    if view.device.last_sleep != progress.last_sleep:
-        progress.last_sleep, progress.has_read = view.device.last_sleep, False
-    if view.device.is_restart_suspected and not progress.is_suspicious:
+    if now.last_sleep != before.last_sleep:
+        progress.has_read = False
+    if now.is_restart_suspected and not before.is_restart_suspected:
         progress.due.pop(_BOOT_COUNT, None)
-    progress.is_suspicious = view.device.is_restart_suspected
     if read_all and not progress.has_read:
         progress.has_read = not (yield from read_everything()).is_silent
         progress.due |= {question: view.now + every_s for question, every_s in _SETTINGS}
