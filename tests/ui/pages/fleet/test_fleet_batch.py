@@ -292,20 +292,14 @@ def test_protection_is_taken_away_only_by_write_anyway(bench: Bench, tmp_path: P
     bench.until(lambda: bench.fleet.turns.bench is not None)
 
 
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
-        (SETTINGS + "baud_rate = 9600\n", "A batch does not change the baud rate: take it out of the profile."),
-        (
-            SETTINGS + "[tests]\ntilt = 180\n",
-            "The profile demands manual checks or guided tests, which a batch does not",
-        ),
-    ],
-)
-def test_where_no_module_can_pass_it_does_not_begin(bench: Bench, tmp_path: Path, settings: str, said: str) -> None:
-    bench.fill(tmp_path, settings)
-    bench.click(bench.panel.form.start)
-    notice = bench.fleet.result.result_notice()
-    assert notice is not None
-    assert notice.text.startswith(said)
-    assert bench.fleet.turns.bench is None
+def test_where_no_module_can_pass_it_does_not_begin(bench: Bench, tmp_path: Path) -> None:
+    for more, said in (
+        ("baud_rate = 9600\n", "A batch does not change the baud rate: take it out of the profile."),
+        ("[tests]\ntilt = 180\n", "The profile demands manual checks or guided tests, which a batch does not"),
+    ):
+        bench.fill(tmp_path, SETTINGS + more)
+        bench.click(bench.panel.form.start)
+        notice = bench.fleet.result.result_notice()
+        assert notice is not None
+        assert notice.text.startswith(said)
+        assert bench.fleet.turns.bench is None

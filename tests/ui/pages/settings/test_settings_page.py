@@ -3,6 +3,7 @@ module holds."""
 
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 from unittest.mock import patch
 
@@ -325,31 +326,30 @@ def _only(row: FormRow, *_known: object) -> tuple[FormRow, ...]:
     return (row,)
 
 
-@pytest.mark.parametrize("size", [FIRST_SIZE, QSize(1024, 600)])
-@pytest.mark.parametrize("language", ["en", "zh_CN"])
-def test_a_reason_is_whole_at_the_first_and_at_the_smallest_size(language: str, size: QSize, one: Desk) -> None:
-    one.assembly.language_switch.use(language)
-    one.assembly.window.resize(size)
-    let_lay_out(one.settings)
+def test_a_reason_is_whole_at_the_first_and_at_the_smallest_size(one: Desk) -> None:
     for name, text in (("attitude_threshold", "5"), ("freefall_acceleration", "1.1"), ("light_threshold", "0")):
         type_into(one, name, text)
     one.click(one.find(QToolButton, "freefall_trigger_off"))
-    one.settings.refresh()
-    let_lay_out(one.settings)
-    labels = [row.reason for row in one.settings.rows.values() if row.reason.isVisible()]
-    assert len(labels) == 4
-    assert all(label.height() >= label.heightForWidth(label.width()) and "…" not in label.text() for label in labels)
+    for language, size in product(("en", "zh_CN"), (FIRST_SIZE, QSize(1024, 600))):
+        one.assembly.language_switch.use(language)
+        one.assembly.window.resize(size)
+        one.settings.refresh()
+        let_lay_out(one.settings)
+        reasons = [row.reason for row in one.settings.rows.values() if row.reason.isVisible()]
+        assert len(reasons) == 4
+        assert all(label.height() >= label.heightForWidth(label.width()) for label in reasons)
+        assert all("…" not in label.text() for label in reasons)
 
 
-@pytest.mark.parametrize("language", ["en", "zh_CN"])
-def test_the_baud_rate_and_the_profiles_are_in_sight_on_the_smallest_screen(language: str, one: Desk) -> None:
-    one.assembly.language_switch.use(language)
+def test_the_baud_rate_and_the_profiles_are_in_sight_on_the_smallest_screen(one: Desk) -> None:
     one.assembly.window.resize(1024, 600)
-    one.settings.refresh()
-    let_lay_out(one.settings)
     page = one.settings
-    for widget in (page.baud, page.files.open, page.files.recent, page.files.save, page.code, page.write):
-        assert is_in_sight(widget), widget.objectName()
+    for language in ("en", "zh_CN"):
+        one.assembly.language_switch.use(language)
+        page.refresh()
+        let_lay_out(page)
+        for widget in (page.baud, page.files.open, page.files.recent, page.files.save, page.code, page.write):
+            assert is_in_sight(widget), widget.objectName()
 
 
 @pytest.mark.parametrize(("width", "height", "least"), [(1366, 768, 8), (1024, 600, 6)])
