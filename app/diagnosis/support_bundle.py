@@ -94,14 +94,15 @@ class SupportBundle:
     """Immutable. `files`: exactly what `write` writes."""
 
     def __init__(self, contents: Contents, *, names: Names | None = None) -> None:
-        names = names or Names.of_this_computer()
+        names, started_at = names or Names.of_this_computer(), contents.capture_started_at
+        head = () if started_at is None else (f"# started: {started_at.isoformat(timespec='seconds')}",)
         texts = {
             "about.json": _json(_about(contents.version)),
             "link.json": _json(_link(contents)),
             "module.json": _json(_module(contents)),
             "preferences.json": _json(dict(contents.preferences)),
             "log.txt": contents.log,
-            "capture.txt": "".join(f"{line}\n" for line in _capture_lines(contents)),
+            "capture.txt": "".join(f"{line}\n" for line in (*head, *map(line_of, contents.capture))),
         }
         self.files = tuple(BundleFile(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
 
@@ -188,9 +189,3 @@ def _module(contents: Contents) -> dict[str, object]:
             if reading is not None
         },
     }
-
-
-def _capture_lines(contents: Contents) -> Iterable[str]:
-    if contents.capture_started_at is not None:
-        yield f"# started: {contents.capture_started_at.isoformat(timespec='seconds')}"
-    yield from map(line_of, contents.capture)

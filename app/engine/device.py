@@ -117,6 +117,7 @@ class DeviceView(NamedTuple):
     presence: Presence = Presence.UNKNOWN
     presence_since: float | None = None
     is_streaming: bool = False
+    """Status reports came unasked, the last one within 1.5 s."""
     stream_hz: float = 0.0
     restarts: int = 0
     breaks: int = 0
@@ -270,7 +271,7 @@ class Device:
             MappingProxyType(dict(self._values)),
             self._presence,
             self._presence_since,
-            self.is_streaming(now),
+            len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S,
             hz,
             self._restarts,
             self._breaks,
@@ -281,10 +282,6 @@ class Device:
             tuple(self._stray_records),
             None if self._lag is None else self._lag.seconds(now),
         )
-
-    def is_streaming(self, now: float) -> bool:
-        """Whether status reports came unasked, the last one within 1.5 s."""
-        return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
 
     def _on_frame(self, event: Received) -> None:
         message = event.message

@@ -38,31 +38,26 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: 
     Slow for large files: not for the window's thread. Raises only `UserError`, and what `on_progress` raises.
     """
     try:
-        return _read(path, columns, on_progress)
+        match format_of(path):
+            case LogFormat.CSV:
+                from app.flight_logs.csv_log import read_csv
+
+                return read_csv(path, columns, on_progress)
+            case LogFormat.ULOG:
+                from app.flight_logs.ulog import read_ulog
+
+                return assembled(read_ulog(path))
+            case LogFormat.DATAFLASH:
+                from app.flight_logs.dataflash import read_dataflash
+
+                return assembled(read_dataflash(path))
+            case LogFormat.RECORDING:
+                return _read_session(path)
     except OSError as error:
         raise unreadable(error_text(error)) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
         raise unreadable(marked("cannot be read")) from error
-
-
-def _read(path: Path, columns: CsvColumns | None, on_progress: Progress) -> FlightLog:
-    match format_of(path):
-        case LogFormat.CSV:
-            from app.flight_logs.csv_log import read_csv
-
-            return read_csv(path, columns, on_progress)
-        case LogFormat.ULOG:
-            from app.flight_logs.ulog import read_ulog
-
-            return assembled(read_ulog(path))
-        case LogFormat.DATAFLASH:
-            from app.flight_logs.dataflash import read_dataflash
-
-            return assembled(read_dataflash(path))
-        case LogFormat.RECORDING:
-            return _read_session(path)
-        case None:
-            raise unreadable(marked("unknown kind of file"))
+    raise unreadable(marked("unknown kind of file"))
 
 
 def _read_session(path: Path) -> FlightLog:

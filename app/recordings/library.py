@@ -13,6 +13,7 @@ from app.engine.target import is_simulated
 from app.recordings.session_format import SUFFIX
 from app.recordings.session_reader import read_heading
 from app.system.files import lock, private_opener
+from app.system.folders import data_folder
 from app.text.messages import UserMessage, message
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -28,8 +29,6 @@ _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.E
 
 def recordings_folder() -> Path:
     """In this user's folder for the program's data."""
-    from app.system.folders import data_folder
-
     return data_folder() / "recordings"
 
 

@@ -56,8 +56,8 @@ class Recording(Measured):
         limits: list[LimitsAt] = []
         pace, finder = GilYield(), ReportFinder()
         for file, messages in read_blocks(entry.path):
-            if not messages:  # a gap
-                finder.forget()
+            if not messages:  # a gap: what follows does not continue what came before
+                finder = ReportFinder()
             columns.append(finder.feed(_line_part(messages, RX)), file.opening.wall_offset_ns)
             self._read_events(file, messages, markers, limits)
             pace.checkpoint()

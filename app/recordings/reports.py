@@ -45,10 +45,6 @@ class ReportFinder:
         flags = reports[:, 6] * ACTIVE + reports[:, 5] * TRIGGERED
         return ReportColumns(times, reports[:, 3].astype(np.float32), acceleration, flags)
 
-    def forget(self) -> None:
-        """What follows does not continue what came before."""
-        self._rest = b""
-
 
 def _reports_in(data: bytes) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
     """Where the reports begin, as frame by frame from the front, and their bytes, a row for each."""

@@ -11,7 +11,6 @@ import struct
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
 
 from app.simulator.bench import SimulatedBench
 
@@ -30,32 +29,11 @@ _TCGETS2 = 0x802C542A
 _TERMIOS2 = struct.Struct("4I20B2I")
 
 
-class Endpoint(Protocol):
-    """One way for a host to reach the module, open from its making until `close`."""
-
-    address: str
-
-    def files(self) -> list[int]:
-        """File descriptors to wait for."""
-
-    def host_baud(self) -> int | None:
-        """Baud rate of the host, None if unknown."""
-
-    def receive(self, ready: list[int]) -> bytes:
-        """Bytes from the host, b"" for none."""
-
-    def send(self, data: bytes) -> None:
-        """Send bytes to the host; lost if it does not read them."""
-
-    def close(self) -> None:
-        """Make it unreachable, also for a host that has it open."""
-
-
 class Loop:
     """Serves until `stop`, which any thread and any signal handler may call. Wakes up for bytes of the host, bytes that
     are due, and `stop`."""
 
-    def __init__(self, bench: SimulatedBench, endpoint: Endpoint) -> None:
+    def __init__(self, bench: SimulatedBench, endpoint: "Endpoint") -> None:
         self._bench = bench
         self._endpoint = endpoint
         self._is_stopped = False
@@ -247,3 +225,8 @@ class TcpEndpoint:
         if self._client is not None:
             self._client.close()
             self._client = None
+
+
+Endpoint = PtyEndpoint | TcpEndpoint
+"""One way for a host to reach the module, open from its making until `close`. `address`: what the host opens; `files`:
+what to wait for; `host_baud`: None if unknown; `receive`: b"" for none."""

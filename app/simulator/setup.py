@@ -196,14 +196,6 @@ OPTIONS: tuple[Option, ...] = tuple(
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 
 
-def find_option(name: str) -> Option:
-    """By its name, with `-` or `_`; raises `UserError`."""
-    option = BY_NAME.get(name.replace("-", "_"))
-    if option is None:
-        raise UserError(marked("No option {name}."), name=name)
-    return option
-
-
 def parse_value(option: Option, text: str) -> Any:
     """Parse the value of an option; raises `UserError`."""
     try:
@@ -230,7 +222,11 @@ def default_text(option: Option) -> str:
 
 
 def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[str, Any]:
-    """Values by option name; raises `UserError` for the first invalid one."""
-    pairs = texts.items() if isinstance(texts, Mapping) else texts
-    options = [(find_option(name), text) for name, text in pairs]
-    return {option.name: parse_value(option, text) for option, text in options}
+    """Values by option name, which may have `-` for `_`; raises `UserError` for the first invalid one."""
+    values = {}
+    for name, text in texts.items() if isinstance(texts, Mapping) else texts:
+        option = BY_NAME.get(name.replace("-", "_"))
+        if option is None:
+            raise UserError(marked("No option {name}."), name=name)
+        values[option.name] = parse_value(option, text)
+    return values

@@ -136,7 +136,7 @@ def test_two_streamed_reports_prove_the_serial_output_and_one_does_not(device: D
     assert shown.stream_hz == 2.0
     assert shown.fresh(SERIAL_OUTPUT.key, NOW + 0.5) is True
     assert shown.fresh(SERIAL_OUTPUT.key, NOW + 0.5 + STREAM_PROVES_S + 0.01) is None
-    assert not device.is_streaming(NOW + 0.5 + STREAM_PROVES_S)
+    assert not device.view(NOW + 0.5 + STREAM_PROVES_S).is_streaming
     device.apply(acknowledged(SERIAL_OUTPUT.set(False), at=NOW + 0.6))
     assert not view(device, NOW + 0.6).is_streaming
     assert view(device, NOW + 0.6).fresh(SERIAL_OUTPUT.key, NOW + 0.6) is False
@@ -310,9 +310,9 @@ def test_only_the_serial_output_that_is_switched_off_ends_a_stream(device: Devic
         device.apply(heard(status(), Role.STREAMED, NOW + number / 10))
     for request in (TRIGGER.set(False), SERIAL_OUTPUT.set(True)):
         device.apply(acknowledged(request, at=NOW + 0.1))
-        assert device.is_streaming(NOW + 0.2)
+        assert device.view(NOW + 0.2).is_streaming
     device.apply(acknowledged(SERIAL_OUTPUT.set(False), at=NOW + 0.1))
-    assert not device.is_streaming(NOW + 0.2)
+    assert not device.view(NOW + 0.2).is_streaming
 
 
 def test_a_heartbeat_that_was_waited_for_casts_no_doubt(device: Device) -> None:

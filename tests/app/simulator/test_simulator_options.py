@@ -15,7 +15,6 @@ from app.simulator.setup import (
     EmptySlots,
     Setup,
     default_text,
-    find_option,
     parse_options,
     parse_value,
 )
@@ -75,7 +74,7 @@ def test_a_wrong_value_is_refused_with_what_is_possible(name: str, text: str, sa
 
 def test_an_unknown_option_is_refused_by_name() -> None:
     with pytest.raises(UserError, match="speed"):
-        find_option("speed")
+        parse_options({"speed": "1"})
 
 
 def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
