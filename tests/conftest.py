@@ -23,7 +23,7 @@ from pytestqt.qtbot import QtBot
 from app.simulator.setup import EmptySlots, Setup
 from app.text import i18n
 from tests.support.patience import PATIENCE_S
-from tests.support.setup_files import SetupFiles, loaded_setup_files
+from tests.support.setup_files import PACKAGING, SetupFiles
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
@@ -168,6 +168,7 @@ def qapp_args() -> list[str]:
 
 @pytest.fixture(scope="module")
 def setup() -> Iterator[SetupFiles]:
-    """The modules of packaging/ that set a checkout up."""
-    with loaded_setup_files() as files:
-        yield files
+    """The modules of packaging/."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(PACKAGING))
+        yield SetupFiles()

@@ -1,13 +1,11 @@
-"""How packages are made, as far as that can be told without making them (tests/packages makes sure of the rest)."""
+"""How packages are setup, as far as that can be told without making them (tests/packages makes sure of the rest)."""
 
 import ast
 import configparser
 import json
 import re
-from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from xml.etree import ElementTree
 
 import pytest
@@ -16,34 +14,16 @@ from app.__main__ import DEBUG
 from app.cli.commands import ENTRIES
 from app.terminal.port_choice import PORT
 from tests.support.processes import ran_code
-from tests.support.setup_files import PACKAGING, ROOT, registered_endings
-
-MODULES = (
-    "bundle_contents",
-    "linux.debian",
-    "package",
-    "release",
-    "windows.suites",
-)
+from tests.support.setup_files import PACKAGING, ROOT, SetupFiles, registered_endings
 
 
-@pytest.fixture(scope="module")
-def made() -> Iterator[dict[str, ModuleType]]:
-    """The modules that make packages, by name."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(PACKAGING))
-        yield {name: import_module(name) for name in MODULES}
-
-
-def test_the_time_of_a_release_is_given_or_the_commits(
-    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_time_of_a_release_is_given_or_the_commits(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-    found = made["release"].read_release()
+    found = setup.release.read_release()
     assert found.epoch == 1_700_000_000
     assert f"{found.time:%Y-%m-%d}" == "2023-11-14"
     monkeypatch.delenv("SOURCE_DATE_EPOCH")
-    assert made["release"].read_release().epoch > 1_700_000_000
+    assert setup.release.read_release().epoch > 1_700_000_000
 
 
 # macOS and the forge, which are never run here, and Windows, which only Wine runs.
@@ -71,8 +51,8 @@ def test_the_types_of_files_are_those_that_the_window_opens() -> None:
     assert registered_endings() == opened - of_older_versions
 
 
-def test_what_is_tried_under_wine_is_there_and_every_exception_has_a_reason(made: dict[str, ModuleType]) -> None:
-    suites = made["windows.suites"]
+def test_what_is_tried_under_wine_is_there_and_every_exception_has_a_reason(setup: SetupFiles) -> None:
+    suites = getattr(setup, "windows.suites")
     tried = {ROOT / name for suite in suites.SUITES for name in suite.tests}
     assert [path for path in tried if not path.exists()] == []
     files = {path for top in ("protocol", "app", "ui") for path in (ROOT / "tests" / top).rglob("test_*.py")}
@@ -99,8 +79,8 @@ def test_the_workflow_calls_what_ci_calls() -> None:
 # Linux.
 
 
-def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> None:
-    debian = made["linux.debian"]
+def test_the_metadata_names_what_is_installed(setup: SetupFiles) -> None:
+    debian = getattr(setup, "linux.debian")
     root = ElementTree.parse(debian.LINUX / debian.METAINFO).getroot()
     assert f"{root.findtext('id')}.metainfo.xml" == debian.METAINFO
     assert root.findtext("launchable") == "dps-s-configurator.desktop"
@@ -117,13 +97,14 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
     assert 'setDesktopFileName("dps-s-configurator")' in Path(run.__code__.co_filename).read_text(encoding="utf-8")
 
 
-def test_the_desktop_knows_the_types_of_files(made: dict[str, ModuleType]) -> None:
+def test_the_desktop_knows_the_types_of_files(setup: SetupFiles) -> None:
     """By the magic that the file for shared-mime-info names; held against files that the program writes."""
     from app.records.record import FORMAT
     from app.settings.profile_file import profile_text
     from app.settings.profiles import Profile
 
-    tree = ElementTree.parse(made["linux.debian"].LINUX / f"{made['linux.debian'].NAME}.xml").getroot()
+    debian = getattr(setup, "linux.debian")
+    tree = ElementTree.parse(debian.LINUX / f"{debian.NAME}.xml").getroot()
     files = {
         "profile": profile_text(Profile(name="H6", settings={})).encode(),
         "record": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
@@ -165,11 +146,11 @@ def test_the_manual_names_every_command() -> None:
 
 
 def test_a_release_is_refused_while_a_placeholder_is_left(
-    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    release = made["release"]
-    monkeypatch.setattr(made["package"], "build", lambda: pytest.fail("nothing may be built"))
-    assert made["package"].main(["--release"]) == 3
+    release = setup.release
+    monkeypatch.setattr(setup.package, "build", lambda: pytest.fail("nothing may be built"))
+    assert setup.package.main(["--release"]) == 3
     said = capsys.readouterr().err
     for key, value in release.project().items():
         assert (f"{key} is a placeholder." in said) == ("localhost" in value)
@@ -188,14 +169,12 @@ def test_a_release_is_refused_while_a_placeholder_is_left(
         ((3, 10, 99), r"A release brings none of Python 3\.10: .+"),
     ],
 )
-def test_a_release_is_refused_with_an_old_python(
-    made: dict[str, ModuleType], python: tuple[int, ...], said: str
-) -> None:
-    assert re.fullmatch(said, made["release"].refusals(python)[-1])
+def test_a_release_is_refused_with_an_old_python(setup: SetupFiles, python: tuple[int, ...], said: str) -> None:
+    assert re.fullmatch(said, setup.release.refusals(python)[-1])
 
 
-def test_who_maintains_it_is_stated_once(made: dict[str, ModuleType]) -> None:
-    stated = made["release"].project()
+def test_who_maintains_it_is_stated_once(setup: SetupFiles) -> None:
+    stated = setup.release.project()
     assert {"maintainer", "address", "home_page", "issues", "downloads"} == stated.keys()
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / ".github").rglob("*.*")]
     files = [path for path in (*pages, *(PACKAGING / "linux").iterdir()) if path.is_file()]
@@ -215,9 +194,9 @@ def test_issue_templates_have_the_head_that_the_forge_reads(path: Path) -> None:
         assert "SECURITY.md" in body
 
 
-def test_the_plots_do_without_what_is_left_out(made: dict[str, ModuleType]) -> None:
+def test_the_plots_do_without_what_is_left_out(setup: SetupFiles) -> None:
     """pyqtgraph imports much that it needs for other things, some of it under names that it puts together."""
-    left_out = made["bundle_contents"].LEFT_OUT_MODULES
+    left_out = setup.bundle_contents.LEFT_OUT_MODULES
     code = f"import sys; sys.modules.update(dict.fromkeys({left_out!r})); import ui.plots.time_plot"
     done = ran_code(code)
     assert done.returncode == 0, done.stderr

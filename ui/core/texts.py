@@ -34,9 +34,6 @@ class Texts:
         self._bindings: dict[Hashable, _Binding] = {}
         self._sweep_at = 64
 
-    def __len__(self) -> int:
-        return len(self._bindings)
-
     def bind(self, setter: Callable[[str], object], english: str, /, **values: object) -> None:
         """Set the text now and at each change of language; binding the same setter again replaces its text.
 

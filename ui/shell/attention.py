@@ -166,8 +166,8 @@ class Attention(QObject):
         self._has_read_trigger = False
 
     def dismiss_queued(self) -> None:
-        for make in tuple(self._queued)[:1]:
-            del self._queued[make]
+        if self._queued:
+            del self._queued[next(iter(self._queued))]
         self.refresh()
 
     def leave_port(self, proceed: Callable[[], object], *, port: Port | None = None, is_closing: bool = False) -> None:

@@ -48,7 +48,6 @@ class MainWindow(QMainWindow):
     """See the module docstring. The pages are made after the first paint."""
 
     pages_made = Signal()
-    retranslated = Signal()
     archive_wanted = Signal()
     closing = Signal()
 
@@ -218,7 +217,7 @@ class MainWindow(QMainWindow):
         self.notice_bar.order_tabs()
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
-        page.ports_wanted.connect(self.show_panel)
+        page.ports_wanted.connect(self.panel.show)
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
@@ -232,10 +231,7 @@ class MainWindow(QMainWindow):
     # Actions
 
     def toggle_panel(self) -> None:
-        self.show_panel(is_shown=not self.panel.isVisible())
-
-    def show_panel(self, *, is_shown: bool = True) -> None:
-        self.panel.setVisible(is_shown)
+        self.panel.setVisible(not self.panel.isVisible())
 
     def connect_to(self, target: Target) -> None:
         if not self._is_loaded:
@@ -359,7 +355,6 @@ class MainWindow(QMainWindow):
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
             self.attention.refresh()
-            self.retranslated.emit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         if not self._is_leaving and not self.attention.may_close(self.close_now):
