@@ -85,28 +85,23 @@ def test_a_station_is_believed_by_its_fingerprint_until_it_is_forgotten(
     record: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     fingerprint = fingerprint_of(station().public)
-    assert program.main(["verify", str(record)]) == 1
-    out = capsys.readouterr().out
+    out = run_here(capsys, ["verify", str(record)], 1).out
     assert out.startswith("UNKNOWN STATION")
     assert fingerprint in out
-    assert program.main(["verify", str(record), "--trust", "0000-0000-0000-0000-0000"]) == 1
-    assert "Not trusted" in capsys.readouterr().err
+    assert "Not trusted" in run_here(capsys, ["verify", str(record), "--trust", "0000-0000-0000-0000-0000"], 1).err
     assert program.main(["verify", str(record)]) == 1
     capsys.readouterr()
     assert program.main(["verify", str(record), "--trust", fingerprint.lower(), "--name", "Hangar 2"]) == 0
     assert capsys.readouterr().out.startswith("INTACT: NO-GO, signed by Hangar 2.")
     assert program.main(["verify", str(record)]) == 0
     capsys.readouterr()
-    assert program.main(["verify", "--stations"]) == 0
-    first, second = capsys.readouterr().out.splitlines()
+    first, second = run_here(capsys, ["verify", "--stations"]).out.splitlines()
     assert first.endswith("  this computer")
     assert second == f"{fingerprint}  Hangar 2"
-    assert program.main(["verify", "--revoke", fingerprint]) == 0
-    assert capsys.readouterr().err == f"{fingerprint}  Hangar 2\n"
+    assert run_here(capsys, ["verify", "--revoke", fingerprint]).err == f"{fingerprint}  Hangar 2\n"
     assert program.main(["verify", str(record)]) == 1
     assert capsys.readouterr().out.startswith("REVOKED STATION: signed by Hangar 2,")
-    assert program.main(["verify", "--stations"]) == 0
-    assert capsys.readouterr().out.splitlines()[1] == f"{fingerprint}  Hangar 2 (revoked)"
+    assert run_here(capsys, ["verify", "--stations"]).out.splitlines()[1] == f"{fingerprint}  Hangar 2 (revoked)"
     assert program.main(["verify", "--forget", fingerprint]) == 0
     assert program.main(["verify", "--forget", fingerprint]) == 1
     assert program.main(["verify", str(record)]) == 1
@@ -119,30 +114,25 @@ def test_no_station_is_taken_over_from_what_is_altered_or_not_signed(
     altered = _written(record, {**checked_record("worst"), "verdict": "GO"})
     assert program.main(["verify", str(altered), "--trust", fingerprint]) == 1
     unsigned = _written(record, {**checked_record("worst"), "signature": ""})
-    assert program.main(["verify", str(unsigned), "--trust", fingerprint]) == 1
-    capsys.readouterr()
+    run_here(capsys, ["verify", str(unsigned), "--trust", fingerprint], 1)
     program.main(["verify", "--stations"])
     assert len(capsys.readouterr().out.splitlines()) == 1
 
 
 def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["verify", "--log"]) == 2
-    assert "No audit log." in capsys.readouterr().err
+    assert "No audit log." in run_here(capsys, ["verify", "--log"], 2).err
     assert not data_folder().exists()
     with closing(open_store()) as store:
         for _ in range(3):
             store.begin(Act.LOCK, FRAME, {}, port="p", origin="window")
-    assert program.main(["verify", "--log"]) == 0
-    assert "intact; entries: 3" in capsys.readouterr().out
+    assert "intact; entries: 3" in run_here(capsys, ["verify", "--log"]).out
     tamper(data_folder() / FILE_NAME, "DELETE FROM facts WHERE number = 2")
-    assert program.main(["verify", "--log"]) == 1
-    assert capsys.readouterr().out == "Entry 2 was removed.\n"
+    assert run_here(capsys, ["verify", "--log"], 1).out == "Entry 2 was removed.\n"
 
 
 def test_an_audit_log_that_cannot_be_opened_is_not_said_to_be_none(capsys: pytest.CaptureFixture[str]) -> None:
     (data_folder() / FILE_NAME).mkdir(parents=True)
-    assert program.main(["verify", "--log"]) == 2
-    said = capsys.readouterr().err
+    said = run_here(capsys, ["verify", "--log"], 2).err
     assert FILE_NAME in said
     assert "No audit log." not in said
 

@@ -305,8 +305,7 @@ def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pyte
 
 
 def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["record", "--port", port, "--seconds", "0.3", "-"]) == 0
-    printed = Printed(capsys)
+    printed = run_here(capsys, ["record", "--port", port, "--seconds", "0.3", "-"])
     table = list(csv.DictReader(io.StringIO(printed.out)))
     assert len([row for row in table if row["tilt_deg"]]) > 10
     assert {row["triggered"] for row in table} == {"", "false"}

@@ -96,8 +96,7 @@ def test_an_error_of_our_own_is_one_calm_line(
     assert printed.err.count("\n") == 1
     monkeypatch.setenv(program.DEBUG, "1")
     monkeypatch.setattr("logging.basicConfig", lambda **_values: None)
-    assert program.main(["ports"]) == 1
-    assert "Traceback" in capsys.readouterr().err
+    assert "Traceback" in run_here(capsys, ["ports"], 1).err
 
 
 def test_a_bug_in_the_worker_is_one_calm_line(
@@ -127,8 +126,7 @@ def test_redirected_output_on_windows_is_utf_8(monkeypatch: pytest.MonkeyPatch) 
 def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     one = port_list.PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
     monkeypatch.setattr("app.cli.ports.list_ports", lambda: [one])
-    assert program.main(["ports", "--json"]) == 0
-    out = capsys.readouterr().out
+    out = run_here(capsys, ["ports", "--json"]).out
     assert json.loads(out) == {
         "ports": [
             {
@@ -142,8 +140,7 @@ def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monke
             }
         ]
     }
-    assert program.main(["ports"]) == 0
-    assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in capsys.readouterr().out
+    assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in run_here(capsys, ["ports"]).out
 
 
 def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
@@ -152,15 +149,13 @@ def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
 
 def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.cli.ports.list_ports", list)
-    assert program.main(["ports"]) == 0
-    assert "There is no serial port." in capsys.readouterr().err
+    assert "There is no serial port." in run_here(capsys, ["ports"]).err
 
     def fail() -> list[port_list.PortInfo]:
         raise UserError(NOT_LISTED)
 
     monkeypatch.setattr("app.cli.ports.list_ports", fail)
-    assert program.main(["ports", "--json"]) == 3
-    assert capsys.readouterr().out == ""
+    assert run_here(capsys, ["ports", "--json"], 3).out == ""
     assert program.main(["ports"]) == 3
     assert "did not list" in capsys.readouterr().err
 
@@ -291,8 +286,7 @@ def test_no_help_has_one(
 ) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
     monkeypatch.setenv("COLUMNS", "500")
-    assert program.main([*words, "--help"]) == 0
-    said = capsys.readouterr().out
+    said = run_here(capsys, [*words, "--help"]).out
     assert said.startswith(f"用法：{' '.join(('dps-s', *words))}")
     assert "选项：" in said
     assert half_width(re.sub(r"主机:端口", "", said)) == []

@@ -22,7 +22,7 @@ from app.store.database import FILE_NAME, StoreFault, trouble_of
 from app.system.folders import data_folder
 from tests.app.preflight.test_preflight_run import NIGHT_S, NightRig
 from tests.support.check_pace import hurry_check
-from tests.support.cli_line import Printed, bench_of
+from tests.support.cli_line import Printed, bench_of, run_here
 from tests.support.records.kept_facts import tamper
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -124,8 +124,7 @@ def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:
 
 
 def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert program.main(["preflight", "--port", port, "--enable-triggers"]) == 0
-    out = Printed(capsys).out
+    out = run_here(capsys, ["preflight", "--port", port, "--enable-triggers"]).out
     assert "UNSIGNED, missing: Checked by, Module, Aircraft." in out
     assert "SIMULATED MODULE: no evidence." in out
     assert "not monitored afterwards" in out
