@@ -101,6 +101,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
     assert changes(rig) == [OFF]
     assert not rig.bench.module.state.serial_output_is_on
     wait_stored(store, is_on=False)
+    assert not memory.was_left_on
 
 
 @pytest.mark.parametrize("boots", [36, 38])

@@ -6,12 +6,14 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.identity import Identity, IdentityEvidence, Trust
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.engine.snapshots import fresh_settings, snapshot_of
 from app.procedures.read import read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from app.settings.fingerprint import ALPHABET, fingerprint, is_fingerprint
 from app.settings.form import FormRow, RowState, SettingsForm
+from app.settings.identity_words import identity_question
 from app.settings.profiles import Match, Profile, compare
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
@@ -212,3 +214,19 @@ def test_the_serial_output_which_the_program_switches_is_in_no_profile_and_no_sn
     device = DeviceView(values=known)
     others = {command.key for command in SETTINGS} - {"serial_output"}
     assert snapshot_of(device, NOW_S).settings.keys() == others
+
+
+@pytest.mark.parametrize(
+    ("now", "is_adapter_same", "name", "asked"),
+    [
+        (IdentityEvidence(36, USUAL), False, "M-07", "This may be another module: boot count 36, was 37."),
+        (IdentityEvidence(), False, "M-07", "This may be another module: the port leads to another device."),
+        (IdentityEvidence(), True, "M-07", "M-07? Read its label."),
+        (IdentityEvidence(), True, "", "This may be another module: communication was interrupted."),
+    ],
+)
+def test_what_is_asked_names_the_strongest_reason(
+    now: IdentityEvidence, is_adapter_same: bool, name: str, asked: str
+) -> None:
+    before = IdentityEvidence(37, USUAL)
+    assert identity_question(Identity(Trust.OPEN, before, now, is_adapter_same=is_adapter_same), name) == asked
