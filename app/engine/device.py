@@ -184,17 +184,13 @@ class Device:
     def __init__(self, baud_rate: int | None = None, lag: Lag | None = None) -> None:
         self._baud_rate, self._lag = baud_rate, lag
         self._values: dict[str, Known] = {}
-        self._presence = Presence.UNKNOWN
-        self._presence_since: float | None = None
+        self._view = DeviceView()
+        """Complete after `view`; in between it has what changes with an event."""
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._latest: Received | None = None
         """The last status frame, not yet among the values: at line rate the next one follows soon."""
-        self._restarts = self._breaks = 0
         self._restarts_not_read = 0
         """Restarts since the boot count was last read: it grows by these without a further restart."""
-        self.last_sleep: Sleep | None = None
-        """For the view; its consequences come as events."""
-        self._is_restart_suspected = False
         self._suspected: dict[str, Known] = {}
         """Values that are unknown until that is decided."""
         self._samples: list[StatusSample] = []
@@ -222,11 +218,11 @@ class Device:
                 if self._lag is None or self._lag.is_quick:  # else it is the line that is slow
                     self._doubt(READ_BACK, StaleReason.LINK_LOST)
             case WentOnline():
-                self._presence, self._presence_since = Presence.ONLINE, event.at
+                self._view = self._view._replace(presence=Presence.ONLINE, presence_since=event.at)
                 if self._baud_rate is not None:
                     self._values["baud_rate"] = Known(self._baud_rate, How.READ, event.at)
             case WentOffline():
-                self._presence, self._presence_since = Presence.OFFLINE, event.at
+                self._view = self._view._replace(presence=Presence.OFFLINE, presence_since=event.at)
                 self._break_off()
                 self.mark_all_stale(StaleReason.LINK_LOST)
 
@@ -256,6 +252,10 @@ class Device:
             former.clear()
         self._clear_suspicion()
 
+    def note_sleep(self, sleep: Sleep) -> None:
+        """For the view; its consequences come as events."""
+        self._view = self._view._replace(last_sleep=sleep)
+
     def take_samples(self) -> list[StatusSample]:
         """Return all status reports since the last call, oldest first."""
         samples, self._samples = self._samples, []
@@ -267,27 +267,23 @@ class Device:
             self._streamed_at.popleft()
         span_s = self._streamed_at[-1] - self._streamed_at[0] if self._streamed_at else 0.0
         hz = (len(self._streamed_at) - 1) / span_s if span_s > 0 else 0.0
-        return DeviceView(
-            MappingProxyType(dict(self._values)),
-            self._presence,
-            self._presence_since,
-            len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S,
-            hz,
-            self._restarts,
-            self._breaks,
-            self.last_sleep,
-            self._is_restart_suspected,
-            frozenset(self._suspected),
-            self._motion.view(now),
-            tuple(self._stray_records),
-            None if self._lag is None else self._lag.seconds(now),
+        self._view = self._view._replace(
+            values=MappingProxyType(dict(self._values)),
+            is_streaming=len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S,
+            stream_hz=hz,
+            undecided=frozenset(self._suspected),
+            motion=self._motion.view(now),
+            stray_records=tuple(self._stray_records),
+            lag_s=None if self._lag is None else self._lag.seconds(now),
         )
+        return self._view
 
     def _on_frame(self, event: Received) -> None:
         message = event.message
         if isinstance(message, Heartbeat) and event.role in (Role.UNSOLICITED, Role.LATE, Role.DUPLICATE):
             self._suspect_restart()
-            self._is_restart_suspected |= event.role is not Role.UNSOLICITED  # the link decides about that one
+            if event.role is not Role.UNSOLICITED:  # the link decides about that one
+                self._view = self._view._replace(is_restart_suspected=True)
         if isinstance(message, Reading) and event.role is Role.ANSWER and message.command is BOOT_COUNT:
             self._on_reading(message, event.at)  # also the answer to a fence, of which there is no `Answered`
         if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNSOLICITED):
@@ -370,17 +366,17 @@ class Device:
             self._suspected[key] = self._values.pop(key)
 
     def _clear_suspicion(self) -> None:
-        self._is_restart_suspected = False
+        self._view = self._view._replace(is_restart_suspected=False)
         self._suspected.clear()
 
     def _on_restart(self) -> None:
-        self._restarts += 1
+        self._view = self._view._replace(restarts=self._view.restarts + 1)
         self._restarts_not_read += 1
         self.mark_all_stale(StaleReason.RESTARTED)
         self._break_off()
 
     def _break_off(self) -> None:
-        self._breaks += 1
+        self._view = self._view._replace(breaks=self._view.breaks + 1)
         for key in UNREADABLE:
             self._values.pop(key, None)
             self._suspected.pop(key, None)

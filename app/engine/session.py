@@ -273,7 +273,7 @@ class Session:
             self._events.append(event)
             self.identity.on_event(event, self.device, now)
             self.device.apply(event)
-        self.device.last_sleep = Sleep(now, slept_s)
+        self.device.note_sleep(Sleep(now, slept_s))
         if asking is not None and ask is not None and (asking.is_urgent or asking is self.background):
             asking.resume(gone[0] if gone else Unanswered(ask.request, 0, 0.0, now), now)
         for run in self._foreground:

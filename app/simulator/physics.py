@@ -6,7 +6,6 @@ Uses no clock: all methods take the time, in seconds of one monotonic clock.
 import math
 import random
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 GRAVITY_M_S2 = 9.81
@@ -43,15 +42,9 @@ class _Fall:
     end_lasts_s: float = IMPACT_S
 
 
-@lru_cache(maxsize=64)
-def _noise(seed: int) -> tuple[float, ...]:
-    source = random.Random(seed)  # noqa: S311 (noise, not secrets)
-    return tuple(source.gauss(0.0, 1.0) for _ in range(_NOISE_LENGTH))
-
-
 @dataclass(slots=True, kw_only=True)
 class Physics:
-    """The public fields may be set after `advance`."""
+    """The public fields but `noise` may be set after `advance`."""
 
     tilt_deg: float = 0.0
     bay_is_open: bool = False
@@ -68,7 +61,8 @@ class Physics:
     _noise: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        self._noise = _noise(self.seed)
+        source = random.Random(self.seed)  # noqa: S311 (noise, not secrets)
+        self._noise = tuple(source.gauss(0.0, 1.0) for _ in range(_NOISE_LENGTH)) if self.noise else ()
 
     def advance(self, now_s: float) -> None:
         """Advance the time: the cell drains or charges. The time never goes back."""
@@ -107,9 +101,8 @@ class Physics:
                 acceleration = FALLING_G
             elif at_s < fall.ends_s + fall.end_lasts_s:
                 acceleration = fall.end_g
-        if self.noise:
-            tilt += 0.4 * self._noise_at(at_s, 0)
-            acceleration += 0.03 * self._noise_at(at_s, 211)
+        tilt += 0.4 * self._noise_at(at_s, 0)
+        acceleration += 0.03 * self._noise_at(at_s, 211)
         return SensedMotion(tilt, max(0.0, acceleration))
 
     def light_v(self, at_s: float, *, is_inverted: bool = False) -> float:

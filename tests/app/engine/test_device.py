@@ -346,5 +346,5 @@ def test_a_view_does_not_change_any_more(device: Device) -> None:
 
 def test_a_sleep_is_remembered(device: Device) -> None:
     assert view(device).last_sleep is None
-    device.last_sleep = Sleep(NOW + 40, 30.0)
+    device.note_sleep(Sleep(NOW + 40, 30.0))
     assert view(device).last_sleep == (NOW + 40, 30.0)
