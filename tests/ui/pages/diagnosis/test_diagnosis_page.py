@@ -319,9 +319,7 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
             raise_uncaught(LookupError("a bug"))
             assert armed.act is None
             qtbot.waitUntil(lambda: "a bug" in notice_text(bar))
-            button = bar.button("copy_details")
-            assert button is not None
-            press(qtbot, button)
+            press(qtbot, bar.button("copy_details"))
             assert "raise_uncaught" in QApplication.clipboard().text()
             assert "Traceback" not in bar.notice.text  # type: ignore[union-attr]
             assert "a bug" in log.recent.text()

@@ -326,9 +326,7 @@ def test_closing_asks_while_any_module_is_active_and_locks_all_of_them(desk: Des
     desk.modules[1][1].say(active=True)  # not the one that the pages show
     desk.settle()
     assert not attention.may_close(lambda: closed.append(True))
-    button = bar.button("lock_and_leave")
-    assert button is not None
-    button.click()
+    press(bar, "lock_and_leave")
     assert [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules] == [1, 1]
     assert not closed
 

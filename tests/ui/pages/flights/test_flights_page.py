@@ -25,7 +25,7 @@ from app.settings.profile_file import read_profile
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.steps import await_child, choosing, drop, let_lay_out, notice_text
+from tests.support.window.steps import await_child, choosing, drop, let_lay_out, notice_text, press
 from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.flights import controller
@@ -97,9 +97,7 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert desk.shown(MUST) == []
     assert [flight.head for flight in page.work.unread()] == [("w", "a", "g", "h")]
     assert "1 not read. t1:" in desk.notice()
-    choose = page.strip.button("columns")
-    assert choose is not None
-    choose.click()
+    press(desk.qtbot, page.strip.button("columns"))
     form = page.form
     assert form.isVisible()
     assert desk.notice() == ""  # it leads to where one is

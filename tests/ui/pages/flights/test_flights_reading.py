@@ -13,6 +13,7 @@ from app.flight_analysis.many_logs import SummarisedLog
 from app.flight_analysis.summary import FirstFire, summarise
 from protocol.messages import Source
 from tests.support.flights.made_flights import write_csv, write_logs
+from tests.support.window.steps import press
 from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
 from ui.pages.flights import controller, texts
 
@@ -53,9 +54,7 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     desk.page.open_paths(paths)
     assert has_begun.wait(30)
     desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)")
-    button = desk.page.strip.button("cancel_flights")
-    assert button is not None
-    button.click()  # without waiting
+    press(desk.qtbot, desk.page.strip.button("cancel_flights"))  # without waiting
     assert desk.notice() == "Cancelled. 1 of 3 logs"
     assert desk.shown(MUST_NOT) == [str(paths[0])]
     may_end.set()
@@ -70,9 +69,7 @@ def test_what_is_said_of_missing_columns_follows_the_language(qtbot: QtBot, qapp
         write_logs(tmp_path / "logs")
         desk.page.open_paths([tmp_path / "logs"])
         desk.wait_read()
-        choose = desk.page.strip.button("columns")
-        assert choose is not None
-        choose.click()
+        press(qtbot, desk.page.strip.button("columns"))
         desk.page.form.read.click()
         assert desk.page.form.fault.text() == "Choose the one column with the time."
         desk.assembly.language_switch.use("zh_CN")

@@ -92,9 +92,7 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         bench.until(lambda: "UNKNOWN STATION" in said(bench))
         assert page.strip.notice is not None
         assert page.strip.notice.meaning is Meaning.ATTENTION
-        trust = page.strip.button("trust_station")
-        assert trust is not None
-        bench.click(trust)
+        bench.click(page.strip.button("trust_station"))
         bench.until(lambda: "signed by Hangar 2" in said(bench))
         fingerprint = fingerprint_of(station().public)
         assert fingerprint in asked[0]
@@ -275,9 +273,7 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         bench.assembly.language_switch.use(CHINESE)
         assert editor.title.text() == "配置文件"
         assert editor.limits["cell_voltage_min_v"].tick.text().endswith(" ≥")
-        keep = editor.strip.button("keep")
-        assert keep is not None
-        bench.click(keep)
+        bench.click(editor.strip.button("keep"))
         assert editor.profile == Profile(name="H6")
         editor.ask_save = choosing(tmp_path / "none" / "x.toml")
         bench.click(editor.save)
@@ -289,8 +285,6 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         page.edit_profile()
         editor.name.setText("other")
         editor.close_editor()
-        discard = editor.strip.button("discard")
-        assert discard is not None
-        bench.click(discard)
+        bench.click(editor.strip.button("discard"))
         assert not editor.isVisible()
         assert read_profile(tmp_path / "x.toml").name == "H6"

@@ -19,7 +19,7 @@ from tests.support.journals import begin_baud
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, simulated, window
 from tests.support.window.settings_bench import Desk, choose, desk, notice, state, type_into, write
-from tests.support.window.steps import choosing, drop, find, notice_text
+from tests.support.window.steps import choosing, drop, find, notice_text, press
 from ui.services.storage import Storage
 from ui.shell.attention import AGAIN_S
 from ui.style.painted_widget import Freshness
@@ -192,9 +192,7 @@ def test_leaving_an_active_module_for_it_is_confirmed(qtbot: QtBot, qapp: QAppli
         qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None)
         connector.connect_to(Target("sim://flying", 115200))
         qtbot.waitUntil(lambda: connector.current.is_active)
-        button = bar.button("look_for_baud")
-        assert button is not None
-        button.click()
+        press(qtbot, bar.button("look_for_baud"))
         qtbot.waitUntil(lambda: bar.button("leave_active") is not None)
         assert (connector.current.target, connector.current.is_open) == (Target("sim://flying", 115200), True)
         assembly.window.attention.stay()
