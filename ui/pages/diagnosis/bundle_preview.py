@@ -120,8 +120,7 @@ class BundlePreview(QWidget):
 
     def _save_to(self, bundle: SupportBundle, path: Path) -> None:
         self._folder = path.parent
-        saved = partial(tr, "Saved to {path}.", path=path)
-        self._result.write_file(path, partial(bundle.write, path), lambda _none: saved())
+        self._result.write_file(path, partial(bundle.write, path), lambda _none: tr("Saved to {path}.", path=path))
 
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle

@@ -93,19 +93,16 @@ class WhyPanel(QScrollArea):
         self._evidence.on_batch(batch)
 
     def evidence(self) -> PortEvidence:
-        connector = self._connector
-        port = connector.current.target.device if connector.current.target is not None else ""
+        current, target = self._connector.current, self._connector.current.target
+        port = "" if target is None else target.device
         facts = self._facts if self._facts_port == port else AdapterFacts()
-        visits = self._history.short_visits(port, connector.clock())
+        visits = self._history.short_visits(port, self._connector.clock())
         seen = self._evidence.evidence(facts=facts, short_visits=visits)
-        is_left = bool(self._storage.left_active) and not (
-            connector.current.target and connector.current.target.is_simulated
-        )
-        seen = seen._replace(
-            was_active=connector.current.is_active or is_left
-        )  # nobody can say that it is not this one
+        # Of a module that was left active nobody can say that it is not this one.
+        is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
+        seen = seen._replace(was_active=current.is_active or is_left)
         # Between two attempts to reconnect, only the connector knows the error.
-        return seen if seen.is_open else seen._replace(trouble=connector.current.state.trouble)
+        return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
 
     def refresh(self) -> None:
         self._ask_system()
@@ -188,11 +185,10 @@ class WhyPanel(QScrollArea):
 
     def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
-        port = evidence.port or "–"
         trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
         noise = evidence.noise[-_NOISE_SHOWN:]
         shown = {
-            "port": tr("{port}, {rate} baud", port=port, rate=evidence.baud_rate) if evidence.port else port,
+            "port": tr("{port}, {rate} baud", port=evidence.port, rate=evidence.baud_rate) if evidence.port else "–",
             "received": f"{evidence.counters.bytes_received:,}",
             "frames": f"{counters.frames - counters.by_role[Role.ECHO]:,}",
             "rejected": f"{counters.rejected:,}",

@@ -284,8 +284,7 @@ class BatchPanel(QWidget):
             check_batch_target(path)
             write()
 
-        saved = partial(tr, "Saved to {path}.", path=path)
-        self._result.write_file(path, work, lambda _none: saved())
+        self._result.write_file(path, work, lambda _none: tr("Saved to {path}.", path=path))
 
     # Qt
 

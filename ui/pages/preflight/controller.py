@@ -118,10 +118,9 @@ class PreflightController(QObject):
 
     @property
     def can_check(self) -> bool:
-        is_settled = self._connector.current.state.phase not in (Phase.OPENING, Phase.FINDING)
-        return (
-            self._connector.current.is_open and is_settled and not self._job.is_running and not self._filing.is_running
-        )
+        port = self._connector.current
+        is_settled = port.state.phase not in (Phase.OPENING, Phase.FINDING)
+        return port.is_open and is_settled and not self._job.is_running and not self._filing.is_running
 
     @property
     def can_enable(self) -> bool:

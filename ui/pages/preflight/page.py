@@ -72,10 +72,8 @@ class PreflightButtons(QWidget):
     def show_work(self, work: PreflightController) -> None:
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
-        needs_lock = work.needs_lock
         self.enable.setEnabled(work.can_enable)
-        words = LOCK_AND_ENABLE if needs_lock else marked("Enable triggers and check")
-        rename(self.enable, self._texts, words)
+        rename(self.enable, self._texts, LOCK_AND_ENABLE if work.needs_lock else marked("Enable triggers and check"))
         self.print.setEnabled(work.record is not None)
         # In a new connection a check without enabling the triggers can only end with NO-GO.
         is_enabling = work.can_enable and not work.are_triggers_known
@@ -84,8 +82,7 @@ class PreflightButtons(QWidget):
         for button in (self.run, self.enable, self.print):
             set_role(button, "primary" if button is self._main else "")
         words = marked("Start") if self._main is self.run else marked("Check only")
-        words = words if work.filed is None else marked("Check again")
-        rename(self.run, self._texts, words)
+        rename(self.run, self._texts, words if work.filed is None else marked("Check again"))
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
 
@@ -338,8 +335,7 @@ class PreflightPage(Page):
 
     def _lay_out(self) -> QWidget:
         head = in_column(self.header, self.banner, self.form, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
-        view = QWidget()
-        view.setObjectName("preflight_check")
+        view = named(QWidget(), "preflight_check")
         activation = in_row(self.activation, margins=(0, 0, 0, Space.S))
         in_column(head, activation, (self.list, 1), self.strip, self.buttons, of=view, spacing=0, margins=0)
         return view

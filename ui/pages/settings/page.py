@@ -185,8 +185,7 @@ class SettingsPage(Page):
         self.refresh()
 
     def _apply_profile(self, values: dict[str, Value]) -> None:
-        self.show_form()
-        self.work.edit(partial(self.work.form.fill, values))
+        self._use_drafts(values)
         self.work.write()
 
     def _measure(self) -> None:

@@ -87,9 +87,8 @@ class ProfileCompare(QWidget):
     def refresh(self, device: DeviceView, now: float, *, can_apply: bool) -> None:
         profile = self.profile
         self.faults.setVisible(profile is None)
-        self._table.setVisible(profile is not None)
-        self.apply.setVisible(profile is not None)
-        self.note.setVisible(profile is not None)
+        for widget in (self._table, self.apply, self.note):
+            widget.setVisible(profile is not None)
         if profile is None:
             self.title.setText(tr("{file} is not a profile", file=self._path.name))
             self.about.setText(tr("Nothing was applied. Correct these and open it again:"))
@@ -237,11 +236,7 @@ class ProfileFiles(QObject):
             self._result.notify(Meaning.DANGER, fault.translated)
             return
         self._remember(path)
-        missing = [
-            setting.title
-            for setting in SETTINGS
-            if setting.key not in profile.settings and setting is not SERIAL_OUTPUT
-        ]
+        missing = [one.title for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
         self._result.notify(Meaning.GOOD, partial(_saved_text, path, missing))
 
     def _remember(self, path: Path) -> None:
@@ -250,9 +245,7 @@ class ProfileFiles(QObject):
 
     def _remove_recent(self, path: Path) -> None:
         name = str(path.absolute())
-        self._remembered.recent_profiles = tuple(
-            profile for profile in self._remembered.recent_profiles if profile != name
-        )
+        self._remembered.recent_profiles = tuple(one for one in self._remembered.recent_profiles if one != name)
         self.refresh()
 
     def _fill_menu(self) -> None:

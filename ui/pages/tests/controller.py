@@ -103,13 +103,9 @@ class GuidedController(QObject):
     @property
     def step(self) -> int:
         """Index of the current step; the number of steps once all are done."""
-        match self.stage:
-            case Stage.DONE:
-                return len(self.test.steps) if isinstance(self.outcome, GuidedResult) else 0
-            case Stage.MEASURING:
-                return 0 if self.report is None else self.report.done
-            case _:
-                return 0
+        if self.stage is Stage.DONE:
+            return len(self.test.steps) if isinstance(self.outcome, GuidedResult) else 0
+        return self.report.done if self.stage is Stage.MEASURING and self.report is not None else 0
 
     @property
     def can_start(self) -> bool:
@@ -216,10 +212,9 @@ class GuidedController(QObject):
     # The lock
 
     def _on_lock(self) -> None:
-        if self._connector.current.lock.confirmed is not None:
-            self.owes_lock = False
-        elif self._connector.current.lock.failed is not None and not self.is_running:
-            self.owes_lock = False  # every page shows it until the module reports that it is locked
+        lock = self._connector.current.lock
+        if lock.confirmed is not None or (lock.failed is not None and not self.is_running):
+            self.owes_lock = False  # that it failed is on every page until the module reports that it is locked
         self.changed.emit()
 
     # What happens
@@ -241,9 +236,7 @@ class GuidedController(QObject):
         self._loading.cancel()
         self.last, self.owes_lock = {}, False
         self.cancel(LOST)
-        self.stage, self.outcome, self.trouble = Stage.READY, None, None
-        self._measuring, self.is_stated_safe = None, False
-        self.changed.emit()
+        self.choose(self.kind)
 
     # The store
 

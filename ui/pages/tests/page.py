@@ -94,11 +94,8 @@ class TestsPage(Page):
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
         self.title = named(ElidedLabel(), "tests_chosen", "title")
-        self.picture, self.steps, self.instruction = (
-            GuidedPicture(),
-            StepList(),
-            text_label("tests_instruction", "title"),
-        )
+        self.picture, self.steps = GuidedPicture(), StepList()
+        self.instruction = text_label("tests_instruction", "title")
         self.safety = text_label("tests_safety")
         self.made_safe = control(QCheckBox(), texts, "tests_made_safe", about="The test makes the module fire.")
         self.activate = ActRow(services, Act.ACTIVATE, place="tests")
@@ -170,12 +167,11 @@ class TestsPage(Page):
         self.steps.show_steps(steps, step, is_running=work.is_running)
         self.live.set_caption(live_caption(work.kind))
         text = instruction(work)
-        is_instructed = bool(text)
         if text != self.instruction.text():
             self.instruction.setText(text)
             self.instruction.setAccessibleName(text)  # screen readers tell a new one
-        self.instruction.setVisible(is_instructed)
-        self.title.setVisible(not is_instructed)  # the list shows which test it is
+        self.instruction.setVisible(bool(text))
+        self.title.setVisible(not text)  # the list shows which test it is
         self._show_safety()
         places = {Stage.READY: self._ready, Stage.PREPARING: self.live, Stage.MEASURING: self.live}
         place = self._act_corner if work.stage is Stage.CONFIRMING else places.get(work.stage, self._ready)
@@ -200,10 +196,8 @@ class TestsPage(Page):
     def _show_safety(self) -> None:
         test = self.work.test
         self.safety.setText(test.precautions)
-        self._safety_mark.show_icon(
-            MEANING_ICONS[Meaning.DANGER if test.is_active else Meaning.INFORMATION],
-            Meaning.DANGER if test.is_active else Meaning.INFORMATION,
-        )
+        meaning = Meaning.DANGER if test.is_active else Meaning.INFORMATION
+        self._safety_mark.show_icon(MEANING_ICONS[meaning], meaning)
         self.made_safe.setVisible(bool(test.statement))
         self.made_safe.setText(tr(test.statement) if test.statement else "")
         self.made_safe.setAccessibleName(self.made_safe.text())
@@ -211,10 +205,9 @@ class TestsPage(Page):
             self.made_safe.setChecked(self.work.is_stated_safe)
 
     def _name_buttons(self) -> None:
-        work, texts = self.work, self._services.texts
+        work = self.work
         words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(work.stage, marked("Next"))
-        words = work.confirm_words or words
-        rename(self.primary, texts, words)
+        rename(self.primary, self._services.texts, work.confirm_words or words)
         self.cancel.setEnabled(work.is_running)
         self.primary.setEnabled(self._can_continue)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:

@@ -273,8 +273,14 @@ class TriggersController(QObject):
             except StoreTrouble as trouble:
                 self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
         if not kept and self.reading is not None:
-            is_filing, unkept = self._filing.is_running, self._unstored_rows(self.reading)
-            return tuple(row._replace(is_being_stored=is_filing) for row in unkept)
+            history, is_filing = self.reading.history, self._filing.is_running
+            ordered = [
+                (raw, is_seen_once)
+                for records, is_seen_once in ((history.records, False), (history.seen_once, True))
+                for raw in in_order([record.raw for record in records], self.reading.boot_count)
+            ]
+            return tuple(_unstored_row(-1 - place, raw, is_seen_once=is_seen_once)._replace(is_being_stored=is_filing)
+                         for place, (raw, is_seen_once) in enumerate(ordered))  # fmt: skip
         rows = []
         for stored in reversed(kept):  # of two equal records the later one is on the module
             judgement, note = self._judging.get(stored.id, (stored.judgement, stored.note))
@@ -286,19 +292,6 @@ class TriggersController(QObject):
         unknown = [record for record in seen_once if slots[record.raw] > 0]  # known from an earlier visit: certain
         return (*reversed(rows), *(_unstored_row(-1 - place, record.raw, is_seen_once=True)
                                    for place, record in enumerate(unknown)))  # fmt: skip
-
-    @staticmethod
-    def _unstored_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:
-        history = reading.history
-        ordered = [
-            (raw, is_seen_once)
-            for records, is_seen_once in ((history.records, False), (history.seen_once, True))
-            for raw in in_order([record.raw for record in records], reading.boot_count)
-        ]
-        return tuple(
-            _unstored_row(-1 - place, raw, is_seen_once=is_seen_once)
-            for place, (raw, is_seen_once) in enumerate(ordered)
-        )
 
 
 def _unstored_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
