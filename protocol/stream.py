@@ -115,7 +115,10 @@ class StreamParser:
             if outcome is None:
                 break
             if isinstance(outcome, Frame):
-                self._accept(pieces, outcome)
+                pieces.append(outcome)
+                self._blamed_bytes = 0
+                if self._follows_host and outcome.direction is Direction.HOST_TO_MODULE:
+                    self.asked = decode_request(outcome.raw)
                 position += len(outcome.raw)
             else:
                 # Only the first byte is given up; the tail shares its reason unless a header shows up in it.
@@ -148,12 +151,6 @@ class StreamParser:
         )
         self._blamed_bytes = 0
         return len(run)
-
-    def _accept(self, pieces: list[Piece], frame: Frame) -> None:
-        pieces.append(frame)
-        self._blamed_bytes = 0
-        if self._follows_host and frame.direction is Direction.HOST_TO_MODULE:
-            self.asked = decode_request(frame.raw)
 
     def _give_up(self, pieces: list[Piece], data: bytes, start: int, end: int) -> int:
         """Reject the bytes from `start` to `end`; the first ones may still belong to the frame that failed."""

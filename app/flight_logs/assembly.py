@@ -138,7 +138,9 @@ def _checked(time_s: Floats, force_g: Floats, number: int, problems: list[UserMe
         )  # fmt: skip
         return np.full(len(force_g), np.nan)
     believed = force_g.copy()
-    for start_s, end_s in _long_runs(times, mean_g < REST_G[0]):
+    for start_s, end_s in zip(*(times[rows].tolist() for rows in runs(mean_g < REST_G[0])), strict=True):
+        if end_s - start_s <= MAX_FALL_S:
+            continue
         is_bad = (time_s >= start_s - AVERAGED_S) & (time_s <= end_s)
         problems.append(
             message(
@@ -149,13 +151,6 @@ def _checked(time_s: Floats, force_g: Floats, number: int, problems: list[UserMe
         )  # fmt: skip
         believed[is_bad] = np.nan
     return believed
-
-
-def _long_runs(time_s: Floats, is_low: Flags) -> list[tuple[float, float]]:
-    """Start and end of the runs longer than `MAX_FALL_S`."""
-    starts_s, ends_s = (time_s[rows] for rows in runs(is_low))
-    is_long = ends_s - starts_s > MAX_FALL_S
-    return list(zip(starts_s[is_long].tolist(), ends_s[is_long].tolist(), strict=True))
 
 
 def _agreed(time_s: Floats, believed: Floats, other: Floats, problems: list[UserMessage]) -> Floats:

@@ -1,6 +1,8 @@
 """The Recordings page, and a recording on the Live page."""
 
+import gc
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from datetime import UTC
 from functools import partial
@@ -182,6 +184,8 @@ def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("way", ["button", "esc"])
 def test_back_to_live_without_a_module_is_the_empty_page(opened: Desk, way: str) -> None:
+    assert opened.live.recording is not None
+    recording = weakref.ref(opened.live.recording)
     if way == "button":
         opened.click(opened.live.banner.button("recorded_back"))
     else:
@@ -189,6 +193,7 @@ def test_back_to_live_without_a_module_is_the_empty_page(opened: Desk, way: str)
     assert opened.live.recording is None
     assert opened.live.is_empty
     assert not opened.live.banner.isVisible()
+    opened.qtbot.waitUntil(lambda: gc.collect() >= 0 and recording() is None)  # it may hold hundreds of megabytes
 
 
 # What is done with them
