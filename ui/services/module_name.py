@@ -163,14 +163,15 @@ class ModuleName(QObject):
         return Expected(self._evidence_of(self.expected_name)) if self.expected_name else None
 
     def _evidence_of(self, name: str) -> IdentityEvidence:
-        if name in self._read:
-            return self._read[name]
-        store = self._store
+        """The store's, where another window or a command may have written since; else what is not kept yet."""
+        read, store = self._read.get(name, UNKNOWN), self._store
+        if store is None or read != self._stored.get(name, UNKNOWN):
+            return read
         try:
-            return UNKNOWN if store is None else store.evidence(name)
+            return store.evidence(name)
         except StoreTrouble as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
-            return UNKNOWN
+            return read
 
     def _watch_identity(self) -> None:
         if self._port.target is None or not self._port.is_open:

@@ -299,6 +299,20 @@ def test_a_name_that_was_a_mistake_expects_what_it_did_before(one: Desk, is_kept
     assert (one.naming.name, one.naming._evidence_of(other), store.evidence(other)) == (NAME, before, before)
 
 
+def test_what_a_command_read_of_it_since_is_what_is_expected(one: Desk) -> None:
+    """Its threshold was written and checked by dps-s meanwhile, and was asked about as another module's."""
+    store, port = one.assembly.storage.store, one.assembly.connector.current
+    assert isinstance(store, Store)
+    one.until(lambda: one.naming._stored.get(NAME, UNKNOWN).is_complete)
+    port.disconnect_port()
+    one.until(lambda: not port.is_open)
+    one.bench.module.memory.attitude_threshold = 65
+    store.store_evidence(NAME, with_setting("attitude_threshold_deg", 65))
+    one.connect()
+    one.until(lambda: one.asked != "")
+    assert one.asked.startswith("M-07? Read its label.")
+
+
 def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with connected(qtbot, qapp, tmp_path) as first:
         first.know()
