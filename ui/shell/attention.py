@@ -12,6 +12,7 @@ from PySide6.QtGui import QGuiApplication
 from app import version
 from app.diagnosis.causes import STEP_WORDS, NextStep
 from app.diagnosis.link_state import LinkState, Phase, link_text
+from app.engine.identity import Trust
 from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.identity_words import identity_question, same_module_words
@@ -179,7 +180,9 @@ class Attention(QObject):
             go()
 
     def leave_edits(self, proceed: Callable[[], object], *, is_closing: bool = False) -> None:
-        """Calls `proceed`; asks before edits would be lost."""
+        """Calls `proceed`; asks before edits would be lost. What is asked about one module is not answered for another
+        one, or while it is in doubt which it is."""
+        seen = self._connector.current.identity
         find_text = partial(self._unsent_text, is_closing=is_closing)
         if not find_text():
             proceed()
@@ -195,7 +198,11 @@ class Attention(QObject):
             drops = Choice("drop_edits", tr("Discard edits"), go, is_step=True)
             return Notice(Meaning.ATTENTION, find_text(), (stays, drops))
 
-        question = _Question(notice, lambda: bool(find_text()), is_about_closing=is_closing, is_about_edits=True)
+        def is_open() -> bool:
+            is_same = seen.trust is Trust.OPEN or self._connector.current.identity.is_as_seen(seen)
+            return bool(find_text()) and (is_closing or is_same)
+
+        question = _Question(notice, is_open, is_about_closing=is_closing, is_about_edits=True)
         self._ask(question, focused="stay")
 
     def _leave_active(self, proceed: Callable[[], object], port: Port, *, is_closing: bool) -> None:

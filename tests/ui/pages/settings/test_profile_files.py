@@ -328,6 +328,21 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
     assert len(one.changes("baud_rate")) == is_sent
 
 
+def test_whether_edits_are_dropped_for_a_new_module_is_not_asked_of_the_one_after_it(one: Desk) -> None:
+    """The right one was plugged in again meanwhile, and "Discard edits" took its name away."""
+    bar, memory = one.assembly.window.notice_bar, one.bench.module.memory
+    type_into(one, "freefall_time", "1.2")
+    for boots in (20, 37):
+        one.bench.unplug()
+        one.until(lambda: not one.assembly.connector.current.is_open)
+        memory.boot_count = boots
+        one.bench.plug()
+        one.until(lambda: bar.button("identity_new") is not None)
+        if boots == 20:
+            choose(one, "identity_new", bar)
+            assert bar.button("drop_edits") is not None
+
+
 @pytest.mark.parametrize("answer", ["identity_same", "identity_new"])
 def test_edits_wait_until_it_is_known_whether_it_is_the_same_module(answer: str, one: Desk) -> None:
     connector, work = one.assembly.connector, one.settings.work
