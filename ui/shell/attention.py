@@ -12,7 +12,6 @@ from PySide6.QtGui import QGuiApplication
 from app import version
 from app.diagnosis.causes import STEP_WORDS, NextStep
 from app.diagnosis.link_state import LinkState, Phase, link_text
-from app.engine.identity import Trust
 from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.identity_words import identity_question, same_module_words
@@ -180,10 +179,8 @@ class Attention(QObject):
             go()
 
     def leave_edits(self, proceed: Callable[[], object], *, is_closing: bool = False) -> None:
-        """Calls `proceed`; asks before edits would be lost. What is asked about one module is not answered for another
-        one, or while it is in doubt which it is."""
-        seen = self._connector.current.identity
-        find_text = partial(self._unsent_text, is_closing=is_closing)
+        """Calls `proceed`; asks before edits would be lost, and no longer once another module may be there."""
+        seen, find_text = self._connector.current.identity, partial(self._unsent_text, is_closing=is_closing)
         if not find_text():
             proceed()
             return
@@ -199,11 +196,9 @@ class Attention(QObject):
             return Notice(Meaning.ATTENTION, find_text(), (stays, drops))
 
         def is_open() -> bool:
-            is_same = seen.trust is Trust.OPEN or self._connector.current.identity.is_as_seen(seen)
-            return bool(find_text()) and (is_closing or is_same)
+            return bool(find_text()) and (is_closing or self._connector.current.identity.is_as_seen(seen))
 
-        question = _Question(notice, is_open, is_about_closing=is_closing, is_about_edits=True)
-        self._ask(question, focused="stay")
+        self._ask(_Question(notice, is_open, is_about_closing=is_closing, is_about_edits=True), focused="stay")
 
     def _leave_active(self, proceed: Callable[[], object], port: Port, *, is_closing: bool) -> None:
         def is_risky() -> bool:
@@ -225,8 +220,7 @@ class Attention(QObject):
     def _ask(self, question: "_Question", *, focused: str) -> None:
         self._question = self._answered = question
         self.refresh()
-        button = self._bar.button(focused)
-        if button is not None:
+        if (button := self._bar.button(focused)) is not None:
             button.setFocus()
 
     def stay(self) -> None:
