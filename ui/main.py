@@ -205,8 +205,6 @@ def _show_store_notices(assembly: Assembly) -> None:
     assembly.left_active.load()
     recovery = BaudRecovery(
         assembly.connector,
-        assembly.ports,
-        storage,
         close=attention.dismiss_queued,
         ask=partial(attention.queue_notice, is_of_module=True),
         leave_port=attention.leave_port,

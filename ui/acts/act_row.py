@@ -18,7 +18,7 @@ from ui.services.running_job import RunningJob
 from ui.style.theme import Space
 from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import in_column, in_row, stacked
 from ui.widgets.notice_bar import NoticeBar
 
 
@@ -107,9 +107,8 @@ class ActRow(QFrame):
         self._title.setWordWrap(False)
         for label in (self._effect, self.conditions):
             label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-            self._reasons.addWidget(label)
+        stacked(self._reasons, self._effect, self.conditions)
         head = in_row(self._title, (self.live, 1), spacing=Space.M)
         in_column(head, self._reasons, of=self._words, spacing=2, margins=0)
-        for widget in (self._words, self.notice_bar):
-            self._place.addWidget(widget)
+        stacked(self._place, self._words, self.notice_bar)
         in_row((self._place, 1), self.confirm, of=self, spacing=Space.L, margins=(Space.M, Space.XS))

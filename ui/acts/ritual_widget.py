@@ -34,7 +34,7 @@ from ui.style.theme import Meaning, Space, is_text_large, scaled
 from ui.widgets.controls import control, named, set_role
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -340,12 +340,8 @@ class RitualWidget(QFrame):
         self.notice_bar.setMinimumHeight(scaled(_NOTICE_PX[is_large]))
 
     def _lay_out(self) -> None:
-        for stack, widgets in (
-            (self._reasons, (self._effect, self.conditions)),
-            (self._head, (self._words, self.notice_bar)),
-        ):
-            for widget in widgets:
-                stack.addWidget(widget)
+        stacked(self._reasons, self._effect, self.conditions)
+        stacked(self._head, self._words, self.notice_bar)
         reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
         self._row = in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
         VisibilityTimer(self, self._fit, retranslate=self._show, restyle=self._fit)

@@ -41,7 +41,7 @@ from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.document_window import bring_to_front
 from ui.widgets.labels import EmptyState, IconLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -150,9 +150,7 @@ class ArchiveDialog(QDialog):
         self.empty = EmptyState(
             "archive_empty", Icon.BUNDLE, texts, marked("No modules yet"), marked("Each check or test adds its module.")
         )
-        self._views = named(QStackedWidget(), "archive_views")
-        self._views.addWidget(split)
-        self._views.addWidget(self.empty)
+        self._views = stacked(named(QStackedWidget(), "archive_views"), split, self.empty)
         self._views.setMinimumHeight(_LOWEST_PX)  # the room is that of a question above
         actions = FlowRow(right=(self.service, self.sync, self.export, self.import_))
         in_column(

@@ -27,7 +27,7 @@ from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
-from ui.core.port_watcher import PortWatcher, key_of
+from ui.core.port_watcher import key_of
 from ui.core.preferences import LastPort
 from ui.core.texts import Texts
 from ui.services.port import Ports
@@ -177,14 +177,14 @@ class ConnectPanel(QScrollArea):
     shown = Signal()
     """Opened or closed."""
 
-    def __init__(self, connector: Ports, ports: PortWatcher, texts: Texts) -> None:
+    def __init__(self, connector: Ports, texts: Texts) -> None:
         super().__init__()
         self.setObjectName("connect_panel")
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._connector = connector
-        self._ports = ports
+        self._ports = ports = connector.ports
         self._texts = texts
         self._last: LastPort | None = None
         self.list = PortList()

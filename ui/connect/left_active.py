@@ -20,9 +20,8 @@ from app.store.store import PendingBaud, Store
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from ui.core.background_task import BackgroundTask
-from ui.core.port_watcher import PortWatcher
 from ui.services.port import Port, Ports
-from ui.services.storage import ORIGIN, Storage
+from ui.services.storage import ORIGIN
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -125,8 +124,6 @@ class BaudRecovery(QObject):
     def __init__(
         self,
         connector: Ports,
-        ports: PortWatcher,
-        storage: Storage,
         *,
         close: Callable[[], None],
         ask: Callable[[Callable[[], Notice]], None],
@@ -134,7 +131,7 @@ class BaudRecovery(QObject):
         say: Callable[[str], None],
     ) -> None:
         super().__init__(connector)
-        self._connector, self._ports, self._storage = connector, ports, storage
+        self._connector, self._storage = connector, connector.storage
         self._close, self._ask, self._leave_port, self._say = close, ask, leave_port, say
         self._writing: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
         self._found: tuple[PendingBaud, int, Port] | None = None
@@ -168,7 +165,9 @@ class BaudRecovery(QObject):
         return Notice(Meaning.ATTENTION, text, (same,), self._close)
 
     def _search(self, pending: PendingBaud) -> None:
-        same = [port.device for port in self._ports.ports if pending.adapter and port.identity == pending.adapter]
+        same = [
+            port.device for port in self._connector.ports.ports if pending.adapter and port.identity == pending.adapter
+        ]
         device = same[0] if len(same) == 1 else pending.port
         self._close()
 

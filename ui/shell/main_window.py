@@ -64,7 +64,7 @@ class MainWindow(QMainWindow):
         self.setWindowIcon(app_icon())
         self._services, self._remembered = services, services.preferences
         self.choices = Choices(services.appearance, language_switch, services.preferences)
-        self._connector, ports = services.connector, services.connector.ports
+        self._connector = services.connector
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self._place, self)
         self._maker.done.connect(self._end_making)
@@ -79,7 +79,7 @@ class MainWindow(QMainWindow):
         self.navigation = Sidebar(entries, texts)
         self.area = PageArea()
         self.stack = self.area.stack
-        self.panel = ConnectPanel(self._connector, ports, texts)
+        self.panel = ConnectPanel(self._connector, texts)
         self.status_bar = StatusBar(self._connector, texts, services.in_use, self.notice_bar)
         self.recording_sign = RecordingSign(lambda: self._connector.current.recording.sign)
         self.status_bar.add(self.recording_sign)

@@ -41,6 +41,7 @@ Item = Gap | QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWi
 Margins = int | tuple[int, int] | tuple[int, int, int, int]
 """One for all sides, (horizontal, vertical), or (left, top, right, bottom)."""
 
+Box = TypeVar("Box", bound=QBoxLayout)
 Stack = TypeVar("Stack", QStackedLayout, QStackedWidget)
 
 
@@ -48,23 +49,19 @@ def in_row(
     *items: Item, of: QWidget | None = None, spacing: int | None = None, margins: Margins | None = None
 ) -> QHBoxLayout:
     """`items` from left to right, as the layout `of` that widget. Spacing and margins default to the style's."""
-    layout = QHBoxLayout()
-    _fill(layout, items, of, spacing, margins)
-    return layout
+    return _filled(QHBoxLayout(), items, of, spacing, margins)
 
 
 def in_column(
     *items: Item, of: QWidget | None = None, spacing: int | None = None, margins: Margins | None = None
 ) -> QVBoxLayout:
     """Like `in_row`, from top to bottom."""
-    layout = QVBoxLayout()
-    _fill(layout, items, of, spacing, margins)
-    return layout
+    return _filled(QVBoxLayout(), items, of, spacing, margins)
 
 
-def _fill(
-    layout: QBoxLayout, items: tuple[Item, ...], of: QWidget | None, spacing: int | None, margins: Margins | None
-) -> None:
+def _filled(
+    layout: Box, items: tuple[Item, ...], of: QWidget | None, spacing: int | None, margins: Margins | None
+) -> Box:
     if of is not None:
         of.setLayout(layout)
     if margins is not None:
@@ -87,6 +84,7 @@ def _fill(
                 layout.addWidget(widget, 0, side)
             case (QWidget() as widget, int() as share):
                 layout.addWidget(widget, share)
+    return layout
 
 
 def _set_margins(layout: QLayout, margins: Margins) -> None:
@@ -103,14 +101,14 @@ def stacked(stack: Stack, *views: QWidget) -> Stack:
 
 def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> "FlowRow":
     """Fields of equal width, each below its caption (English, marked), in as few rows as have room for them."""
-    row = FlowRow(is_even=True)
+    boxes = []
     for caption, field in fields:
         label = control(QLabel(), texts, f"{field.objectName()}_caption", caption, role="small")
         label.setBuddy(field)
         both = QWidget()
         in_column(label, field, of=both, spacing=2, margins=0)
-        row.add(both)
-    return row
+        boxes.append(both)
+    return FlowRow(*boxes, is_even=True)
 
 
 def scroll_area(

@@ -234,8 +234,7 @@ def test_a_rate_is_looked_for_at_the_port_that_was_asked_for(qtbot: QtBot, ports
     connector.run(forever(), lambda _job: None)
     before = len(worker.jobs), len(other.jobs)
     if is_resumed:
-        recovery = BaudRecovery(connector, connector.ports, connector.storage, close=nothing, ask=nothing,
-                                leave_port=nothing, say=nothing)  # fmt: skip
+        recovery = BaudRecovery(connector, close=nothing, ask=nothing, leave_port=nothing, say=nothing)
         recovery._search(PendingBaud(1, "/dev/two", "", 115200, 9600, ""))
     else:
         connector.connect_to(Target("/dev/two", 115200, finds_rate=True))
