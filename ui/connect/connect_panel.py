@@ -61,11 +61,6 @@ class PortChoice(NamedTuple):
     def key(self) -> str:
         return self.identity or self.device
 
-    @property
-    def lines(self) -> tuple[str, str]:
-        """The port with its badge, and what its adapter says of itself."""
-        return _listed(self.title, self.badge, self.product), self.detail
-
 
 def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool) -> PortChoice:
     name = port.device.removeprefix("/dev/")
@@ -99,7 +94,8 @@ class PortList(QListWidget):
         with QSignalBlocker(self):
             self.clear()
             for choice in choices:
-                item = QListWidgetItem(icon(choice.icon), "\n".join(choice.lines))
+                head = _listed(choice.title, choice.badge, choice.product)
+                item = QListWidgetItem(icon(choice.icon), f"{head}\n{choice.detail}")
                 item.setData(_CHOICE, choice)
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, _spoken(choice))
                 item.setToolTip(_spoken(choice))

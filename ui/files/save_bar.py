@@ -89,16 +89,12 @@ class SaveNote(QWidget):
         self._folder: Path | None = None
         self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self._icon = IconLabel(f"{name}_icon", _ICON_PX)
-        self._label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), name, "small")
+        self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), name, "small")
         self._make_text: Callable[[], str] = str
-        in_row(self._icon, (self._label, 1), of=self, spacing=Space.XS, margins=0)
+        in_row(self._icon, (self.label, 1), of=self, spacing=Space.XS, margins=0)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.hide()  # until there is something to say
         VisibilityTimer(self, self._write)
-
-    @property
-    def text(self) -> str:
-        return self._label.text()
 
     @property
     def is_saving(self) -> bool:
@@ -169,7 +165,7 @@ class SaveNote(QWidget):
 
     def _write(self) -> None:
         text = self._make_text()
-        self._label.setText(text)
+        self.label.setText(text)
         self.setVisible(bool(text))
 
 

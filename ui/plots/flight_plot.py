@@ -157,12 +157,7 @@ def _series(time_s: Floats, values: Floats) -> RecordedSeries:
 
 
 def _scale_of(values: Floats) -> Scale:
-    """A scale with round ends that contains all values."""
+    """With some room around all values."""
     low, high = float(values.min()), float(values.max())
-    step = next(step for step in _STEPS_M if (high - low) / step <= 3)
-    first = np.floor(low / step) * step
-    count = max(1.0, float(np.ceil((high - first) / step + 0.1)))  # not on the edge
-    return Scale(float(first), float(first + count * step), step)
-
-
-_STEPS_M: Final = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 5000.0, 1e5, 1e7, 1e9, 1e300)
+    room = max(0.5, (high - low) * 0.1)
+    return Scale(low - room, high + room, 0.0)

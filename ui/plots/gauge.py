@@ -7,7 +7,7 @@ it.
 
 import math
 from collections.abc import Hashable
-from typing import ClassVar, Final, NamedTuple
+from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPixmap
@@ -44,12 +44,6 @@ def draw_aircraft(painter: QPainter, theme: Theme, radius: float, ink: QColor) -
     painter.drawRoundedRect(QRectF(-radius * 0.17, -radius * 0.1, radius * 0.34, radius * 0.18), 5, 5)
 
 
-class _Threshold(NamedTuple):
-    fire_deg: float | None = None
-    reset_deg: float | None = None
-    is_stale: bool = False
-
-
 class TiltGauge(PaintedWidget):
     """Unknown and without a threshold at first. Degrees outside 0 to 180 are drawn at the end of the scale."""
 
@@ -60,7 +54,8 @@ class TiltGauge(PaintedWidget):
         self.freshness = Freshness.UNKNOWN
         self._tilt_deg: float | None = None
         self._age = ""
-        self._threshold = _Threshold()
+        self._threshold: tuple[float | None, float | None, bool] = (None, None, False)
+        """From where it fires and below which it rearms; whether that is stale."""
         self._face = QPixmap()
         self._face_of: Hashable = None
         self._changed()
@@ -68,7 +63,7 @@ class TiltGauge(PaintedWidget):
     def set_threshold(self, fire_deg: float | None, *, reset_deg: float | None = None, is_stale: bool = False) -> None:
         """The tilt from which the module fires, and the one below which it rearms; None: not known, not drawn."""
         if (fire_deg, reset_deg, is_stale) != self._threshold:
-            self._threshold = _Threshold(fire_deg, reset_deg, is_stale)
+            self._threshold = fire_deg, reset_deg, is_stale
             self._changed()
 
     def show_tilt(self, tilt_deg: float | None, *, stale_age: str = "") -> None:

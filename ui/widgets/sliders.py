@@ -93,13 +93,10 @@ class Dial(QWidget):
     def show_value(self, value: float) -> None:
         """Shows the module's value, unless the user is changing it."""
         if not (self.slider.isSliderDown() or self.box.hasFocus()):
-            self._show(value)
+            self.set_value(value)
 
     def set_value(self, value: float) -> None:
-        """Shows `value` in any case."""
-        self._show(value)
-
-    def _show(self, value: float) -> None:
+        """In any case."""
         with QSignalBlocker(self.slider), QSignalBlocker(self.box):
             self.slider.setValue(round(value / self._step))
             self.box.setValue(value)

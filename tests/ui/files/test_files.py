@@ -235,7 +235,7 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
     note = live.page.save.note
-    assert (note.text, note.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
+    assert (note.label.text(), note.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
 
 
 def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: Path) -> None:
@@ -257,7 +257,7 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
 def test_no_file_without_a_choice(live: Bench, tmp_path: Path) -> None:
     live.say()
     save(live, "live_save_csv", None)
-    assert live.page.save.note.text == ""
+    assert live.page.save.note.label.text() == ""
     assert not live.page.save.note.is_saving
 
 
@@ -267,7 +267,10 @@ def test_the_outcome_follows_the_language(live: Bench, tmp_path: Path) -> None:
     save(live, "live_save_csv", path)
     set_language(CHINESE)
     QApplication.sendEvent(live.page, QEvent(QEvent.Type.LanguageChange))
-    assert live.page.save.note.text == f"已保存到 {path}。行数：{len(path.read_text('utf-8-sig').splitlines()) - 1}。"
+    assert (
+        live.page.save.note.label.text()
+        == f"已保存到 {path}。行数：{len(path.read_text('utf-8-sig').splitlines()) - 1}。"
+    )
 
 
 def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) -> None:
@@ -275,7 +278,7 @@ def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) 
     save(live, "live_save_csv", tmp_path / "missing" / "values.csv")
     note = live.page.save.note
     assert note.meaning is Meaning.ATTENTION
-    assert "No such file" in note.text
+    assert "No such file" in note.label.text()
     assert live.page.save.csv.isEnabled()
 
 
@@ -318,10 +321,10 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     live.click("live_save_csv")
     assert live.page.save.note.is_saving
     assert not live.page.save.png.isEnabled()
-    assert live.page.save.note.text.startswith("Saving…")
+    assert live.page.save.note.label.text().startswith("Saving…")
     live.click("live_save_cancel")
     live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
-    assert live.page.save.note.text == "Cancelled."
+    assert live.page.save.note.label.text() == "Cancelled."
     assert list(tmp_path.iterdir()) == []
     assert live.page.save.csv.isEnabled()
     assert not live.page.save.stop.isVisible()
