@@ -1,16 +1,18 @@
 """Reads everything that can be read; reads again what was disturbed."""
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from app.engine.device import READ_BACK
 from app.engine.procedure import Ask, Inspect, Procedure, Report, is_alive
-from app.procedures.settings_reading import SettingsReading
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
 from protocol.messages import Reading
 from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    from app.procedures.settings_reading import SettingsReading
 
 READABLE: tuple[Command, ...] = (
     STATUS,
@@ -55,7 +57,7 @@ def read_everything() -> Procedure[Everything]:
     return Everything(values, errors, is_silent)
 
 
-Readings = TypeVar("Readings", Everything, SettingsReading)
+Readings = TypeVar("Readings", Everything, "SettingsReading")
 
 
 def undisturbed(read: Callable[[], Procedure[Readings]]) -> Procedure[Readings | None]:

@@ -6,7 +6,6 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from datetime import date
 from typing import TYPE_CHECKING, Any, Final
 
 from app.fleet.batch_names import EXAMPLE, counted_names
@@ -16,6 +15,8 @@ from app.text.visible_text import NEWLINE, visible
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
+    from datetime import date
+
     from _typeshed import SupportsWrite
 
 AUTO: Final = "auto"
@@ -180,7 +181,9 @@ def seconds(text: str) -> float:
     raise expected("S > 0")
 
 
-def day(text: str) -> date:
+def day(text: str) -> "date":
+    from datetime import date
+
     with suppress(ValueError):
         return date.fromisoformat(text)
     raise expected("YYYY-MM-DD")
