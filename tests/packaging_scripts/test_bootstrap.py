@@ -89,7 +89,7 @@ def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["test", "-k", "foo"], ["-m", "pytest", "-n", "6", "--dist", "worksteal", "-k", "foo"]),
+        (["test", "-k", "foo"], ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo"]),
         (["bench", "--quick"], ["-m", "tests.benchmarks", "--quick"]),
         (["soak"], ["-m", "tests.soak"]),
         (["mutants", "--seed", "2"], ["-m", "tests.mutants", "--seed", "2"]),
