@@ -152,13 +152,17 @@ def qapp(qapp: "QApplication") -> "QApplication":
 
 @pytest.fixture(autouse=True)
 def fresh_input(request: pytest.FixtureRequest) -> Iterator[None]:
-    """No test leaves a key or button down, the pointer elsewhere, another clock of gestures or a style to the next."""
+    """No test leaves a key or button down, the pointer elsewhere, another clock of gestures, a style, a theme or a size
+    of text to the next."""
     yield
     if "qapp" in request.fixturenames:
         from tests.support.window.steps import release_input
+        from ui.style.theme import LIGHT, use, zoom
 
         release_input()
         request.getfixturevalue("qapp").setStyleSheet("")
+        use(LIGHT)
+        zoom(100)
 
 
 @pytest.fixture(scope="session")

@@ -95,12 +95,10 @@ def save_or_say_why_not(path: Path, profile: Profile, *, source: Path | None = N
     try:
         save_profile(path, profile, source=source)
     except ProfileRefused as refusal:
-        why = refusal.message
+        return refusal.message
     except OSError as error:
-        why = UserMessage(error_text(error))
-    else:
-        return None
-    return message(CANNOT_WRITE, file=path, why=why)
+        return message(CANNOT_WRITE, file=path, why=error_text(error))
+    return None
 
 
 def profile_text(profile: Profile, source: str = "") -> str:

@@ -111,6 +111,7 @@ class PageArea(QScrollArea):
         self.stack = named(QStackedWidget(), "pages")
         self.holder = named(_Holder(self.stack), "page_holder")
         self.setWidget(self.holder)
+        self.stack.currentChanged.connect(lambda _page: self.verticalScrollBar().setValue(0))
         self.viewport().setAutoFillBackground(False)
         self.holder.setAutoFillBackground(False)
 

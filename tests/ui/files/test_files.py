@@ -217,7 +217,6 @@ def test_dialogs_of_qt_are_whole_and_chinese(qapp: QApplication, tmp_path: Path,
         let_lay_out(asked)
         assert asked.width() <= SMALL_SCREEN.width() / 2 * percent / 100
         asked.reject()
-        assembly.appearance.zoom(100)
 
 
 def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:

@@ -241,16 +241,12 @@ def test_it_covers_nothing_of_a_dialog_where_texts_are_largest(
     with on_bench(qtbot, qapp, tmp_path, "zh_CN") as bench:
         zoom(200)
         bench.assembly.appearance.choose(Choice.SUNLIGHT)
-        try:
-            for row, show in DIALOGS.items():
-                dialog = show(bench)
-                qtbot.waitUntil(dialog.isVisible)
-                let_lay_out(dialog)
-                assert_covers_nothing(find(dialog, LockStrip, "lock_strip"), dialog, row)
-                dialog.close()
-        finally:
-            zoom(100)
-            bench.assembly.appearance.choose(Choice.LIGHT)
+        for row, show in DIALOGS.items():
+            dialog = show(bench)
+            qtbot.waitUntil(dialog.isVisible)
+            let_lay_out(dialog)
+            assert_covers_nothing(find(dialog, LockStrip, "lock_strip"), dialog, row)
+            dialog.close()
 
 
 def test_without_a_module_no_dialog_shows_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -222,7 +222,6 @@ def test_at_its_minimum_height_nothing_covers_the_times(qapp: QApplication, qtbo
     QApplication.processEvents()
     times, written = plot.canvas.times, [*plot.canvas.overlay.shown]
     labels = [times.mapRectToScene(room) for _, room in labels_of(times)]
-    looks.zoom(100)
     assert labels
     assert any(str(shown.what).startswith("A higher window") for shown in written)
     assert not any(shown.room.intersects(label) for shown in written for label in labels)
@@ -266,7 +265,6 @@ def test_over_time_names_each_of_its_bands_at_every_size_of_text(
     chart.show()
     QApplication.processEvents()
     labels = labels_of(chart.axes["left"])
-    looks.zoom(100)
     assert {text.split("\n")[0] for text, _ in labels} == {"Slowest answer", "Without reply", "Invalid bytes"}
     assert not any(one.intersects(other) for (_, one), (_, other) in combinations(labels, 2))
 

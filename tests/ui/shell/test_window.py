@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QRect, Qt
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -21,7 +21,7 @@ from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.shell.attention import AGAIN_S
-from ui.shell.page_area import fitting
+from ui.shell.page_area import PageArea, fitting
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -273,6 +273,21 @@ def offscreen(folder: Path, width: int, height: int) -> str:
               "logicalDpi": 96, "logicalBaseDpi": 96, "dpr": 1}  # fmt: skip
     path.write_text(json.dumps({"screens": [screen]}), encoding="utf-8")
     return f"offscreen:configfile={path}"
+
+
+def test_a_page_begins_at_its_top_wherever_the_one_before_was_scrolled_to(qtbot: QtBot) -> None:
+    area = PageArea()
+    qtbot.addWidget(area)
+    for _ in range(2):
+        page = QWidget()
+        page.setMinimumHeight(900)
+        area.stack.addWidget(page)
+    area.resize(400, 300)
+    area.show()
+    qtbot.waitUntil(lambda: area.verticalScrollBar().maximum() > 100)
+    area.verticalScrollBar().setValue(100)
+    area.stack.setCurrentIndex(1)
+    assert area.verticalScrollBar().value() == 0
 
 
 @pytest.mark.parametrize(("width", "height", "scale"), [(1024, 600, 1.0), (1920, 1080, 2.0)])

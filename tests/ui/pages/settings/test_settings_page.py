@@ -93,7 +93,6 @@ def test_each_value_is_whole_at_twice_the_size_of_text(qtbot: QtBot, one: Desk) 
                 line, box = row.editor.line, row.editor.box
                 assert line.fontMetrics().horizontalAdvance(line.text()) + 8 <= line.width(), line.text()
                 assert row.editor.rect().contains(box.geometry()), row.command.name
-    appearance.zoom(100)
 
 
 def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> None:

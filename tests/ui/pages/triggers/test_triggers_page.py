@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit
 from pytestqt.qtbot import QtBot
 
@@ -18,7 +19,7 @@ from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
 from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import COLUMNS, Column, record_text
-from ui.style.theme import Meaning
+from ui.style.theme import Meaning, Size, font
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
@@ -205,7 +206,7 @@ def test_the_cause_is_whole_in_a_narrow_list(qtbot: QtBot, width: int, is_hidden
     table.resize(width, 300)
     table.show()
     longest = f"{tr('attitude')} + {tr('free fall')}"
-    assert table.columnWidth(Column.WHY) > table.fontMetrics().horizontalAdvance(longest)
+    assert table.columnWidth(Column.WHY) > QFontMetrics(font(Size.BODY)).horizontalAdvance(longest)
     assert table.isColumnHidden(Column.SETTINGS) is is_hidden
 
 
