@@ -145,7 +145,6 @@ class IdentityCheck:
         self._is_attended = is_attended
         self._is_said = False
         """A person gave it the name: only readings that refute it make it a question."""
-        self._expected: Expected | None = None
         self._answered_at: float | None = None
         self.identity = Identity()
         if expected is not None:
@@ -169,7 +168,6 @@ class IdentityCheck:
         is_renamed = is_named is not None and seen is not None and seen.is_settled
         is_unbroken = self._is_said or self.identity.is_settled
         if seen is None or self.identity.is_as_seen(seen) or (is_renamed and is_unbroken):
-            self._expected = None
             proven = Identity(Trust.PROVEN, is_named=self.identity.is_named if is_named is None else is_named)
             self.identity = NO_EXPECTATION if is_named is False else proven
             if before != UNKNOWN:
@@ -177,20 +175,20 @@ class IdentityCheck:
                 self._is_said = True
 
     def _expect(self, expected: Expected, answered_at: float | None) -> None:
-        self._expected, self._answered_at, self._is_said = expected, answered_at, False
+        self._answered_at, self._is_said = answered_at, False
         self.identity = Identity(
             Trust.OPEN, expected.evidence, is_adapter_same=expected.is_adapter_same, is_named=expected.is_named
         )
 
     def on_device(self, device: Device, now: float) -> None:
-        expected = self._expected
-        if expected is None:
+        before = self.identity.before
+        if before is None:
             return
         view = device.view(now)
         if view.presence is Presence.ONLINE and self._answered_at is None:
             self._answered_at = now
         evidence = evidence_of(view.values, is_fresh=True)
-        trust = same_module(expected.evidence, evidence, is_said=self._is_said and evidence.is_complete)
+        trust = same_module(before, evidence, is_said=self._is_said and evidence.is_complete)
         if trust is not Trust.REFUTED and not evidence.is_complete:
             if self.identity.trust is Trust.REFUTED:
                 return  # values that became stale take nothing back
@@ -204,7 +202,7 @@ class IdentityCheck:
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
         """Call before the device takes the event in: what may be another module from now on."""
-        if self._expected is not None:
+        if self.identity.before is not None:
             self._is_said &= not isinstance(event, FellSilent | Restarted | WentOffline)
             return
         if not _may_tell(event):
