@@ -74,18 +74,18 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
     """Finite samples in order of time; appends what was left out to `problems`."""
     time_s, values = (np.asarray(column, np.float64) for column in channel)
     is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
-    if not is_number.all():
-        count = int((~is_number).sum())
-        problems.append(message(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
-        time_s, values = time_s[is_number], values[is_number]
+    _note_left_out(marked("Invalid samples left out: {count}."), is_number, problems)
+    time_s, values = time_s[is_number], values[is_number]
     is_newest = np.diff(time_s, append=np.inf) != 0  # of samples with equal times
     time_s, values = time_s[is_newest], values[is_newest]
     kept = ascending(time_s)
+    _note_left_out(marked("The clock jumps back; samples left out: {count}."), kept, problems)
+    return Channel(time_s[kept], values[kept])
+
+
+def _note_left_out(text: str, kept: Flags, problems: list[UserMessage]) -> None:
     if not kept.all():
-        count = int((~kept).sum())
-        problems.append(message(marked("The clock jumps back; samples left out: {count}."), count=f"{count:,}"))
-        time_s, values = time_s[kept], values[kept]
-    return Channel(time_s, values)
+        problems.append(message(text, count=f"{int((~kept).sum()):,}"))
 
 
 def ascending(time_s: Floats) -> Flags:
@@ -261,9 +261,7 @@ def flight_of_reports(
     is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
     newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s
     is_good &= time_s >= newest
-    if not is_good.all():
-        count = int((~is_good).sum())
-        problems.append(message(marked("Invalid samples left out: {count}."), count=f"{count:,}"))
+    _note_left_out(marked("Invalid samples left out: {count}."), is_good, problems)
     time_s, tilt_deg, acceleration_g = time_s[is_good], tilt_deg[is_good], acceleration_g[is_good]
     if not len(time_s):
         raise unreadable(marked("no status reports"))
