@@ -23,9 +23,8 @@ from app.system.wall_clock import clock_text
 from app.text.i18n import tr
 from ui.plots.axis import TimeAxis, ago_text
 from ui.plots.lane_view import EDGE_PX, LaneView
-from ui.plots.lanes import Lane, Mark, Reading, reading
+from ui.plots.lanes import Lane, Mark, Reading, TimeRange, reading
 from ui.plots.overlay import GAP_PX, ICON_PX, Overlay, beside
-from ui.plots.time_range import TimeRange
 from ui.style.painted_widget import mixed
 from ui.style.theme import current
 

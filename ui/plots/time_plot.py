@@ -15,9 +15,8 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.plots.lanes import Lane, Mark, Span
+from ui.plots.lanes import Lane, Mark, Span, TimeRange
 from ui.plots.plot_view import PlotView
-from ui.plots.time_range import TimeRange
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import ChoiceButton, control, named

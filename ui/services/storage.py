@@ -5,7 +5,6 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from datetime import datetime
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -27,9 +26,7 @@ from ui.core.port_connection import PortConnection
 from ui.services.recording_jobs import RecordingJobs
 
 if TYPE_CHECKING:
-    # They load numpy, which the window's first paint does not wait for.
-    from app.recordings.library import RecordingLibrary
-    from app.recordings.recorder import Recorder
+    from app.recordings.recorder import Recorder  # loads numpy, which the window's first paint does not wait for
 
 _log = logging.getLogger(__name__)
 
@@ -48,8 +45,8 @@ class SessionRecording:
     in doubt which module answers, the next one begins. The worker's batches go to the recorder from the worker's own
     thread, so that a window that stalls or closes costs the recording nothing."""
 
-    def __init__(self, port: PortConnection, folder: Path | None = None) -> None:
-        self._port, self._folder = port, folder
+    def __init__(self, port: PortConnection, recordings: RecordingJobs) -> None:
+        self._port, self._recordings = port, recordings
         self._recorder: Recorder | None = None
         """From the first session on."""
         self._lock = threading.Lock()
@@ -62,12 +59,6 @@ class SessionRecording:
         """Of what was recorded last of this conversation; None before the first byte."""
         self._former_path: Path | None = None
         """The recorder still has it while the next file is not begun."""
-
-    @cached_property
-    def library(self) -> "RecordingLibrary":
-        from app.recordings.library import RecordingLibrary
-
-        return RecordingLibrary(self._folder)
 
     def recorded(self, deliver: Callable[[Batch], None]) -> Callable[[Batch], None]:
         def both(batch: Batch) -> None:
@@ -116,7 +107,7 @@ class SessionRecording:
         from app.recordings.recorder import Recorder
 
         if self._recorder is None:
-            self._recorder = Recorder(self.library)
+            self._recorder = Recorder(self._recordings.library)
         self.path, self._former_path = None, self._recorder.path
         self._recorder.begin(connection.port, connection.baud_rate, module)
 
@@ -145,14 +136,10 @@ class Storage:
         """Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`."""
         self._folder = folder
         self._recorded: list[SessionRecording] = []
-        self.recordings = RecordingJobs(self._recordings_folder)
+        self.recordings = RecordingJobs(None if folder is None else folder / RECORDINGS)
         self._store: Store | StoreTrouble | None = None
         self._opening = threading.Lock()
         self._is_closed = False
-
-    @property
-    def _recordings_folder(self) -> Path | None:
-        return None if self._folder is None else self._folder / RECORDINGS
 
     @property
     def folder(self) -> Path:
@@ -188,9 +175,8 @@ class Storage:
 
     def new_recording(self, port: PortConnection) -> SessionRecording:
         """Of one more port, into the same library; ended by `close`."""
-        recording = SessionRecording(port, self._recordings_folder)
-        self._recorded.append(recording)
-        return recording
+        self._recorded.append(SessionRecording(port, self.recordings))
+        return self._recorded[-1]
 
     def journal(self, target: Target | None, known_as: KnownAs = UNNAMED) -> Journal:
         store = self.store

@@ -26,6 +26,7 @@ from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.pages.live.recorded_view import device_at
+from ui.services.recording_jobs import RecordingJobs
 from ui.services.storage import SessionRecording
 from ui.shell.status_bar import RecordingSign
 from ui.style.icons import Icon
@@ -53,7 +54,8 @@ class Bench:
     def __init__(self, folder: Path) -> None:
         self.handed_on: list[Batch] = []
         self.link = Link()
-        self.sessions = SessionRecording(self.link, folder)  # type: ignore[arg-type]
+        self.library = (jobs := RecordingJobs(folder)).library
+        self.sessions = SessionRecording(self.link, jobs)  # type: ignore[arg-type]
         self.sessions.name_module("Left wing")
         self.say = self.sessions.recorded(self.handed_on.append)
 
@@ -65,7 +67,7 @@ class Bench:
     def listed(self) -> list[tuple[str, str, int]]:
         """Port, module and number of reports of all recordings, oldest first."""
         assert self.sessions._recorder is None or self.sessions._recorder.settle(WAIT_S)
-        return [(entry.port, entry.module, entry.sample_count) for entry in reversed(self.sessions.library.entries())]
+        return [(entry.port, entry.module, entry.sample_count) for entry in reversed(self.library.entries())]
 
 
 @pytest.fixture
@@ -88,7 +90,7 @@ def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
         bench.say(one)
     assert bench.handed_on == batches
     assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 9)]
-    assert not bench.sessions.library.entries()[0].is_running
+    assert not bench.library.entries()[0].is_running
 
 
 @pytest.mark.parametrize(
