@@ -29,6 +29,8 @@ EDGE_PX: Final = 2
 """Of the view around the box, so that lines on its edge are whole."""
 _FURTHEST_PX: Final = 60
 """The label of a limit from its line."""
+_CLOSING_S: Final = 0.1
+"""Between what is lost as the port is closed and the end of a recording."""
 _STALE_DASHES: Final = [1, 4]
 """Distinguishable from the module's own limits without colour."""
 
@@ -114,11 +116,13 @@ class LimitLine(Curve):
         line.setCosmetic(True)
         self.setPen(line)
 
-    def draw(self, span: Span, pixel_s: float) -> None:
+    def draw(self, span: Span) -> None:
         """Steps through the values of a time span."""
         limit, changes = self.limit, self._steps.between(*span)
         is_replaced = limit.stale is not None and (self.is_stale or limit.stale.value is not None)
-        is_lost_at_edge = len(changes) > 1 and changes[-1].value is None and changes[-1].time_s > span.end_s - pixel_s
+        is_lost_at_edge = (
+            len(changes) > 1 and changes[-1].value is None and changes[-1].time_s > span.end_s - _CLOSING_S
+        )
         if is_lost_at_edge and not is_replaced:
             changes.pop()  # it is still named, as at the end of a recording
         segments = []
@@ -213,7 +217,7 @@ class LaneView:
         if newest is not None and newest.time_s < span.end_s - lane.gap_s:
             self.gaps.append(Span(newest.time_s, span.end_s))
         for line in self.limits:
-            line.draw(span, span.length_s / max(1.0, self.box.width()))
+            line.draw(span)
         seen = [segment.value for line in self.limits for segment in line.segments]
         if len(envelope.low):
             seen += [float(envelope.low.min()), float(envelope.high.max())]
