@@ -3,10 +3,8 @@
 import argparse
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
@@ -79,7 +77,11 @@ def run(args: argparse.Namespace) -> int:
         endpoint: Endpoint = (
             PtyEndpoint(args.link, baud_rate=bench.module.baud_rate) if args.tcp is None else TcpEndpoint(*args.tcp)
         )
-        with closing(endpoint), _stopped_by_signals(Loop(bench, endpoint)) as loop:
+        with closing(endpoint):
+            loop = Loop(bench, endpoint)
+            for number in (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")):
+                if number is not None:
+                    signal.signal(number, lambda *_signal: loop.stop())
             _announce(endpoint.address, args.link)
             loop.run()
     except OSError as error:
@@ -95,22 +97,3 @@ def _announce(address: str, link: Path | None) -> None:
         console.discard_output()  # the link tells it
     if link is not None:
         console.notify(str(link))
-
-
-@contextmanager
-def _stopped_by_signals(loop: Loop) -> Iterator[Loop]:
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        loop.stop()
-
-    before = {}
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None:
-            # Only the main thread may set handlers; in another one the caller stops the loop.
-            with suppress(ValueError):
-                before[number] = signal.signal(number, stop)
-    try:
-        yield loop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler or signal.SIG_DFL)

@@ -71,15 +71,14 @@ class Store:
 
     # Modules
 
-    def register_module(self, name: str, adapter: str = "") -> Module:
-        """The module of this name, made if it is new; it was seen now. An empty `adapter` keeps the last one."""
+    def register_module(self, name: str, adapter: str = "") -> None:
+        """It is made if it is new, and was seen now. An empty `adapter` keeps the last one."""
         with self.database.transaction():
             known = self.module_named(name)
             module = Module(name, adapter or (known.adapter if known else ""))
             if module != known:
                 self.facts.add(FactKind.MODULE, {"adapter": module.adapter}, module=name)
             self.facts.set_state(f"module:{name}", {"adapter": module.adapter})
-        return module
 
     def modules(self) -> tuple[Module, ...]:
         """The last seen first."""

@@ -59,13 +59,13 @@ def test_an_outcome_is_written_once(folder: Path) -> None:
 
 def test_modules_and_snapshots(folder: Path) -> None:
     with closing(open_store(folder)) as store:
-        module = store.register_module("M-07", "usb 1")
+        store.register_module("M-07", "usb 1")
         store.register_module("M-07", "usb 2")
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         store.register_module("M-07")  # who does not know the adapter takes away nothing
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
-        store.store_snapshot(found, port="sim://", module=module.name)
+        store.store_snapshot(found, port="sim://", module="M-07")
         assert kept_settings(store) == [found.settings]
         (kept,) = store.facts.select(FactKind.SNAPSHOT)
         assert (kept.content["module"], kept.content["boot_count"]) == ("M-07", 37)

@@ -53,7 +53,8 @@ class ArchiveStation:
     # Events at a station
 
     def meet(self, module: str, adapter: str = "usb 1") -> str:
-        return self.store.register_module(module, adapter).name
+        self.store.register_module(module, adapter)
+        return module
 
     def visit(self, module: str, *numbers: int) -> None:
         checks = CheckStore(self.store.database)
