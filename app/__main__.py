@@ -21,8 +21,8 @@ from app.cli.commands import BY_NAME, WINDOW, grouped_summaries, is_file_name
 from app.terminal import console
 from app.terminal.arguments import Parser, translate_argparse
 from app.terminal.left_active import notify_left_active
-from app.terminal.port_choice import choose_port, refuse_unknown_address
 from app.text.i18n import set_language, system_language, tr
+from app.text.sentences import join_names
 from app.text.user_error import UserError
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 DEBUG = "DPS_S_DEBUG"
 """Environment variable: with 1, errors show their traceback and the log goes to standard error."""
+PORT = "DPS_S_PORT"
+"""Environment variable: the port if --port is missing."""
 _OBJECTS_PER_COLLECTION = 10_000
 """Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start."""
 
@@ -106,11 +108,11 @@ def _run(words: list[str]) -> int:
     _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
     is_open = getattr(args, "port", "") is None and getattr(args, "other", None) is None
     if not is_window and is_open and getattr(args, "yes", True):
-        args.port = choose_port()
+        args.port = _choose_port()
     port = getattr(args, "port", None) or ()
     ports = (port,) if isinstance(port, str) else port
     for address in ports:
-        refuse_unknown_address(address)
+        _refuse_unknown_address(address)
     if is_window:
         return _open_window(args)
     if getattr(args, "json", False):
@@ -120,6 +122,41 @@ def _run(words: list[str]) -> int:
         module, _, name = args.function.rpartition(".")
         code: int = getattr(import_module(f"app.cli.{module}"), name)(args)
     return code
+
+
+def _choose_port() -> str:
+    """Choose and print the port. Raises `Refused`."""
+    from app.engine.ports import list_ports
+
+    named = os.environ.get(PORT, "").strip()
+    if named:
+        console.note(tr("Port {port} ({name})", port=named, name=PORT))
+        return named
+    try:
+        adapters = [port for port in list_ports() if port.vid is not None]
+    except UserError as error:
+        raise console.Refused(error.message, console.NO_LINK) from error
+    if not adapters:
+        raise console.Refused(tr("There is no USB adapter. Plug it in, or give --port."), console.NO_LINK)
+    if len(adapters) > 1:
+        names = join_names(port.device for port in adapters)
+        raise console.Refused(tr("There are several adapters: {names}. Give --port.", names=names))
+    adapter = adapters[0]
+    console.note(tr("Port {port} ({name})", port=adapter.device, name=adapter.description or adapter.identity))
+    return adapter.device
+
+
+def _refuse_unknown_address(port: str) -> None:
+    """Raises `Refused` for a URL that no port is opened by, such as that of a file."""
+    if "://" not in port:
+        return
+    from app.diagnosis.causes import explain
+    from app.engine.transport import PortError, refuse_unsupported
+
+    try:
+        refuse_unsupported(port)
+    except PortError as error:
+        raise console.Refused(explain(error).terminal_sentence) from error
 
 
 def _why_no_command(word: str) -> str:

@@ -10,9 +10,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from app.__main__ import DEBUG
+from app.__main__ import DEBUG, PORT
 from app.cli.commands import ENTRIES
-from app.terminal.port_choice import PORT
 from tests.support.processes import ran_code
 from tests.support.setup_files import PACKAGING, ROOT, SetupFiles, registered_endings
 

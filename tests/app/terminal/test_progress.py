@@ -14,12 +14,12 @@ from types import SimpleNamespace
 import pytest
 
 import app.__main__ as program
+from app.__main__ import PORT
 from app.engine import ports as port_list
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.terminal import console, interruption
 from app.terminal.console import OutputLost, write
 from app.terminal.interruption import print_after_signal
-from app.terminal.port_choice import PORT
 from app.text.user_error import UserError
 from tests.support.cli_line import run_here
 
