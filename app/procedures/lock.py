@@ -88,6 +88,8 @@ class _Reports:
     def __init__(self) -> None:
         self.is_acknowledged = False
         self.heard_at: float | None = None
+        self.is_in_doubt = False
+        """Since the first LOCK another module may have taken its place."""
         self._reports: list[bool] = []
 
     def note(self, reply: Reply, now: float) -> bool:
@@ -140,9 +142,10 @@ def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Pr
     outcome = proof.outcome if sent > before or proof.is_locked else Outcome.UNKNOWN if sent else Outcome.NOT_SENT
     if sent > before and not entries:
         entries.append(_begin(journal))
+    logged = Outcome.UNKNOWN if proof.is_in_doubt and sent else outcome
     for entry in entries:
         why = "port lost" if is_port_lost else "replaced" if is_replaced else None
-        journal.settle(entry, outcome, {"sent": sent, "acknowledged": proof.is_acknowledged, "why": why})
+        journal.settle(entry, logged, {"sent": sent, "acknowledged": proof.is_acknowledged, "why": why})
     return Locked(
         outcome=outcome,
         sent=sent,
@@ -163,7 +166,7 @@ def _lock_until_reported(
     view: EngineView = yield Inspect()
     if view.proven_rate not in (None, view.baud_rate):
         yield UseRate(view.proven_rate)
-    may_search = True
+    may_search, was_settled = True, view.is_settled
     silent_since = view.now
     question = unanswered = asked_after = 0
     is_last_answered = True
@@ -185,6 +188,7 @@ def _lock_until_reported(
         answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)
         view = yield Inspect()
         is_last_answered = proof.note(answer, view.now)
+        proof.is_in_doubt = was_settled and not view.is_settled
         # Unanswered, the same question is repeated (a late answer counts), three times in case the module lacks it.
         unanswered = 0 if is_last_answered else unanswered + 1
         if is_last_answered or unanswered % 3 == 0:

@@ -8,7 +8,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
+from app.store.store import Store
 from protocol.catalogue import ACTIVATION
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated
 from tests.support.window.rig import Rig, on_fake_time
@@ -218,6 +221,9 @@ def test_a_twin_behind_the_open_port_confirms_nothing_for_a_named_module(one: Ri
     one.until(lambda: port.identity.is_for_a_person and not lock.is_repeating)
     one.wait(0.3)  # it has reported LOCKED several times
     assert (lock.confirmed, lock.failed is None) == (None, False)
+    store = one.assembly.storage.store
+    assert isinstance(store, Store)
+    assert [entry.outcome for entry in store.audit(Act.LOCK)] == [Outcome.UNKNOWN], "it may still be ACTIVE"
     say_which_module(one, "identity_same")
     one.until(lambda: lock.confirmed is not None)
 
