@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QApplication, QMenu, QPushButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QMenu, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import goes_back, tab_chain
@@ -21,6 +21,7 @@ from ui.widgets.controls import Shortcut, control
 from ui.widgets.layouts import in_column
 
 MAX_STOPS = 200
+OF_MENU_AND_FOCUS = {"Ctrl+K", "Del", "End", "Enter", "Esc", "M", "Space"}
 
 
 def test_tab_reaches_everything_and_is_never_trapped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -66,8 +67,9 @@ def pressed_through(qtbot: QtBot, window: QWidget, key: Qt.Key) -> set[str]:
 
 
 def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """Pages by their number, menus by their letter; no key means two things on one page, and none that is held acts
-    again: it would answer the question that it raised, or do the next step of a guided test."""
+    """Pages by their number, menus by their letter. What a tooltip names is a key; no key means two things on one page,
+    and none that is held acts again: it would answer the question that it raised, or do the next step of a guided
+    test."""
     with walking(qtbot, qapp, tmp_path) as walk:
         window = walk.window
         window.activateWindow()
@@ -80,6 +82,10 @@ def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
             page = window.stack.currentWidget()
             assert page is not None
             assert not everywhere.keys() & keys_of(page).keys(), entry.key
+            told = {QKeySequence(key).toString() for one in page.findChildren(QAbstractButton)
+                    if (key := one.property("key")) is not None}  # fmt: skip
+            bound = {_told(key) for action in page.findChildren(Shortcut) for key in action.shortcuts()}
+            assert told - OF_MENU_AND_FOCUS <= bound, entry.key
         repeated = {action.objectName() for action in window.findChildren(QAction)
                     if action.autoRepeat() and not action.shortcut().isEmpty()}  # fmt: skip
         assert {name for name in repeated if not name.endswith(("_fit", "_live"))} == set()  # of plots
