@@ -7,11 +7,13 @@ language run in one window, in the order of `SCENES`.
 import math
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Final
 
+from guide_svg import IMAGES
 from picture_studio import Stuck, Studio, save
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
@@ -46,6 +48,9 @@ OTHER_OPTIONS: Final = {"baud": 57600}
 MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
 ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 README: Final = {ENGLISH: ("live.png", Choice.LIGHT), CHINESE: ("live-dark-zh.png", Choice.DARK)}
+README_IMAGES: Final = Path(__file__).resolve().parents[1] / "images"
+PRESSED: Final = {"triggers": "triggers_read", "preflight": "preflight_enable"}
+"""For review: the button that fills a page with data, by page."""
 MAX_CHECKS: Final = 6
 """Attempts: on a busy machine the check may rightly find a slow line."""
 
@@ -77,11 +82,11 @@ def live(studio: Studio) -> None:
     studio.run(3.0)
     studio.module.set_tilt(4)
     studio.run(9.0)
-    studio.take("live")
 
 
 def readme(studio: Studio) -> None:
-    """For the README: one language in the light, the other in the dark theme."""
+    """For the guide, and for the README: one language in the light, the other in the dark theme."""
+    studio.take("live")
     name, theme = README[studio.language]
     appearance = studio.assembly.appearance
     appearance.choose(theme)
@@ -272,11 +277,28 @@ SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
 )
 
 
-def run_all(language: str, home: Path, *, guide: Path, readme: Path) -> None:
-    """All scenes in a window with new preferences. `home`: an empty folder for its data.
+def review(studio: Studio, folder: Path, pages: tuple[str, ...]) -> None:
+    """Each page in each theme."""
+    live(studio)
+    studio.module.set_lifelike(is_lifelike=False)
+    studio.module.set_tilt(0)
+    for page in pages:
+        studio.assembly.window.go_to(page)
+        if page in PRESSED:
+            studio.press(PRESSED[page])
+        studio.run(5.0)
+        for theme in (Choice.LIGHT, Choice.DARK, Choice.SUNLIGHT):
+            studio.assembly.appearance.choose(theme)
+            studio.run(0.3)
+            scale = studio.window.devicePixelRatio()
+            path = folder / f"{page}-{theme.value}-{studio.language}-{scale:g}x.png"
+            studio.grab().save(str(path))
+            print(path, flush=True)
 
-    Raises `Stuck` if a state is not reached.
-    """
+
+@contextmanager
+def opened(language: str, home: Path) -> Iterator[Studio]:
+    """A window with new preferences. `home`: an empty folder for its data."""
     app = QApplication(sys.argv[:1])
     preferences = Preferences(home / "window.ini")
     preferences.theme = Choice.LIGHT.value
@@ -289,11 +311,23 @@ def run_all(language: str, home: Path, *, guide: Path, readme: Path) -> None:
     try:
         assembly.window.resize(SIZE)
         start(assembly, options)
-        studio = Studio(assembly, module, guide, readme, language)
-        studio.until(lambda: assembly.window.findChild(LivePage), "the pages are not made")
-        for scene in SCENES:
-            scene(studio)
-            print(language, scene.__name__, flush=True)
+        studio = Studio(assembly, module, IMAGES, README_IMAGES, language)
+        studio.until(lambda: assembly.window.findChild(DiagnosisPage), "the pages are not made")  # it is the last
+        yield studio
     finally:
         assembly.window.close_now()
         app.processEvents()
+
+
+def main(language: str, home: str, folder: str = "", *pages: str) -> None:
+    """All scenes, or the pages for review. Raises `Stuck` if a state is not reached."""
+    with opened(language, Path(home)) as studio:
+        if folder:
+            review(studio, Path(folder), pages)
+        for scene in () if folder else SCENES:
+            scene(studio)
+            print(language, scene.__name__, flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
