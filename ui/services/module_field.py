@@ -51,6 +51,8 @@ class ModuleField(QComboBox):
         texts.bind(self.setToolTip, "Without a serial number its name identifies it")
         ports.renamed.connect(self.show_name)
         ports.invalidated.connect(self._end_editing)  # what was typed was meant for the former module
+        ports.changed.connect(self._watch_identity)
+        self._was_settled = ports.current.identity.is_settled
         VisibilityTimer(self, self.show_name)
         self.show_name()
 
@@ -64,6 +66,12 @@ class ModuleField(QComboBox):
             self.setCurrentIndex(self.findText(module.name, Qt.MatchFlag.MatchExactly))
             self.setEditText(module.name)
             self.label.setVisible(bool(module.name))
+
+    def _watch_identity(self) -> None:
+        """What was typed before it came in doubt which module answers was meant for the one before."""
+        was_settled, self._was_settled = self._was_settled, self._ports.current.identity.is_settled
+        if was_settled and not self._was_settled:
+            self._end_editing()
 
     def _apply(self) -> None:
         self._ports.current.module.choose(self.currentText())

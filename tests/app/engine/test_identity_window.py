@@ -198,6 +198,18 @@ def test_leaving_the_empty_field_of_the_name_answers_nothing(one: Desk, is_named
     assert one.asked != ""
 
 
+def test_a_name_typed_before_it_came_in_doubt_which_module_answers_names_no_other_one(one: Desk, qtbot: QtBot) -> None:
+    field = ModuleField("module", one.assembly.connector, one.assembly.window._services.texts)
+    qtbot.addWidget(field)
+    edit = find(field, QLineEdit)
+    qtbot.keyClicks(edit, "9")
+    one.exchange(12)
+    one.until(lambda: one.asked != "")
+    edit.editingFinished.emit()  # the field is left
+    one.wait(0.3)
+    assert (one.naming.expected_name, edit.text()) == (NAME, "")
+
+
 def test_a_name_that_is_being_typed_is_not_taken_when_another_program_comes_to_the_front(
     one: Desk, qtbot: QtBot
 ) -> None:
