@@ -10,6 +10,7 @@ import html
 import json
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -71,23 +72,19 @@ SPDX: Final = {
 }
 """SPDX ids of licences that the pages do not link."""
 
-WAYLAND: Final[tuple[dict[str, object], ...]] = (
-    {
-        "file": "wayland.txt",
-        "name": "Wayland core protocol",
-        "version": None,
-        "licence": "MIT",
-        "library": "WaylandClient",
-        "systems": ["linux"],
-    },
-    {
-        "file": "wayland-protocols.txt",
-        "name": "Wayland protocols",
-        "version": None,
-        "licence": "MIT AND HPND-sell-variant",
-        "library": "WaylandClient",
-        "systems": ["linux"],
-    },
+
+def _part(
+    name: str, title: str, version: str | None, licence: str, library: str, systems: Sequence[str]
+) -> dict[str, object]:
+    return {
+        "file": f"{name}.txt", "name": title, "version": version, "licence": licence, "library": library,
+        "systems": list(systems),
+    }  # fmt: skip
+
+
+WAYLAND: Final = (
+    _part("wayland", "Wayland core protocol", None, "MIT", "WaylandClient", ("linux",)),
+    _part("wayland-protocols", "Wayland protocols", None, "MIT AND HPND-sell-variant", "WaylandClient", ("linux",)),
 )
 """Not in Qt's documentation: texts of Debian's packages wayland and wayland-protocols."""
 
@@ -149,15 +146,8 @@ def main(folder: Path) -> int:
         text = f"{page.title}\n{'=' * len(page.title)}\n\n{page.text}\n"
         lines = (line.rstrip() for line in text.splitlines())
         (TARGET / f"{page.name}.txt").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8", newline="\n")
-    parts: list[dict[str, object]] = [
-        {
-            "file": f"{page.name}.txt",
-            "name": page.title,
-            "version": page.version,
-            "licence": page.spdx,
-            "library": page.library,
-            "systems": list(ONLY_ON.get(page.name, SYSTEMS)),
-        }
+    parts = [
+        _part(page.name, page.title, page.version, page.spdx, page.library, ONLY_ON.get(page.name, SYSTEMS))
         for page in pages
     ]
     parts += WAYLAND
