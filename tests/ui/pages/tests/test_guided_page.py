@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.guided.catalogue import GUIDED_TESTS
-from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.acts import REQUESTS, Act
 from app.store.store import Store
@@ -119,7 +119,7 @@ def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> N
         assert (last.verdict, last.who, last.is_simulated) == (GuidedVerdict.PASSED, "Li", True)
         assert len(page.work.last) == number
         assert "passed" in page.list.currentItem().text()
-        assert page.result.verdict.text() == "Passed"
+        assert (page.title.text(), page.result.verdict.text()) == (TITLES[kind], "Passed")
         assert page.result.table.isVisible()
 
 
