@@ -63,7 +63,7 @@ class TriggersController(QObject):
         self.reads_by_itself = True
         """Reads each module once as soon as the page is visible, and again when it came back or fired."""
         self._has_read = False
-        self._was_settled, self._had_fired = True, False
+        self._was_settled, self._had_fired, self._breaks = True, False, 0
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new module", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
@@ -242,11 +242,13 @@ class TriggersController(QObject):
         port = self._connector.current
         is_requested = port.is_requested
         is_settled = not port.is_open or port.identity.is_settled
-        has_fired = port.device.reported[0] is True
+        has_fired, breaks = port.device.reported[0] is True, port.device.breaks
         is_over = is_requested != self._was_requested or is_settled < self._was_settled
+        is_over |= not is_settled and breaks != self._breaks  # a third one may have come
         if has_fired > self._had_fired:
             self._has_read = False
         self._was_requested, self._was_settled, self._had_fired = is_requested, is_settled, has_fired
+        self._breaks = breaks
         if is_over:
             self._forget()
         self.changed.emit()

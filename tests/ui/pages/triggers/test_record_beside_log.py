@@ -143,3 +143,24 @@ def test_a_log_chosen_after_another_module_has_come_is_not_opened(rig: OnBench, 
     assert page.beside.row is None
     assert not page.beside.isVisible()
     assert notice_text(page.strip) == "Another module is shown now: nothing was opened."
+
+
+def test_records_of_another_module_that_was_there_for_a_while_are_not_kept_under_the_name(rig: OnBench) -> None:
+    """It was pulled out again before the link counted as lost, and the person says that the right one is back."""
+    port, page, memory = rig.assembly.connector.current, rig.triggers, rig.bench.module.memory
+    name_module(rig, "M-07", "triggers")
+    rig.until(lambda: port.identity.is_named)
+    for records in ([ATTITUDE], []):
+        breaks = port.device.breaks
+        rig.bench.change(mute=True)
+        rig.until(lambda breaks=breaks: port.device.breaks > breaks)  # type: ignore[misc]
+        memory.records.clear()
+        memory.records.extend(records)
+        rig.bench.change(mute=False)
+        rig.until(lambda: port.identity.is_for_a_person and not page.work.is_busy)
+        if records:
+            rig.read_triggers()
+            assert len(page.work.rows) == 1
+    port.module.confirm_identity()
+    rig.until(lambda: port.module.name == "M-07" and not page.work.is_busy)
+    assert page.work.rows == ()
