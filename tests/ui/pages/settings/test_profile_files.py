@@ -328,6 +328,21 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
     assert len(one.changes("baud_rate")) == is_sent
 
 
+def test_the_light_of_two_modules_is_no_threshold(one: Desk) -> None:
+    """The second one took the place of the first between the two measurements."""
+    panel, port = one.settings.calibration, one.assembly.connector.current
+    one.click("light_threshold_measure")
+    one.click("calibration_closed_measure")
+    one.until(panel.sides["open"].button.isEnabled)
+    one.bench.change(mute=True)
+    one.until(lambda: port.device.breaks > 0)
+    one.bench.change(mute=False)
+    one.bench.set_bay(is_open=True)
+    one.click("calibration_open_measure")
+    one.until(lambda: "open" in panel._bands)
+    assert not panel.take.isEnabled()
+
+
 def test_whether_edits_are_dropped_for_a_new_module_is_not_asked_of_the_one_after_it(one: Desk) -> None:
     """The right one was plugged in again meanwhile, and "Discard edits" took its name away."""
     bar, memory = one.assembly.window.notice_bar, one.bench.module.memory
