@@ -338,8 +338,11 @@ def test_the_light_of_two_modules_is_no_threshold(one: Desk) -> None:
     one.until(lambda: port.device.breaks > 0)
     one.bench.change(mute=False)
     one.bench.set_bay(is_open=True)
+    one.until(
+        lambda: port.device.fresh("boot_count", port.clock()) is not None and panel.sides["open"].button.isEnabled()
+    )
     one.click("calibration_open_measure")
-    one.until(lambda: "open" in panel._bands)
+    one.until(lambda: "open" in panel._bands and panel._bands["open"].is_enough)
     assert not panel.take.isEnabled()
 
 
