@@ -145,6 +145,8 @@ class WhyPanel(QScrollArea):
         target = self._connector.current.target
         if target is not None:
             self._evidence.begin(target.device)
+        self._asking.cancel()
+        self._facts_port = ""  # another adapter may have its name by now
 
     def _notice_ports(self) -> None:
         ports = self._connector.ports

@@ -158,6 +158,19 @@ def test_a_command_is_shown_and_copied(
             assert QApplication.clipboard().text() == "sudo usermod -aG dialout $USER"
 
 
+def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_same_name(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = [AdapterFacts(latency_ms=16), AdapterFacts(latency_ms=1)]
+    monkeypatch.setattr("ui.pages.diagnosis.why_panel.facts_about", lambda _port: found[0])
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        for adapter in ("0403:6001", "0403:6015"):
+            assembly.connector.connect_to(Target(str(tmp_path / "tty"), 115200, adapter))
+            assert page.why.evidence().facts == AdapterFacts()
+            qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
+            found.pop(0)
+
+
 def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts()
     with diagnosis(qtbot, qapp, tmp_path, ports=ports) as (assembly, page):
