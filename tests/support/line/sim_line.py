@@ -1,6 +1,7 @@
 """A session on the simulated module with a fake clock that reading advances: hours pass in milliseconds."""
 
 from collections.abc import Callable, Mapping
+from math import inf
 from typing import Any, TypeVar
 
 from app.engine import worker
@@ -69,17 +70,17 @@ class SimulatedLine:
 
     def _read(self, longest_s: float) -> bytes:
         self._check()
-        end_s = self.clock.now_s + longest_s
-        while True:
-            data = self.bench.wire.read(self.clock.now_s)
-            if data:
+        wire, clock = self.bench.wire, self.clock
+        end_s, looked_s = clock.now_s + longest_s, -inf
+        while (due_s := wire.next_due(clock.now_s)) is not None and due_s <= end_s:
+            if looked_s == clock.now_s or due_s > clock.now_s:
+                clock.now_s = max(due_s, clock.now_s + FINEST_S)
+                self._check()
+            if data := wire.read(clock.now_s):
                 return data
-            due_s = self.bench.wire.next_due(self.clock.now_s)
-            if due_s is None or due_s > end_s:
-                self.clock.now_s = max(self.clock.now_s, end_s)
-                return self.bench.wire.read(self.clock.now_s)
-            self.clock.now_s = max(due_s, self.clock.now_s + FINEST_S)
-            self._check()
+            looked_s = clock.now_s
+        clock.now_s = max(clock.now_s, end_s)
+        return wire.read(clock.now_s)
 
     def write(self, data: bytes) -> None:
         self._check()
