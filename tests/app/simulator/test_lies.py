@@ -148,6 +148,7 @@ def test_an_activation_is_reported_late_and_so_is_locking() -> None:
     assert [module.reports_active(at_s) for at_s in (0.0, 0.49, 0.51)] == [False, False, True]
     assert receive(module, STATUS.query().encode(), 0.4)[6] == 0x00
     say(module, LOCK, 1.0)
+    say(module, LOCK, 1.3)
     assert not module.state.is_active
     assert [module.reports_active(at_s) for at_s in (1.49, 1.51)] == [True, False]
 
