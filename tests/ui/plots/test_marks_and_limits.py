@@ -18,13 +18,13 @@ from tests.support.window.painted_text import watching
 from tests.support.window.steps import find
 from tests.ui.plots.plot_bench import NOW_S, Bench, labels_of
 from ui.core.texts import Texts
+from ui.pages.diagnosis.link_statistics import Histogram, OverTime, Stretch, percent_text
+from ui.pages.triggers.detail import TriggerPicture
 from ui.plots.lane_view import LaneView
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span
-from ui.plots.link_charts import Histogram, OverTime, Stretch, percent_text
 from ui.plots.overlay import Overlay
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
-from ui.plots.trigger_picture import TriggerPicture
 from ui.style import theme
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
