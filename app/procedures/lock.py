@@ -188,7 +188,7 @@ def _lock_until_reported(
         answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)
         view = yield Inspect()
         is_last_answered = proof.note(answer, view.now)
-        proof.is_in_doubt = was_settled and not view.is_settled
+        proof.is_in_doubt |= was_settled and not view.is_settled
         # Unanswered, the same question is repeated (a late answer counts), three times in case the module lacks it.
         unanswered = 0 if is_last_answered else unanswered + 1
         if is_last_answered or unanswered % 3 == 0:

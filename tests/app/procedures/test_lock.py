@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from app.engine.identity import UNKNOWN
 from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, LockRepeat, PortLost
 from app.engine.session import Run
 from app.procedures.act import perform
@@ -65,6 +66,20 @@ def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
     assert rig.clock() - began < BREATH_S, "it waits for nothing"
     assert [request.command.name for request in rig.line.requests] == ["activation", "active", "status"]
     assert locked.sentence == "The module reports LOCKED."
+
+
+def test_what_a_new_module_reports_is_not_logged_of_the_one_that_it_was_pressed_for() -> None:
+    """A person says so while LOCK is still repeated."""
+    rig, journal = settled_rig(active=True), FakeJournal()
+    rig.session.confirm_identity(None, is_named=True, before=UNKNOWN)
+    rig.bench.change(mute=True)
+    run = press(rig, journal=journal)
+    rig.step_until(lambda: not rig.session.identity.identity.is_settled)
+    rig.session.treat_as_new(is_named=False)
+    rig.bench.change(mute=False)
+    rig.step_until(lambda: run.is_done, limit_s=60)
+    assert run.result is not None
+    assert (run.result.outcome, *journal.outcomes.values()) == (Outcome.CONFIRMED, Outcome.UNKNOWN)
 
 
 def test_it_is_repeated_until_it_is_reported() -> None:
