@@ -106,6 +106,8 @@ class LeftActiveWatch(QObject):
             return
         here = LeftActive(connection.known_as, target.device, target.identity)
         is_active = known.value is True
+        if here.known_as.is_in_doubt:
+            self._seen.pop(connection, None)  # LOCK may stay unconfirmed meanwhile
         if here.known_as.is_in_doubt or (here, is_active) == self._seen.get(connection):
             return
         self._seen[connection] = here, is_active

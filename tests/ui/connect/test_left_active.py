@@ -192,6 +192,20 @@ def test_a_person_who_says_that_it_is_the_same_lets_its_report_count(qtbot: QtBo
     qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
+def test_that_it_reports_locked_after_a_doubt_ends_an_unconfirmed_lock(qtbot: QtBot, bench: Bench) -> None:
+    """Of a module without a name, which was locked before, too, so that nothing had changed."""
+    connection, module = bench.ports.plug_in(USB, active=False)
+    qtbot.waitUntil(lambda: connection in bench.watch._seen)
+    journal = connection.journal()
+    journal.settle(journal.begin(Act.LOCK, b"", {}), Outcome.UNKNOWN, {})
+    assert sorted(bench.left()) == ["", "M-07"]
+    for trust in (Trust.UNPROVEN, Trust.PROVEN):
+        module.identity = Identity(trust)
+        module.say(active=False)
+        qtbot.waitUntil(lambda trust=trust: connection.identity.trust is trust)  # type: ignore[misc]
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"])
+
+
 def test_why_it_is_silent_sends_nobody_to_what_was_left_active(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
