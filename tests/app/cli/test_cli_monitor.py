@@ -49,7 +49,7 @@ def test_monitor_switches_the_stream_on_and_off(
 
 def test_monitor_says_where_another_module_may_answer(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     with falls_after(bench_of(port), 7, lambda: exchange(bench_of(port), boot_count=36)):
-        printed = run_here(capsys, ["monitor", "--port", f"{port}?rate=100", "--seconds", "3", "--json"])
+        printed = run_here(capsys, ["monitor", "--port", f"{port}?rate=100", "--seconds", "6", "--json"])
     assert "This may be another module: boot count 36, was 37." in printed.err
     assert all(json.loads(line)["tilt_deg"] == 0 for line in printed.out.splitlines())
 
