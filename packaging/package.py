@@ -60,7 +60,7 @@ def build_wheel(release: Release, dist: Path) -> Path:
 def _settle_sdist(sdist: Path, release: Release) -> None:
     """Pack it again without the time and the user's name, which setuptools writes into it."""
     with tempfile.TemporaryDirectory() as folder:
-        shutil.unpack_archive(sdist, folder, filter="data")
+        shutil.unpack_archive(sdist, folder)  # without a filter, which Python has only since 3.11.4
         write_tar(sdist, next(Path(folder).iterdir()), release.epoch)
 
 

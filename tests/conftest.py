@@ -154,15 +154,22 @@ def qapp(qapp: "QApplication") -> "QApplication":
 def fresh_input(request: pytest.FixtureRequest) -> Iterator[None]:
     """No test leaves a key or button down, the pointer elsewhere, another clock of gestures, a style, a theme or a size
     of text to the next."""
-    yield
-    if "qapp" in request.fixturenames:
-        from tests.support.window.steps import release_input
-        from ui.style.theme import LIGHT, use, zoom
+    if "qapp" not in request.fixturenames:
+        yield
+        return
+    from tests.support.window.steps import release_input
+    from ui.style.theme import LIGHT, use, zoom
 
-        release_input()
-        request.getfixturevalue("qapp").setStyleSheet("")
-        use(LIGHT)
-        zoom(100)
+    application: QApplication = request.getfixturevalue("qapp")
+    font, palette = application.font(), application.palette()
+    yield
+    release_input()
+    use(LIGHT)
+    zoom(100)
+    application.setStyleSheet("")
+    if application.font() != font:
+        application.setFont(font)
+        application.setPalette(palette)
 
 
 @pytest.fixture(scope="session")
