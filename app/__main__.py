@@ -107,7 +107,8 @@ def _run(words: list[str]) -> int:
     is_window = entry.name == WINDOW
     _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
     is_open = getattr(args, "port", "") is None and getattr(args, "other", None) is None
-    if not is_window and is_open and getattr(args, "yes", True):
+    is_done = getattr(args, "yes", True) or getattr(args, "activate", None) is False  # else refused, whatever the port
+    if not is_window and is_open and is_done:
         args.port = _choose_port()
     port = getattr(args, "port", None) or ()
     ports = (port,) if isinstance(port, str) else port

@@ -42,14 +42,14 @@ _WAIT_S = 0.1
 
 
 def run(args: argparse.Namespace) -> int:
+    if args.activate and not args.yes:
+        console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
+        return console.refuse_without("--yes")
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
     is_one = len(ports) == 1
     if not is_one and (args.activate or args.module is not None):
         option = "--module" if args.module is not None else "--activate"
         raise console.Refused(tr("{option} takes one port only.", option=option))
-    if args.activate and not args.yes:
-        console.write_lines([tr(EFFECTS[Act.ACTIVATE])])
-        return console.refuse_without("--yes")
     profile = _profile(args.profile, args.done)
     if args.report is not None:
         (check_target if is_one else check_set_target)(args.report)

@@ -188,6 +188,16 @@ def test_the_environment_names_it(
     assert run_here(capsys, ["find", "--quiet"]).err == ""
 
 
+@pytest.mark.parametrize(("words", "code", "is_asked"), [([], 1, True), (["--activate"], 2, False)])
+def test_a_check_takes_it_too_unless_it_is_refused_without_yes(
+    words: list[str], code: int, is_asked: bool, port: str, no_waiting: None, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.setenv(PORT, port)
+    printed = run_here(capsys, ["preflight", *words], code)
+    assert printed.err.startswith(f"Port {port} (DPS_S_PORT)\n") is is_asked
+
+
 @pytest.mark.parametrize(
     ("words", "ports", "code", "said"),
     [
