@@ -162,6 +162,7 @@ def _row(key: str, findings: Findings) -> tuple[str, str]:
         text = tr(word)
     else:
         reply = command.reply
-        text = reply.text(reply.encode(value)) if isinstance(reply, Quantity | Choice) else str(value)
+        text = reply.text(reply.encode(value)) if isinstance(reply, Quantity) else str(value)
+        text = f"{value} {tr(reply.unit)}" if isinstance(reply, Choice) else text
     outside = outside_of(key, findings.values, LimitsInUse())
     return tr(title), text if outside is None else outside.beside(text)

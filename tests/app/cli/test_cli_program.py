@@ -292,6 +292,15 @@ def test_no_help_has_one(
     assert half_width(re.sub(r"主机:端口", "", said)) == []
 
 
+def test_a_reading_is_chinese_with_its_units(
+    port: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
+    said = run_here(capsys, ["read", "--port", port]).out
+    assert said.count("115200 波特") == 2
+    assert "baud" not in said
+
+
 @pytest.mark.parametrize("is_window", [False, True])
 def test_a_warning_for_the_log_is_not_printed_by_a_command(is_window: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(program.DEBUG, raising=False)
