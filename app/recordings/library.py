@@ -1,7 +1,7 @@
 """Library of recordings: list, pin, delete, prune."""
 
 import errno
-import secrets
+import os
 import shutil
 import threading
 from contextlib import suppress
@@ -133,13 +133,14 @@ class RecordingLibrary:
 
 def new_path(library: Path, started_at: datetime) -> Path:
     """A path that sorts by time."""
-    return library / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}{SUFFIX}"
+    return library / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{os.urandom(3).hex()}{SUFFIX}"
 
 
 def entry_of(path: Path) -> RecordingEntry:
     """The present entry of this file; never raises."""
     try:
-        size_bytes, modified_s = path.stat().st_size, path.stat().st_mtime
+        status = path.stat()
+        size_bytes, modified_s = status.st_size, status.st_mtime
     except OSError:
         size_bytes, modified_s = 0, 0.0
     entry = RecordingEntry(

@@ -1,7 +1,7 @@
 """Journal of one connection in the store."""
 
 import logging
-import secrets
+import os
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
@@ -15,7 +15,7 @@ _log = logging.getLogger(__name__)
 
 def new_run() -> str:
     """Names one connection: a module without a name is not known beyond it."""
-    return secrets.token_hex(4)
+    return os.urandom(4).hex()
 
 
 class KnownAs(NamedTuple):

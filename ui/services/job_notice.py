@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
-from app.settings.profile_file import ProfileRefused, read_profile
 from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled, not_written
@@ -46,6 +45,8 @@ class JobNotice(QObject):
 
     def read_profile(self, path: Path) -> Profile | None:
         """None where the file is no profile, which is said."""
+        from app.settings.profile_file import ProfileRefused, read_profile  # the first paint does not wait for TOML
+
         try:
             return read_profile(path)
         except ProfileRefused as refusal:
