@@ -224,8 +224,12 @@ ERRORS: dict[str, tuple[object, str, Any]] = {
     "sets are repeated": (Request, "is_repeatable", property(lambda _self: True)),
     "LOCK waits its turn": (link_module, "LOCK", ACTIVATION.set(True)),
     "LOCK waits for a quiet line": (gap_module, "LOCK", ACTIVATION.set(True)),
-    "no quiet before a set": (Gap, "once_s", 0.0),
-    "a quiet line before everything": (Gap, "question_s", 0.02),
+    "no quiet before a set": (gap_module, "ONCE_S", 0.0),
+    "a quiet line before everything": (
+        Gap,
+        "due",
+        lambda _gap, asked, since, **_when: since + 0.02 * asked.is_repeatable,
+    ),
     "values are changed": (link_module, "decode", _changed_by_one),
     "the code is not looked at": (link_module, "answers", lambda raw, asked: len(raw) == asked.command.layout.value),
 }

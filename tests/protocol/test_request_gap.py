@@ -8,19 +8,9 @@ from app.procedures.read import READABLE, read_everything
 from app.procedures.write_all import SettingChange, WriteContext, write_all
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Sent
-from protocol.request_gap import (
-    CLEAR_S,
-    LONGEST_PATIENCE,
-    MAX_S,
-    ONCE_S,
-    ONCE_UNTRIED_S,
-    PATIENCE,
-    PAUSES_S,
-    STREAM_LATE_S,
-    Gap,
-)
+from protocol.request_gap import CLEAR_S, LOST_IN_A_ROW, MAX_S, ONCE_S, QUESTION_S, STREAM_LATE_S, Gap
 from tests.support.journals import FakeJournal
-from tests.support.line.link_bench import PULSE, Bench, named
+from tests.support.line.link_bench import PULSE, Bench
 from tests.support.line.sim_line import Rig
 from tests.support.thorough import some
 
@@ -79,79 +69,32 @@ def test_lock_leaves_at_once_and_a_set_does_not() -> None:
     asked_at = bench.now
     assert bench.link.ask(SET, bench.now) == []
     assert not bench.link.has_left
-    assert bench.link.next_deadline() == pytest.approx(asked_at + 0.05), "no short pause has been answered yet"
+    assert bench.link.next_deadline() == pytest.approx(asked_at + ONCE_S)
     assert bench.link.abandon(bench.now) == [], "it has not left, so nothing is unknown"
     (sent,) = bench.link.ask(ACTIVATION.set(False), bench.now)
     assert isinstance(sent, Sent)
     assert sent.at == asked_at
 
 
-def test_a_set_waits_less_once_a_quick_request_was_answered() -> None:
-    bench = Bench()
-    for name, reply in (("charging", "41 75 33 01 00 34"), ("active", "41 75 30 01 00 31")):
-        bench.ask(named(name).query())
-        bench.hear(bytes.fromhex(reply))
-    bench.ask(SET)
-    (sent,) = [event for event in bench.events if isinstance(event, Sent) and event.request == SET]
-    assert sent.at - 100.006 == pytest.approx(0.015)
-
-
-def lose(gap: Gap, now: float, pause_s: float) -> float:
-    """A question `pause_s` after a reply is lost, the second one after 200 ms is answered."""
-    gap.on_reply(now)
-    gap.sent(is_repeated=False, now=now + pause_s)
-    gap.sent(is_repeated=True, now=now + pause_s + 0.2)
+def ask(gap: Gap, *, attempts: int) -> None:
+    for attempt in range(attempts):
+        gap.sent(is_repeated=attempt > 0, now=0.0)
     gap.answered()
-    return now + 1.0
 
 
-def answer(gap: Gap, now: float, pause_s: float) -> float:
-    gap.on_reply(now)
-    gap.sent(is_repeated=False, now=now + pause_s)
-    gap.answered()
-    return now + 1.0
-
-
-def test_nothing_is_learnt_from_questions_that_are_never_answered() -> None:
+def test_the_pause_begins_where_quick_questions_are_lost_one_after_the_other() -> None:
     gap = Gap()
-    for now in range(10):
-        gap.on_reply(now)
-        gap.sent(is_repeated=False, now=now + 0.001)
-        gap.sent(is_repeated=False, now=now + 0.3)
-        gap.answered()
+    for _ in range(LOST_IN_A_ROW - 1):
+        ask(gap, attempts=2)
+    ask(gap, attempts=1)
+    for _ in range(LOST_IN_A_ROW - 1):
+        ask(gap, attempts=3)
     assert gap.question_s == 0.0
-
-
-def test_the_pause_grows_where_quick_questions_are_lost_and_is_tried_shorter_with_care() -> None:
-    gap, now = Gap(), 0.0
-    seen = []
-    for _ in range(9):
-        now = lose(gap, now, gap.question_s + 0.001)
-        seen.append(gap.question_s)
-    assert seen == [0.0] * 2 + [PAUSES_S[1]] * 3 + [PAUSES_S[2]] * 3 + [PAUSES_S[3]]
-    assert gap.once_s >= gap.question_s
-    for count in range(PATIENCE):
-        assert gap.question_s == PAUSES_S[3], count
-        now = answer(gap, now, gap.question_s)
-    assert gap.question_s == PAUSES_S[2], "tried again"
-    for _ in range(3):
-        now = lose(gap, now, gap.question_s)
-    assert gap.question_s == PAUSES_S[3]
-    for count in range(2 * PATIENCE):
-        assert gap.question_s == PAUSES_S[3], count
-        now = answer(gap, now, gap.question_s)
-    assert gap.question_s == PAUSES_S[2]
-
-
-def test_a_line_that_loses_whatever_the_pause_gets_none() -> None:
-    rig = Rig({"drop": 0.35, "direction": "both", "seed": 4})
-    gap = rig.session._link.gap
-    held = []
-    for _ in range(40):
-        rig.run(read_everything(), limit_s=300)
-        held.append(gap.question_s)
-    assert held.count(0.0) >= 30, held
-    assert max(held) <= PAUSES_S[2]
+    ask(gap, attempts=2)
+    assert gap.question_s == QUESTION_S
+    ask(gap, attempts=1)
+    gap.on_reply(1.0)
+    assert gap.due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0 + QUESTION_S, "it stays"
 
 
 def test_what_is_never_answered_teaches_nothing() -> None:
@@ -181,7 +124,7 @@ def test_every_setting_waits_for_a_quiet_line() -> None:
         gap.on_reply(1.0)
         value = next(iter(sorted(command.write.allowed))) if command.write is not None else 0
         request = command.set(command.write.decode(value)) if command.write is not None else QUESTION
-        assert gap.due(request, 1.0, is_repeated=False, now=1.0) >= 1.01
+        assert gap.due(request, 1.0, is_repeated=False, now=1.0) == 1.0 + ONCE_S
     assert Gap().due(QUESTION, 1.0, is_repeated=False, now=1.0) == 1.0
 
 
@@ -213,36 +156,3 @@ def test_a_set_leaves_between_two_streamed_reports(times_s: list[float], asked_a
     assert gap.due(QUESTION, asked_at, is_repeated=True, now=asked_at) == pytest.approx(due_at)
     assert gap.due(QUESTION, asked_at, is_repeated=False, now=asked_at) == asked_at
     assert gap.due(ACTIVATION.set(False), asked_at, is_repeated=True, now=asked_at) == asked_at
-
-
-def test_a_set_waits_for_the_shorter_time_while_quick_requests_are_answered() -> None:
-    assert 0.0 < ONCE_S < ONCE_UNTRIED_S < MAX_S
-    gap, now = Gap(), 0.0
-    assert gap.once_s == ONCE_UNTRIED_S
-    now = answer(gap, now, PAUSES_S[2])
-    assert gap.once_s == ONCE_UNTRIED_S, "16 ms is no shorter pause than the 15 ms that would be used"
-    now = answer(gap, now, PAUSES_S[1])
-    assert gap.once_s == ONCE_S
-    for _ in range(3):
-        now = lose(gap, now, PAUSES_S[1])
-    assert gap.once_s == ONCE_UNTRIED_S
-
-
-def test_the_longest_pause_is_kept_where_nothing_shorter_works_and_tried_ever_more_rarely() -> None:
-    gap, now = Gap(), 0.0
-    for _ in range(3 * len(PAUSES_S)):
-        now = lose(gap, now, gap.question_s)
-    longest_s = gap.question_s
-    assert longest_s == PAUSES_S[-1]
-    while gap.question_s == longest_s:
-        now = answer(gap, now, longest_s)
-    tries = []
-    for _ in range(7):
-        for _ in range(3):
-            now = lose(gap, now, gap.question_s)
-        answers = 0
-        while gap.question_s == longest_s:
-            now = answer(gap, now, longest_s)
-            answers += 1
-        tries.append(answers)
-    assert tries == [min(PATIENCE * 2**number, LONGEST_PATIENCE) for number in range(1, 8)]

