@@ -109,7 +109,7 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
         case FactKind.CHECK:
             line = line_of(fact)
             who = UserMessage(line.who) if line.who else message(marked("not named"))
-            text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
+            text = marked("Pre-flight check {number}: {verdict}, checked by: {who}.")
             return message(text, number=line.number, verdict=line.words, who=who)
         case FactKind.GUIDED_TEST:
             verdict = message(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])

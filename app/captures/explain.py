@@ -10,10 +10,10 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 16 or 17, so both are named (E4).
 """
 
-from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values, source_message
+from app.trigger_records.history import uptime_message
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
 from protocol.fields import Choice, Done, Field, Flag, Quantity
 from protocol.frame import Direction, Frame, Noise, decode_request
@@ -220,7 +220,7 @@ def _record_text(record: TriggerRecord) -> str:
     cell = f"{record.cell_voltage_v:.2f} V"
     return join_names((
         f"{_inside(BY_NAME['boot_count'].title)} {record.boot_count}",
-        stopwatch(record.uptime_s),
+        uptime_message(record).translated(),
         *([source_message(source).translated() for source in record.sources] or (tr("unknown"),)),
         tr("{text} (implausible)", text=cell) if record.implausible else cell,
     ))  # fmt: skip

@@ -26,10 +26,11 @@ from app.records.filing import local_now
 from app.stations.station import fingerprint_of, shown_station
 from app.store.store import open_store
 from app.system.folders import data_folder
+from app.system.wall_clock import local_time
 from app.terminal import console
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
-from app.text.sentences import labelled
+from app.text.sentences import in_brackets, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -70,14 +71,14 @@ def run_status(args: argparse.Namespace) -> int:
     is_sound = not any(chain.faults for chain in chains)
     page = [
         *console.columns((
-            (tr("Records"), f"{count} ({own})"),
+            (tr("Records"), f"{count}"),
             (tr("Stations"), f"{len(stations)}"),
             (tr("Server"), status.place or "–"),
             (tr("Needs decision"), f"{status.conflicts}"),
             (tr("Missing in chains"), f"{sum(chain.missing for chain in chains)}"),
         ), indent=2),
-        tr("This station: {fingerprint}", fingerprint=fingerprint),
-        tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=status.last_at or "–"),
+        tr("This station: {fingerprint}", fingerprint=fingerprint) + in_brackets(labelled(tr("Records"), f"{own}")),
+        tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=local_time(status.last_at or "–")),
         *(f"{shown_station(chain.station)} {chain.module or ''}: {fault.translated()}"
           for chain in chains for fault in chain.faults),
     ]  # fmt: skip

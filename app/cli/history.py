@@ -19,11 +19,11 @@ from app.terminal.connection import LinkTrouble, connected, module_is_silent
 from app.terminal.export_file import STANDARD_OUTPUT
 from app.terminal.stored_history import read_evidence, store_visit
 from app.text.csv_cells import csv_text
-from app.text.durations import stopwatch
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written
 from app.text.user_error import UserError
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
+from app.trigger_records.history import uptime_message
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
 from protocol.messages import EmptySlot, TriggerRecord
@@ -138,7 +138,7 @@ def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
         cell = f"{cell}{in_brackets(tr(outside.fault.value))}"
     return (
         str(record.boot_count) if is_certain else f"{record.boot_count}{in_brackets('?')}",
-        stopwatch(record.uptime_s),
+        uptime_message(record).translated(),
         join_names(source_message(source).translated() for source in record.sources) or tr("unknown"),
         f"{record.attitude_threshold_deg}°",
         f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",

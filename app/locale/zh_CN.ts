@@ -2754,8 +2754,8 @@
         <translation>伞降模块飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check {number}: {verdict}, checked by {who}.</source>
-        <translation>飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
+        <source>Pre-flight check {number}: {verdict}, checked by: {who}.</source>
+        <translation>飞行前检查 {number}：{verdict}，检查人：{who}。</translation>
     </message>
     <message>
         <source>Pre-flight check, modules: {count}</source>
@@ -2934,8 +2934,8 @@
         <translation>记录数据，按 Ctrl-C 结束</translation>
     </message>
     <message>
-        <source>Record {number} of {module}: {verdict}, {at}, checked by {who}. Its checks give {follows}.</source>
-        <translation>{module} 的第 {number} 条记录：{verdict}，{at}，检查人 {who}。其检查项得出 {follows}。</translation>
+        <source>Record {number} of {module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}.</source>
+        <translation>{module} 的第 {number} 条记录：{verdict}，{at}，检查人：{who}。其检查项得出 {follows}。</translation>
     </message>
     <message>
         <source>Recorded since {time}</source>

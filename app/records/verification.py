@@ -131,7 +131,7 @@ def _introduced(record: Mapping[str, object]) -> UserMessage:
     """Which record it is. Values of the file are untrusted: cleaned and cut."""
     module, who, verdict = record.get("module"), record.get("who"), _shown(record.get("verdict"))
     return message(
-        marked("Record {number} of {module}: {verdict}, {at}, checked by {who}. Its checks give {follows}."),
+        marked("Record {number} of {module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}."),
         number=_shown(record.get("number")),
         module=_shown(module) if module else message(marked("a module without a name")),
         verdict=verdict if record.get("void") is None else message(marked("{verdict} (void)"), verdict=verdict),

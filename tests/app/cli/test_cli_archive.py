@@ -170,7 +170,7 @@ def test_the_report_says_what_is_due_and_the_whole_life_of_a_module(
     assert "M-08" in text
     tests = [line for line in say(capsys, "report", "--module", "M-08").out.splitlines() if "Guided test" in line]
     assert {line.rpartition(": ")[2].strip() for line in tests} == {"FAILED.", "passed (simulated)."}
-    assert "Pre-flight check 1: GO, checked by Li." in text
+    assert "Pre-flight check 1: GO, checked by: Li." in text
     assert "\x1b" not in text
     fleet = list(csv.DictReader(io.StringIO(say(capsys, "report", "--csv").out)))
     assert [row["verdict"] for row in fleet] == ["", "GO", "NO-GO"]

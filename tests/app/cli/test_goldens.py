@@ -291,7 +291,7 @@ def test_csv_goes_into_a_pipe_that_stays_one(tmp_path: Path, record: TriggerReco
 def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
     page = records.page_of(History((record,), 8, is_confirmed=True))
     assert page[1] == (
-        "1           1:48            attitude  60°       0.5 g, 1.60 s  yes     no        1.2 V  4.70 V (implausible)"
+        "1           1 min 48 s      attitude  60°       0.5 g, 1.60 s  yes     no        1.2 V  4.70 V (implausible)"
     )
     assert page[-1] == "Empty slots: 8."
     assert records.page_of(History((), 0, is_confirmed=True)) == ["The module keeps no trigger records."]

@@ -178,7 +178,7 @@ def test_what_version_3_wrote_is_still_answered_by_its_record(suffix: str) -> No
         data = old.read(f"version_3.{suffix}")
     found = verify_bytes(data)
     assert (found.state, found.altered, found.is_report) == (RecordState.UNKNOWN_STATION, (), suffix != "json")
-    assert "Record 1 of M-07: NO-GO (void), 2026-11-23T21:00:00+00:00, checked by Li." in _words(found)
+    assert "Record 1 of M-07: NO-GO (void), 2026-11-23T21:00:00+00:00, checked by: Li." in _words(found)
     assert found.signer is not None
     if suffix != "pdf":
         forged = data.replace(b"M-07", b"M-08")
