@@ -1,137 +1,185 @@
-"""The archive of this station: collects its records, exchanges them, says what is not shared yet, settles conflicts."""
+"""The archive of this station: the facts of all stations, its own in the store, those of others in a file beside it.
 
-from collections.abc import Mapping
-from contextlib import closing
-from dataclasses import dataclass
+A separate file (SQLite), so that opening, copying and writing the store stay fast. It may be lost: what is in it comes
+again from the server or from files.
+"""
+
+import logging
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, nullcontext
 from pathlib import Path
+from typing import Any, Final
 
-from app.archive.exchange import Exchanged, OnProgress, exchange, export_facts, import_facts
-from app.archive.local_facts import LocalFacts, open_facts
-from app.archive.module_names import KnownModule, ModuleNames, NamedModule, Settlement, names_of, pair_of, settled_in
-from app.archive.server_url import server_url
-from app.limits.service import Service
-from app.stations.known import Stations
-from app.stations.station import Station, encoded, own_station
-from app.store.facts import FactKind
+from app.archive.facts import (
+    BUCKET,
+    FACT_COLUMNS,
+    Digests,
+    Fact,
+    FactRow,
+    StoredRow,
+    digests_of,
+    fact_of,
+    make_fact,
+    row_digest,
+)
+from app.records.check_store import KeptRecords
+from app.stations.station import encoded, own_station
+from app.store.database import Clock, open_database, utc_now
+from app.store.facts import FactKind, fact_hash
+from app.store.former import ARCHIVE
 from app.store.store import Store
 from app.text.messages import clean
 from app.text.user_error import UserError
-from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ArchiveStatus:
-    """`not_shared`: records of this station that are not known to be on the server `place`. `last_at`: time of the last
-    complete exchange with it; None if there was none."""
-
-    stations: Mapping[str, int]
-    """Number of records by public key."""
-    place: str | None
-    not_shared: int
-    last_at: str | None
-    conflicts: int
+FACTS_FILE: Final = "archive.sqlite"
+_COLUMNS: Final = ", ".join(FACT_COLUMNS)
+PAGE: Final = 200
+"""Facts that are signed between two commits."""
+_TO_SIGN: Final = (
+    "SELECT number, kind, made_at, payload, hash FROM facts WHERE id IS NULL AND number > ? ORDER BY number LIMIT ?"
+)
+_SIGN: Final = "UPDATE facts SET id = ?, station = ?, signature = ?, digest = ? WHERE number = ? AND id IS NULL"
 
 
 class Archive:
-    """Made by `open_archive`. Every method may block and raises `UserError`; thread-safe."""
+    """Opens what is beside the store: the key of this station, which is made if it is missing, and the file of the
+    others, of which a damaged one is set aside. Every method may block and raises `UserError`; thread-safe."""
 
-    def __init__(self, store: Store, facts: LocalFacts, station: Station) -> None:
-        self.store = store
-        self.facts = facts
-        self.station = station
-        self.known = Stations(store.database.path.parent)
+    def __init__(self, store: Store, *, clock: Clock = utc_now) -> None:
+        self.store, self.own = store, store.facts
+        folder = store.database.path.parent
+        self.station = own_station(folder)
+        self.others = open_database(folder, ARCHIVE, clock=clock, name=FACTS_FILE)
+        self.others.attach(store.database.path, "own")
+        self._unreadable: set[str] = set()
+
+    def close(self) -> None:
+        """The store stays open."""
+        self.others.close()
 
     @property
     def public(self) -> str:
         """This station's public key, as used in facts."""
         return encoded(self.station.public)
 
-    def close(self) -> None:
-        self.facts.close()
+    # The set
+
+    def digests(self) -> Digests:
+        return digests_of(dict(self._read("SELECT id, digest FROM facts WHERE id IS NOT NULL")))
+
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, StoredRow]:
+        places = ", ".join("?" * len(buckets))
+        query = f"SELECT id, digest, length(payload) FROM facts WHERE substr(id, 1, {BUCKET}) IN ({places})"  # noqa: S608
+        return {id_: StoredRow(digest, length) for id_, digest, length in self._read(query, buckets)}
+
+    def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
+        return list({row[0]: row for row in self._by_ids(_COLUMNS, ids)}.values())
+
+    def add(self, facts: Sequence[Fact]) -> int:
+        if not facts:
+            return 0
+        known = {row[0] for row in self._by_ids("id", [fact.id for fact in facts])}
+        new = {fact.id: fact for fact in facts if fact.id not in known}
+        with self.others.transaction():
+            self.others.write_all(
+                f"INSERT INTO facts ({_COLUMNS}, digest, module, link, hash) "  # noqa: S608
+                "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                [
+                    (*fact.row, row_digest(fact.row), fact.module, fact.record.get("hash"), fact.hash)
+                    for fact in new.values()
+                ],
+            )
+        return len(new)
 
     def collect(self) -> int:
-        """Sign what this station recorded; returns the number of new facts."""
-        return self.facts.sign(self.station)
+        """Sign what this station recorded since; returns the number of new facts. Those that were altered, or that
+        nobody could read, are left out."""
+        database, count, last = self.own.database, 0, 0
+        while rows := database.read(_TO_SIGN, (last, PAGE)):
+            last = rows[-1][0]
+            signed = [values for row in rows if (values := self._signed(*row)) is not None]
+            with database.transaction():  # short: acts wait for it
+                database.write_all(_SIGN, signed)
+            count += len(signed)
+        return count
 
-    def sync(self, url: str, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
-        """Exchange with a server."""
-        from app.archive.postgres import open_server
+    def _signed(self, number: int, kind: str, made_at: str, payload: str, hash_: str) -> tuple[object, ...] | None:
+        try:
+            if fact_hash(kind, made_at, payload) != hash_:
+                raise ValueError("it was altered")
+            fact = make_fact(kind, made_at, payload, self.station)
+        except ValueError as error:
+            self._warn(str(number), error)
+            return None
+        return fact.id, fact.station, fact.signature, row_digest(fact.row), number
 
-        shown = server_url(url).shown
-        self.collect()
-        with closing(open_server(url)) as server:
-            last = self.facts.last_number()
-            done = exchange(self.facts, server, on_page=on_page)
-        if not done.damaged:
-            self.facts.note_exchange(shown, last)
-        return done
+    # Queries
 
-    def export(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
-        """Add what the file lacks; a missing file is created."""
-        self.collect()
-        return export_facts(self.facts, path, on_page=on_page)
+    def of_kind(self, kind: FactKind | None, module: str | None = None) -> list[Fact]:
+        """None: of all kinds. `module`: only those of modules with this name. Without those that an older version
+        imported and nobody can read; they are named once."""
+        query = f"SELECT {_COLUMNS} FROM facts WHERE id IS NOT NULL"  # noqa: S608
+        values = []
+        if kind is not None:
+            query, values = f"{query} AND kind = ?", [kind.value]
+        if module is not None:
+            query, values = f"{query} AND module = ?", [*values, module]
+        facts = {}
+        for row in self._read(f"{query} ORDER BY number", values):
+            try:
+                facts[row[0]] = fact_of(row)
+            except ValueError as error:
+                self._warn(str(row[0]), error)
+        return list(facts.values())
 
-    def import_file(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
-        return import_facts(self.facts, path, on_page=on_page)
+    def counts(self) -> Mapping[str, int]:
+        """Number of facts by station."""
+        return Counter(dict(self._read("SELECT id, station FROM facts WHERE id IS NOT NULL")).values())
 
-    def status(self, url: str | None) -> ArchiveStatus:
-        """`url`: the configured server."""
-        names = self.names()
-        place = server_url(url).shown if url else None
-        not_shared, last_at = self.facts.not_shared(place)
-        return ArchiveStatus(
-            stations=self.facts.counts(),
-            place=place,
-            not_shared=not_shared,
-            last_at=last_at,
-            conflicts=len(names.conflicts),
-        )
+    # Progress of exchanges
 
-    def names(self) -> ModuleNames:
-        """Also of what this station recorded last."""
-        self.collect()
-        return names_of(self.facts, self._known())
+    def last_number(self) -> int:
+        """Of this station's facts that are signed: later ones cannot have been exchanged."""
+        query = "SELECT coalesce(max(number), 0) FROM facts WHERE id IS NOT NULL"
+        return int(self.own.database.read(query)[0][0])
 
-    def _known(self) -> frozenset[str]:
-        """Public keys of the stations whose decisions count."""
-        return frozenset(encoded(station.public) for station in self.known.known() if not station.is_revoked) | {
-            self.public
-        }
+    def not_shared(self, place: str | None) -> tuple[int, str | None]:
+        """Number of this station's facts that are not known to be on this server; when all of them were last."""
+        done = self.own.state(f"exchange:{place}") or {}
+        query = "SELECT count(*) FROM facts WHERE number > ? AND id IS NOT NULL"
+        return int(self.own.database.read(query, (done.get("last", 0),))[0][0]), done.get("at")
 
-    def keep_service(self, module: KnownModule, service: Service) -> None:
-        """Keep what a person did to a module, under its name here; one that has none gets that of another station, and
-        the person's word that it is the same module. Raises `UserError`."""
-        content, member = service.content(), min(module.members, key=lambda member: member.station != self.public)
-        here = member._replace(station=self.public)
-        if here != member and self.store.module_named(member.name) is not None:
-            text = marked("“{name}” is another module here: settle first whether they are one.")
-            raise UserError(text, name=clean(member.name))
-        if here != member and not service.who.strip():
-            raise UserError(marked("Enter the name of the person who decides."))
-        with self.store.database.transaction():
-            self.store.register_module(member.name)
-            self.store.facts.add(FactKind.SERVICE, content, module=member.name)
-        if here != member:
-            self.settle(here, member, is_same=True, name=module.name, who=service.who)
+    def note_exchange(self, place: str, last: int) -> None:
+        """A complete exchange: this station's facts up to the number `last` are there."""
+        self.own.set_state(f"exchange:{place}", {"at": self.own.database.now(), "last": last})
 
-    def settle(self, first: NamedModule, second: NamedModule, *, is_same: bool, name: str = "", who: str) -> None:
-        """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts
-        that of a station that is not known here."""
-        members = {member for module in self.names().modules for member in module.members}
-        if first == second or not members >= {first, second}:
-            raise UserError(marked("No such pair of modules in the archive."))
-        pair = pair_of(first, second)
-        if not who.strip():
-            raise UserError(marked("Enter the name of the person who decides."))
-        settled = settled_in(self.facts, self._known()).get(pair)
-        settlement = Settlement(
-            pair=pair, is_same=is_same, name=clean(name.strip() or first.name) if is_same else "",
-            who=clean(who.strip()), revision=1 if settled is None else settled.next_revision,
-        )  # fmt: skip
-        self.store.facts.add(FactKind.SETTLEMENT, settlement.content())
-        self.collect()
+    def _warn(self, id_: str, error: ValueError) -> None:
+        if id_ not in self._unreadable:
+            _log.warning("The content of fact %s cannot be read: %s", clean(id_, longest=64), error)
+        self._unreadable.add(id_)
+
+    def _by_ids(self, columns: str, ids: Sequence[str]) -> list[FactRow]:
+        """Of a page of facts."""
+        places = ", ".join("?" * len(ids))
+        return self._read(f"SELECT {columns} FROM facts WHERE id IN ({places})", ids)  # noqa: S608
+
+    def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
+        """Of both files: after a store was restored from a copy, later facts of this station may come from others."""
+        queries = (query.replace("FROM facts", f"FROM {file}.facts") for file in ("main", "own"))
+        return [row for statement in queries for row in self.others.read(statement, values)]
 
 
-def open_archive(store: Store) -> Archive:
-    """Open the archive beside the store; creates the station key if it is missing. Raises `UserError`."""
-    return Archive(store, open_facts(store.facts), own_station(store.database.path.parent))
+@contextmanager
+def kept_records(store: Store | None, folder: Path) -> Iterator[KeptRecords]:
+    """The records of this computer, for `verify`: those of this station and, from its archive, those of others. Creates
+    no file; an archive that cannot be read has none."""
+    others = None
+    try:
+        others = open_database(folder, ARCHIVE, name=FACTS_FILE) if (folder / FACTS_FILE).exists() else None
+    except UserError as error:
+        _log.warning("The archive cannot be read: %s", error)
+    with nullcontext() if others is None else closing(others):
+        yield KeptRecords(None if store is None else store.database, others)

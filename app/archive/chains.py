@@ -3,33 +3,17 @@
 An altered record fails its own signature. A chain also shows that a record is missing or duplicated.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from app.archive.archive import Archive
 from app.archive.facts import Fact
-from app.archive.local_facts import LocalFacts
-from app.records.check_store import CheckStore
+from app.records.check_store import KeptRecords
 from app.records.record import Record
 from app.records.verification import RecordState, chain_name, verify
-from app.stations.station import Station, encoded
-from app.store.database import Database
 from app.store.facts import FactKind
 from app.store.former import link_hash
 from app.text.messages import UserMessage
-
-
-class ArchivedRecords:
-    """`StoredRecords` for `verify`: the checks of this station in its store, and those of others."""
-
-    def __init__(self, own: Database | None, others: Database | None) -> None:
-        both = ((own, True), (others, False))
-        self._stores = [CheckStore(database, is_own=is_own) for database, is_own in both if database is not None]
-
-    def record(self, hash_: str) -> Record | None:
-        return next((record for store in self._stores if (record := store.record(hash_)) is not None), None)
-
-    def same_number(self, record: Mapping[str, object]) -> str | None:
-        return next((other for store in self._stores if (other := store.same_number(record)) is not None), None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,20 +29,20 @@ class ChainState:
     faults: tuple[UserMessage, ...] = ()
 
 
-def chains_in(facts: LocalFacts, own: Station) -> list[ChainState]:
-    """For every station the chain of its facts, and one of checks per module. `own`: this station, whose
-    store is verified as by `dps-s verify --log`. Raises `UserError`."""
+def chains_in(archive: Archive) -> list[ChainState]:
+    """For every station the chain of its facts, and one of checks per module. This station's store is verified as by
+    `dps-s verify --log`. Raises `UserError`."""
     stations: dict[str, list[Fact]] = {}
     checks: dict[tuple[str, object, object], list[Record]] = {}
-    for fact in facts.of_kind(None):
+    for fact in archive.of_kind(None):
         stations.setdefault(fact.station, []).append(fact)
         if record := fact.record:
             checks.setdefault((fact.station, *chain_name(record)), []).append(record)
-    kept = ArchivedRecords(facts.own.database, facts.others)
-    own_faults = tuple(fault.message for fault in facts.own.faults())
+    kept = KeptRecords(archive.own.database, archive.others)
+    own_faults = tuple(fault.message for fault in archive.own.faults())
     return [
         *(ChainState(station=station, module=None, is_audit=True, count=len(chain), missing=_missing(_links(chain)),
-                     faults=own_faults if station == encoded(own.public) else ())
+                     faults=own_faults if station == archive.public else ())
           for station, chain in sorted(stations.items())),
         *(_checks(station, module, records, kept)
           for (station, module, _adapter), records in sorted(checks.items(), key=lambda chain: [*map(str, chain[0])])),
@@ -79,7 +63,7 @@ def in_chain_order(facts: Sequence[Fact]) -> Iterator[Fact]:
         waiting += following.get((fact.station, fact.hash), ())
 
 
-def _checks(station: str, module: object, records: Sequence[Record], kept: ArchivedRecords) -> ChainState:
+def _checks(station: str, module: object, records: Sequence[Record], kept: KeptRecords) -> ChainState:
     verified = [verify(record, kept) for record in records]
     bad = (RecordState.ALTERED, RecordState.CHAIN_BROKEN, RecordState.UNREADABLE)
     return ChainState(

@@ -9,10 +9,12 @@ What others exported into it remains; its content is not trusted.
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final
 
+from app.archive.archive import Archive
 from app.archive.content import MAX_LENGTH
 from app.archive.facts import (
     FACT_COLUMNS,
@@ -24,7 +26,8 @@ from app.archive.facts import (
     stored_fact,
     too_long,
 )
-from app.archive.local_facts import LocalFacts
+from app.archive.module_names import names_of
+from app.archive.server_url import server_url
 from app.store.facts import object_in
 from app.system.files import CANNOT_READ, CANNOT_WRITE, file_troubles, whole_file
 from app.text.user_error import UserError
@@ -60,12 +63,48 @@ class Exchanged:
         self.refused_count += len(rows)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArchiveStatus:
+    """`not_shared`: records of this station that are not known to be on the server `place`. `last_at`: time of the last
+    complete exchange with it; None if there was none."""
+
+    stations: Mapping[str, int]
+    """Number of records by public key."""
+    place: str | None
+    not_shared: int
+    last_at: str | None
+    conflicts: int
+
+
+def status_of(archive: Archive, url: str | None) -> ArchiveStatus:
+    """`url`: the configured server. Raises `UserError`."""
+    conflicts = names_of(archive).conflicts
+    place = server_url(url).shown if url else None
+    not_shared, last_at = archive.not_shared(place)
+    return ArchiveStatus(
+        stations=archive.counts(), place=place, not_shared=not_shared, last_at=last_at, conflicts=len(conflicts)
+    )
+
+
 OnProgress = Callable[[Exchanged], None]
 """Called after each page; may raise to interrupt."""
 
 
+def sync(here: Archive, url: str, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+    """Exchange with a server. Raises `UserError`; facts exchanged before that remain."""
+    from app.archive.postgres import open_server
+
+    here.collect()
+    with closing(open_server(url)) as there:
+        last = here.last_number()
+        done = exchange(here, there, on_page=on_page)
+        if not done.damaged:
+            here.note_exchange(there.url.shown, last)
+    return done
+
+
 def exchange(
-    here: LocalFacts, there: "PostgresFacts", *, on_page: OnProgress = lambda _done: None, page: int = PAGE
+    here: Archive, there: "PostgresFacts", *, on_page: OnProgress = lambda _done: None, page: int = PAGE
 ) -> Exchanged:
     """Raises `UserError`; facts exchanged before that remain."""
     done = Exchanged()
@@ -90,7 +129,7 @@ def exchange(
 
 
 def sendable(
-    here: LocalFacts, rows: Mapping[str, StoredRow], page: int = PAGE
+    here: Archive, rows: Mapping[str, StoredRow], page: int = PAGE
 ) -> Iterator[tuple[list[Fact], list[RefusedFact]]]:
     """Pages of these facts, and of those that were damaged since they were stored."""
     for ids in _pages(rows, page):
@@ -123,7 +162,7 @@ _MAX_LINE_LENGTH: Final = 2 * MAX_LENGTH
 _COPIED_AT_ONCE: Final = 1 << 20
 
 
-def import_facts(here: LocalFacts, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+def import_facts(here: Archive, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
     """Raises `UserError`; facts imported before that remain."""
     done, page, length = Exchanged(), list[Fact](), 0
     for fact in facts_in(path):
@@ -141,10 +180,11 @@ def import_facts(here: LocalFacts, path: Path, *, on_page: OnProgress = lambda _
     return done
 
 
-def export_facts(here: LocalFacts, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+def export_facts(here: Archive, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
     """Writes the old content and what it lacks in one step; a missing file is created, and on an error it is as it was.
     Raises `UserError`."""
     done = Exchanged()
+    here.collect()
     there = {fact.id for fact in facts_in(path) if isinstance(fact, Fact)} if path.exists() else set()
     missing = {id_: row for id_, row in here.rows([*here.digests()]).items() if id_ not in there}
     with file_troubles(CANNOT_WRITE, path), whole_file(path) as file:

@@ -6,9 +6,9 @@ from datetime import datetime
 from enum import Enum
 from typing import Final, NamedTuple
 
+from app.archive.archive import Archive
 from app.archive.chains import in_chain_order
 from app.archive.facts import Fact
-from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
 from app.guided.results import TITLES, GuidedVerdict, StoredTest, stored_test
 from app.limits.service import ServiceKind, due_services
@@ -73,11 +73,11 @@ class ModuleToday:
 
 
 def fleet_state(
-    facts: LocalFacts, names: ModuleNames, now: datetime, *, check_days: int = CHECK_DAYS, test_days: int = TEST_DAYS
+    archive: Archive, names: ModuleNames, now: datetime, *, check_days: int = CHECK_DAYS, test_days: int = TEST_DAYS
 ) -> list[ModuleToday]:
     """By name. Raises `UserError`."""
     states = [ModuleToday(module) for module in names.modules]
-    about = _by_module(facts, names)
+    about = _by_module(archive, names)
     for state in states:
         mine = {kind: about.get((state.module, kind.value), []) for kind in FactKind}
         everything = [fact for group in mine.values() for fact in group]
@@ -104,10 +104,10 @@ def line_of(fact: Fact) -> CheckLine:
     return check_line(record, fact.made_at, station=fact.station, is_altered=is_altered)
 
 
-def _by_module(facts: LocalFacts, names: ModuleNames) -> dict[tuple[KnownModule, str], list[Fact]]:
+def _by_module(archive: Archive, names: ModuleNames) -> dict[tuple[KnownModule, str], list[Fact]]:
     modules = {member: module for module in names.modules for member in module.members}
     grouped: dict[tuple[KnownModule, str], list[Fact]] = {}
-    for fact in in_chain_order(facts.of_kind(None)):
+    for fact in in_chain_order(archive.of_kind(None)):
         member = module_of_fact(fact)
         if member is not None and member in modules:
             grouped.setdefault((modules[member], fact.kind), []).append(fact)

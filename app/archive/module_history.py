@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
+from app.archive.archive import Archive
 from app.archive.facts import Fact
 from app.archive.fleet_state import line_of
-from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, decided_by, decision_text, module_of_fact, settlement_of
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
@@ -60,17 +60,17 @@ class ModuleHistory(NamedTuple):
     values: Mapping[str, tuple[ValuePoint, ...]]
 
 
-def module_history(facts: LocalFacts, module: KnownModule) -> ModuleHistory:
+def module_history(archive: Archive, module: KnownModule) -> ModuleHistory:
     """Raises `UserError`."""
     members = set(module.members)
     history = [
         fact
         for kind in _EVENTS
         for name in sorted({member.name for member in members})
-        for fact in facts.of_kind(kind, name)
+        for fact in archive.of_kind(kind, name)
         if module_of_fact(fact) in members
     ]
-    decisions = facts.of_kind(FactKind.SETTLEMENT)
+    decisions = archive.of_kind(FactKind.SETTLEMENT)
     history += [fact for fact in decisions if members.intersection(settlement_of(fact).pair)]
     acts = _acts(history)
     history = [fact for fact in history if fact.kind not in _OF_ACTS or fact in acts]

@@ -12,11 +12,14 @@ from enum import Enum
 from itertools import combinations, count
 from typing import Final, NamedTuple
 
+from app.archive.archive import Archive
 from app.archive.facts import Fact
-from app.archive.local_facts import LocalFacts
-from app.stations.station import shown_station
+from app.limits.service import Service
+from app.stations.known import Stations
+from app.stations.station import encoded, shown_station
 from app.store.facts import FactKind
 from app.text.messages import UserMessage, clean, message
+from app.text.user_error import UserError
 from protocol.translatable import marked
 
 
@@ -29,6 +32,7 @@ class NamedModule(NamedTuple):
 
 MAX_ALIKE: Final = 100
 """Modules by one name, or with one record, that are asked about; the rest when these are settled."""
+_WHO_NEEDED: Final = marked("Enter the name of the person who decides.")
 Pair = tuple[NamedModule, NamedModule]
 """In ascending order."""
 
@@ -150,12 +154,13 @@ class Settled(NamedTuple):
     next_revision: int
 
 
-def settled_in(facts: LocalFacts, known: Collection[str]) -> dict[Pair, Settled]:
-    """`known`: public keys of the stations whose decisions count."""
+def _settled_in(archive: Archive) -> dict[Pair, Settled]:
     pairs: dict[Pair, list[Settlement]] = {}
-    for fact in facts.of_kind(FactKind.SETTLEMENT):
+    for fact in archive.of_kind(FactKind.SETTLEMENT):
         settlement = settlement_of(fact)
         pairs.setdefault(settlement.pair, []).append(settlement)
+    stations = Stations(archive.store.database.path.parent).known()
+    known = {encoded(station.public) for station in stations if not station.is_revoked} | {archive.public}
     return {pair: _settled(settlements, known) for pair, settlements in pairs.items()}
 
 
@@ -173,13 +178,14 @@ def _settled(settlements: Sequence[Settlement], known: Collection[str]) -> Settl
     return Settled(decided, last if last is not decided and is_other else None, following)
 
 
-def names_of(facts: LocalFacts, known: Collection[str]) -> ModuleNames:
-    """`known`: public keys of the stations whose decisions count. Raises `UserError`."""
-    members = {member for fact in facts.of_kind(FactKind.MODULE) if (member := module_of_fact(fact)) is not None}
-    settled = settled_in(facts, known)
+def names_of(archive: Archive) -> ModuleNames:
+    """Also of what this station recorded last. Raises `UserError`."""
+    archive.collect()
+    members = {member for fact in archive.of_kind(FactKind.MODULE) if (member := module_of_fact(fact)) is not None}
+    settled = _settled_in(archive)
     decided = {pair: decisions.decided for pair, decisions in settled.items() if decisions.decided is not None}
     members |= {module for pair in decided for module in pair}
-    names = _names(sorted(members), decided, _records_by_module(facts))
+    names = _names(sorted(members), decided, _records_by_module(archive))
     proposed = [Conflict(ConflictKind.PROPOSAL, pair, decisions.proposed) for pair, decisions in sorted(settled.items())
                 if decisions.proposed is not None and members.issuperset(pair)]  # fmt: skip
     asked = {conflict.pair for conflict in proposed}
@@ -257,9 +263,9 @@ def _open(
                     yield Conflict(kind, pair_of(first, second))
 
 
-def _records_by_module(facts: LocalFacts) -> dict[NamedModule, frozenset[str]]:
+def _records_by_module(archive: Archive) -> dict[NamedModule, frozenset[str]]:
     records: dict[NamedModule, set[str]] = {}
-    for fact in facts.of_kind(FactKind.TRIGGER_RECORD):
+    for fact in archive.of_kind(FactKind.TRIGGER_RECORD):
         module = module_of_fact(fact)
         if module is not None:
             records.setdefault(module, set()).add(fact.content["raw"])
@@ -278,3 +284,44 @@ def settlement_of(fact: Fact) -> Settlement:
 
 def _folded(name: str) -> str:
     return " ".join(name.split()).casefold()
+
+
+# What persons enter
+
+
+def keep_service(archive: Archive, module: KnownModule, service: Service) -> None:
+    """Keep what a person did to a module, under its name here; one that has none gets that of another station, and the
+    person's word that it is the same module. Raises `UserError`."""
+    store, content = archive.store, service.content()
+    member = min(module.members, key=lambda member: member.station != archive.public)
+    here = member._replace(station=archive.public)
+    if here != member and store.module_named(member.name) is not None:
+        text = marked("“{name}” is another module here: settle first whether they are one.")
+        raise UserError(text, name=clean(member.name))
+    if here != member and not service.who.strip():
+        raise UserError(_WHO_NEEDED)
+    with store.database.transaction():
+        store.register_module(member.name)
+        store.facts.add(FactKind.SERVICE, content, module=member.name)
+    if here != member:
+        settle(archive, here, member, is_same=True, name=module.name, who=service.who)
+
+
+def settle(
+    archive: Archive, first: NamedModule, second: NamedModule, *, is_same: bool, name: str = "", who: str
+) -> None:
+    """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts that of a
+    station that is not known here. Raises `UserError`."""
+    members = {member for module in names_of(archive).modules for member in module.members}
+    if first == second or not members >= {first, second}:
+        raise UserError(marked("No such pair of modules in the archive."))
+    pair = pair_of(first, second)
+    if not who.strip():
+        raise UserError(_WHO_NEEDED)
+    settled = _settled_in(archive).get(pair)
+    settlement = Settlement(
+        pair=pair, is_same=is_same, name=clean(name.strip() or first.name) if is_same else "",
+        who=clean(who.strip()), revision=1 if settled is None else settled.next_revision,
+    )  # fmt: skip
+    archive.store.facts.add(FactKind.SETTLEMENT, settlement.content())
+    archive.collect()

@@ -11,13 +11,13 @@ from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from functools import partial
 
-from app.archive.archive import Archive, open_archive
+from app.archive.archive import Archive
 from app.archive.chains import ChainState, chains_in
-from app.archive.exchange import Exchanged
+from app.archive.exchange import Exchanged, export_facts, import_facts, status_of, sync
 from app.archive.facts import RefusedFact
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import ModuleHistory, module_history
-from app.archive.module_names import Conflict, KnownModule, NamedModule, Settlement
+from app.archive.module_names import Conflict, KnownModule, NamedModule, Settlement, keep_service, names_of, settle
 from app.archive.server_url import server_url, store_server, stored_server
 from app.cli.commands import SERVER
 from app.limits.service import Service, ServiceKind
@@ -46,8 +46,8 @@ LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
 @contextmanager
 def opened_archive() -> Iterator[Archive]:
     """Raises `UserError` if the records of this computer cannot be read."""
-    with closing(open_store()) as store, closing(open_archive(store)) as archive:
-        for notice in (store.database.notice, archive.facts.others.notice):
+    with closing(open_store()) as store, closing(Archive(store)) as archive:
+        for notice in (store.database.notice, archive.others.notice):
             if notice is not None:
                 console.notify(notice.translated())
         yield archive
@@ -63,11 +63,11 @@ def member_json(module: NamedModule) -> dict[str, object]:
 
 def run_status(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
-        status = archive.status(stored_server(data_folder()))
+        status = status_of(archive, stored_server(data_folder()))
         count, own = sum(status.stations.values()), status.stations.get(archive.public, 0)
         fingerprint = fingerprint_of(archive.station.public)
         stations = {shown_station(key): facts for key, facts in status.stations.items()}
-        chains = chains_in(archive.facts, archive.station)
+        chains = chains_in(archive)
     is_sound = not any(chain.faults for chain in chains)
     page = [
         *console.columns((
@@ -95,11 +95,11 @@ def run_service(args: argparse.Namespace) -> int:
     service = Service(kind=ServiceKind(args.what), on=args.on or local_now().date(), due=args.due, who=args.who,
                       note=args.note)  # fmt: skip
     with opened_archive() as archive:
-        named = archive.names().named(args.module)
+        named = names_of(archive).named(args.module)
         if not named:
             console.notify(labelled(args.module, tr("none")))
             return console.ANSWER_NO
-        archive.keep_service(min(named, key=partial(_is_farther, archive, args.module)), service)
+        keep_service(archive, min(named, key=partial(_is_farther, archive, args.module)), service)
     console.write_lines([service.summary().translated()])
     return console.SUCCESS
 
@@ -121,15 +121,15 @@ def run_sync(args: argparse.Namespace) -> int:
     shown = server_url(url).shown
     if args.remember:
         store_server(folder, url)
-    return _exchange(args, "server", shown, partial(Archive.sync, url=url), console.NO_LINK)
+    return _exchange(args, "server", shown, partial(sync, url=url), console.NO_LINK)
 
 
 def run_export(args: argparse.Namespace) -> int:
-    return _exchange(args, "file", str(args.file), partial(Archive.export, path=args.file), console.PARTIAL)
+    return _exchange(args, "file", str(args.file), partial(export_facts, path=args.file), console.PARTIAL)
 
 
 def run_import(args: argparse.Namespace) -> int:
-    return _exchange(args, "file", str(args.file), partial(Archive.import_file, path=args.file), console.USAGE_ERROR)
+    return _exchange(args, "file", str(args.file), partial(import_facts, path=args.file), console.USAGE_ERROR)
 
 
 def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[..., Exchanged], failed: int) -> int:
@@ -157,7 +157,7 @@ def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[...,
 
 def run_conflicts(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
-        conflicts = archive.names().conflicts
+        conflicts = names_of(archive).conflicts
     console.emit(args, conflicts, lambda conflicts: {"conflicts": [
         {"kind": conflict.kind.value, "modules": [member_json(module) for module in conflict.pair],
          "proposal": None if conflict.proposal is None else _proposal_json(conflict.proposal)}
@@ -174,12 +174,12 @@ def _question(conflict: Conflict) -> tuple[str, str]:
 
 def run_settle(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
-        members = {shown_member(member): member for module in archive.names().modules for member in module.members}
+        members = {shown_member(member): member for module in names_of(archive).modules for member in module.members}
         first, second = members.get(args.one), members.get(args.other)
         if first is None or second is None:
             raise console.Refused(tr("No such pair of modules in the archive."))
         try:
-            archive.settle(first, second, is_same=args.same, name=args.name, who=args.who)
+            settle(archive, first, second, is_same=args.same, name=args.name, who=args.who)
         except UserError as error:
             raise console.Refused(error.message, console.ANSWER_NO) from error
     return console.SUCCESS
@@ -210,15 +210,15 @@ def _refused_json(fact: RefusedFact) -> dict[str, object]:
 
 def run_report(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
-        names = archive.names()
+        names = names_of(archive)
         if args.module is not None:
-            lives = [module_history(archive.facts, module) for module in names.named(args.module)]
+            lives = [module_history(archive, module) for module in names.named(args.module)]
             if not lives:
                 console.notify(labelled(args.module, tr("none")))
                 return console.ANSWER_NO
             return _print_histories(args, lives)
         now = datetime.now(UTC)
-        states = fleet_state(archive.facts, names, now, check_days=args.check_days, test_days=args.test_days)
+        states = fleet_state(archive, names, now, check_days=args.check_days, test_days=args.test_days)
     return _print_fleet(args, states, now)
 
 

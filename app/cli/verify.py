@@ -6,8 +6,7 @@ known station; 1 if not; 2 if it is no record or cannot be read.
 
 import argparse
 
-from app.archive.chains import ArchivedRecords
-from app.archive.local_facts import find_others
+from app.archive.archive import kept_records
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import KnownStation, Stations, is_same_fingerprint
 from app.stations.station import fingerprint_of, own_station
@@ -39,19 +38,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _verify(args: argparse.Namespace, stations: Stations, store: Store | None) -> int:
-    others = find_others(data_folder())
-    kept = ArchivedRecords(store.database if store is not None else None, others)
     try:
-        verification = verify_file(args.file, kept, stations.find)
-        if args.trust is not None:
-            _trust(stations, verification, args.trust, args.name)
+        with kept_records(store, data_folder()) as kept:
             verification = verify_file(args.file, kept, stations.find)
+            if args.trust is not None:
+                _trust(stations, verification, args.trust, args.name)
+                verification = verify_file(args.file, kept, stations.find)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         text = tr("{file} cannot be read: {why}.", file=args.file, why=error_text(error))
         raise console.Refused(text) from error
-    finally:
-        if others is not None:
-            others.close()
     sentences = [sentence.translated() for sentence in verification.sentences()]
     if verification.state is RecordState.UNREADABLE:
         raise console.Refused("\n".join(sentences))  # an error, not an answer

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
 from app.engine.target import is_simulated
@@ -93,12 +94,10 @@ class CheckLine(NamedTuple):
 
 
 class CheckStore:
-    """Repository of visits, trigger records and checks. `module`: its name; None for modules without one. `is_own`: of
-    this station, whose records may lack its key."""
+    """Repository of visits, trigger records and checks. `module`: its name; None for modules without one."""
 
-    def __init__(self, database: Database, *, is_own: bool = True) -> None:
+    def __init__(self, database: Database) -> None:
         self._facts = Facts(database)
-        self._is_own = is_own
 
     # Triggers
 
@@ -248,29 +247,42 @@ class CheckStore:
                                     payload=f"json_object('name', {_of_record('aircraft')})")  # fmt: skip
         return [check.content["name"] for check in checks]
 
+
+class KeptRecords:
+    """The records on this computer, by which `verify` judges another one: those of this station in its store, and those
+    of `others` in its archive."""
+
+    def __init__(self, own: Database | None, others: Database | None = None) -> None:
+        both = ((own, True), (others, False))
+        self._facts = [(Facts(database), is_own) for database, is_own in both if database is not None]
+
     def record(self, hash_: str) -> Record | None:
         """The record with this hash; None where there is none."""
-        facts = self._facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),))
-        return record_of(facts[0].content) or None if facts else None
+        kept = (facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),)) for facts, _is_own in self._facts)
+        return next((record for fact in chain(*kept) if (record := record_of(fact.content))), None)
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
-        """Hash of another record with the same number in the same chain. Each station has its own chains."""
+        """Hash of another record with the same number in the same chain. Each station has its own chains; records of
+        this one may lack its key."""
         module, adapter, station = record.get("module"), record.get("adapter"), record.get("station")
         number, hash_ = record.get("number"), record.get("hash")
         if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
             return None
         name, key = (None if text is None else clean(str(text)) for text in (module, station))
         signer = _of_record("station")
-        by_same, keys = f"{signer} IS ?", [key]
-        if self._is_own:
-            by_same, keys = f"(? IS NULL OR coalesce({signer}, ?) = ?)", [key] * 3
         which = (
             f"AND module IS ? AND {_of_record('number')} = ? AND link <> ? AND "
-            f"(module IS NOT NULL OR {_of_record('adapter')} IS ?) AND {by_same} LIMIT 1"
+            f"(module IS NOT NULL OR {_of_record('adapter')} IS ?) AND "
         )
-        values = (name, number, clean(hash_), clean(str(adapter)), *keys)
-        facts = self._facts.select(FactKind.CHECK, which, values, payload="json_object('hash', link)")
-        return facts[0].content["hash"] if facts else None
+        values = (name, number, clean(hash_), clean(str(adapter)))
+        for facts, is_own in self._facts:
+            by_same = f"(? IS NULL OR coalesce({signer}, ?) = ?)" if is_own else f"{signer} IS ?"
+            keys = [key] * by_same.count("?")
+            doubled = facts.select(FactKind.CHECK, f"{which}{by_same} LIMIT 1", (*values, *keys),
+                                   payload="json_object('hash', link)")  # fmt: skip
+            if doubled:
+                return str(doubled[0].content["hash"])
+        return None
 
 
 def _of_record(key: str) -> str:

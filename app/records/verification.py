@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict, verdict_of
-from app.records.record import FORMAT, NOT_STORED, READABLE_VERSIONS, Record, hash_of, list_in, signed_bytes
+from app.records.check_store import KeptRecords
+from app.records.record import FORMAT, NOT_STORED, READABLE_VERSIONS, hash_of, list_in, signed_bytes
 from app.records.report_files import LARGEST_FILE, is_report, record_in
 from app.stations.known import KnownStation
 from app.stations.station import KEY_BYTES, SIGNATURE_BYTES, decoded, fingerprint_of, is_signature
@@ -23,15 +24,6 @@ from protocol.translatable import marked
 
 FindStation = Callable[[bytes], KnownStation | None]
 """Finds a station by public key; None where it is not known here."""
-
-
-class StoredRecords(Protocol):
-    """Finds records that are stored on this computer."""
-
-    def record(self, hash_: str) -> Record | None: ...
-
-    def same_number(self, record: Mapping[str, object]) -> str | None:
-        """Hash of another record with the same number in the same chain."""
 
 
 class RecordState(Enum):
@@ -146,7 +138,7 @@ def _shown(value: object) -> str:
 
 
 def verify_file(
-    path: Path, kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
+    path: Path, kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
     """Raises `OSError` where the file cannot be read."""
     with path.open("rb") as file:
@@ -155,7 +147,7 @@ def verify_file(
 
 
 def verify_bytes(
-    data: bytes, kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
+    data: bytes, kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
     try:
         record = record_in(data)
@@ -165,9 +157,9 @@ def verify_bytes(
 
 
 def verify(
-    record: Mapping[str, object], kept: StoredRecords | None = None, find_station: FindStation = lambda _public: None
+    record: Mapping[str, object], kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
 ) -> Verification:
-    """`kept`: the store of this computer. `find_station`: the stations that are known."""
+    """`kept`: what is on this computer. `find_station`: the stations that are known."""
     try:
         if record.get("format") == FORMAT:
             if record.get("version") not in READABLE_VERSIONS:
@@ -182,7 +174,7 @@ def _unreadable(why: str) -> Verification:
     return Verification(state=RecordState.UNREADABLE, why=message(why))
 
 
-def _verified(record: Mapping[str, object], kept: StoredRecords | None, find_station: FindStation) -> Verification:
+def _verified(record: Mapping[str, object], kept: KeptRecords | None, find_station: FindStation) -> Verification:
     signer = _signer(record)
     is_claimed = record.get("station") is not None or "signature" in record
     altered = [CONTENT] if record.get("hash") != hash_of(record) else []
@@ -218,7 +210,7 @@ def _signer(record: Mapping[str, object]) -> bytes | None:
     return public
 
 
-def _chain(record: Mapping[str, object], kept: StoredRecords | None) -> Chain:
+def _chain(record: Mapping[str, object], kept: KeptRecords | None) -> Chain:
     previous, number = record.get("previous"), record.get("number")
     if type(number) is not int or number < 0:
         return Chain.BROKEN

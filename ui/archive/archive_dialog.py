@@ -18,10 +18,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.archive.exchange import Exchanged
+from app.archive.exchange import Exchanged, export_facts, import_facts
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import HistoryEvent, module_history
-from app.archive.module_names import Conflict, KnownModule
+from app.archive.module_names import Conflict, KnownModule, keep_service, names_of, settle
 from app.limits.service import Service
 from app.stations.station import shown_station
 from app.text.i18n import tr
@@ -205,14 +205,13 @@ class ArchiveDialog(QDialog):
         self.server.setText(self._exchange.server or "")  # without its password
 
     def _export(self) -> None:
-        self.ask_save(
-            self, lambda path: self._exchange.run(lambda archive, on_page: archive.export(path, on_page=on_page))
-        )
+        self.ask_save(self, partial(self._carry, export_facts))
 
     def _import(self) -> None:
-        self.ask_open(
-            self, lambda path: self._exchange.run(lambda archive, on_page: archive.import_file(path, on_page=on_page))
-        )
+        self.ask_open(self, partial(self._carry, import_facts))
+
+    def _carry(self, act: Callable[..., Exchanged], path: Path) -> None:
+        self._exchange.run(lambda archive, on_page: act(archive, path, on_page=on_page))
 
     def _ask_service(self) -> None:
         chosen = self.modules.chosen()
@@ -221,7 +220,7 @@ class ArchiveDialog(QDialog):
             ServiceForm(self, services.texts, clean(chosen[0].module.name), services.preferences.who, keep)
 
     def _keep_service(self, module: KnownModule, service: Service) -> None:
-        self._exchange.run(lambda archive, _on_page: archive.keep_service(module, service))
+        self._exchange.run(lambda archive, _on_page: keep_service(archive, module, service))
 
     def _settle(self, name_of: int | None) -> None:
         """`name_of`: the module whose name is used for both; None: they are different."""
@@ -230,7 +229,7 @@ class ArchiveDialog(QDialog):
         first, second = self._conflicts[0].pair
         name = "" if name_of is None else (first, second)[name_of].name
         is_same, who = name_of is not None, self.who.text()
-        self._exchange.run(lambda archive, _page: archive.settle(first, second, is_same=is_same, name=name, who=who))
+        self._exchange.run(lambda archive, _page: settle(archive, first, second, is_same=is_same, name=name, who=who))
         self._conflicts = self._conflicts[1:]
         self._show_question()
 
@@ -272,8 +271,8 @@ class ArchiveDialog(QDialog):
 
         def load() -> Loaded:
             with opened_archive(storage) as archive:
-                names = archive.names()
-                states = fleet_state(archive.facts, names, datetime.now(UTC))
+                names = names_of(archive)
+                states = fleet_state(archive, names, datetime.now(UTC))
                 return Loaded(tuple(states), names.conflicts)
 
         self._loading.run(lambda _running: load(), self._show, self._fail)
@@ -314,7 +313,7 @@ class ArchiveDialog(QDialog):
 
         def load() -> tuple[HistoryEvent, ...]:
             with opened_archive(storage) as archive:
-                return tuple(reversed(module_history(archive.facts, module).events))
+                return tuple(reversed(module_history(archive, module).events))
 
         self._loading_history.run(lambda _running: load(), self.life.show_rows, self._fail)
 

@@ -18,8 +18,8 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.services.storage import Storage
 
 if TYPE_CHECKING:
-    from app.archive.archive import Archive, ArchiveStatus
-    from app.archive.exchange import Exchanged
+    from app.archive.archive import Archive
+    from app.archive.exchange import ArchiveStatus, Exchanged
 
 _log = logging.getLogger(__name__)
 EVERY_MS: Final = 60_000
@@ -107,7 +107,9 @@ class ArchiveExchange(QObject):
         def sync(archive: "Archive", on_page: Callable[["Exchanged"], None]) -> "Exchanged | None":
             if not is_due(archive, url):
                 return None
-            done = archive.sync(url, on_page=on_page)
+            from app.archive import exchange
+
+            done = exchange.sync(archive, url, on_page=on_page)
             self.altered = done.refused_count  # read by the window afterwards
             return done
 
@@ -139,7 +141,9 @@ def last_time(at: str | None) -> str:
 
 
 def _is_due(archive: "Archive", server: str) -> bool:
-    status = archive.status(server)
+    from app.archive.exchange import status_of
+
+    status = status_of(archive, server)
     if status.not_shared or status.last_at is None:
         return True
     age_s = (datetime.now(UTC) - datetime.fromisoformat(status.last_at)).total_seconds()
@@ -149,17 +153,19 @@ def _is_due(archive: "Archive", server: str) -> bool:
 @contextmanager
 def opened_archive(storage: Storage) -> Iterator["Archive"]:
     """In a background thread. Raises `UserError`."""
-    from app.archive.archive import open_archive
+    from app.archive.archive import Archive
 
     store = storage.open_store()
     if not isinstance(store, Store):
         raise store
-    with closing(open_archive(store)) as archive:
+    with closing(Archive(store)) as archive:
         yield archive
 
 
 def _work(storage: Storage, server: str | None, act: Act, running: Running) -> Seen:
     """Runs in a background thread; stops between two pages if the window closes."""
+    from app.archive.exchange import status_of
+
     rest = GilYield()
 
     def on_page(_done: "Exchanged") -> None:
@@ -173,4 +179,4 @@ def _work(storage: Storage, server: str | None, act: Act, running: Running) -> S
             done = act(archive, on_page)
         except UserError as error:
             trouble = error.message
-        return Seen(archive.status(server), done, trouble)
+        return Seen(status_of(archive, server), done, trouble)

@@ -10,13 +10,14 @@ from typing import Any
 
 import pytest
 
-from app.archive.chains import ArchivedRecords, chains_in
+from app.archive.archive import _TO_SIGN, Archive
+from app.archive.chains import chains_in
 from app.archive.exchange import Exchanged, export_facts, facts_in, import_facts
 from app.archive.facts import Fact, RefusedFact, checked, fact_id, make_fact
-from app.archive.local_facts import _TO_SIGN, open_facts
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, NamedModule, _names, names_of
 from app.guided.results import GuidedVerdict
+from app.records.check_store import KeptRecords
 from app.records.record import seal
 from app.records.verification import Chain, verify
 from app.stations.station import Station, encoded
@@ -54,27 +55,26 @@ def _live(one: ArchiveStation, module: str) -> None:
 
 
 def _export(one: ArchiveStation, path: Path) -> Exchanged:
-    one.collect()
-    return export_facts(one.facts, path)
+    return export_facts(one.archive, path)
 
 
 def _import(one: ArchiveStation, path: Path) -> Exchanged:
-    return import_facts(one.facts, path)
+    return import_facts(one.archive, path)
 
 
 def test_everything_that_a_station_records_is_a_fact_once(stations: list[ArchiveStation]) -> None:
     one = stations[0]
     _live(one, "M-07")
-    assert one.collect() > 0
-    assert one.collect() == 0
-    kinds = {kind.value: len(facts) for kind in FactKind if (facts := one.facts.of_kind(kind))}
+    assert one.archive.collect() > 0
+    assert one.archive.collect() == 0
+    kinds = {kind.value: len(facts) for kind in FactKind if (facts := one.archive.of_kind(kind))}
     assert kinds == {
         "module": 1, "trigger_record": 2, "visit": 1, "judgement": 2, "settings_snapshot": 1, "preflight_check": 1,
         "guided_test": 1, "act": 1, "outcome": 1,
     }  # fmt: skip
     one.judge("M-07", Judgement.FALSE)
     one.act(is_settled=False)
-    assert one.collect() == 3
+    assert one.archive.collect() == 3
 
 
 def test_a_store_that_was_restored_from_a_copy_loses_no_later_fact(tmp_path: Path) -> None:
@@ -92,14 +92,14 @@ def test_a_store_that_was_restored_from_a_copy_loses_no_later_fact(tmp_path: Pat
         for threshold in (50, 70):  # the facts have the numbers of those that are gone
             one.snapshot("M-09", threshold)
             one.act(is_settled=False)
-        one.collect()
+        one.archive.collect()
         assert not before <= one.ids()
         _import(one, tmp_path / "stick")
         assert before < one.ids()
-        found = [fact.content["settings"] for fact in one.facts.of_kind(FactKind.SNAPSHOT, "M-09")]
+        found = [fact.content["settings"] for fact in one.archive.of_kind(FactKind.SNAPSHOT, "M-09")]
         assert found == [{"attitude_threshold_deg": 50}, {"attitude_threshold_deg": 70}]
         assert one.store.facts.faults() == []
-        assert [chain.missing for chain in chains_in(one.facts, one.station)] == [0]
+        assert [chain.missing for chain in chains_in(one.archive)] == [0]
 
 
 def test_the_history_of_a_module_names_acts_settings_and_what_came_of_them(stations: list[ArchiveStation]) -> None:
@@ -113,12 +113,12 @@ def test_the_history_of_a_module_names_acts_settings_and_what_came_of_them(stati
         [1, 2, 3, 4, 5, 6, 7, detail, 9, 10, 11],
     )
     links = ({"entry": entry, "previous": "", "hash": ""} for entry in strange)
-    one.facts.add([made(FactKind.AUDIT, link, one.station) for link in links])
+    one.archive.add([made(FactKind.AUDIT, link, one.station) for link in links])
     settings = {"settings": {"other_v": 3, "freefall_time_s": "long"}, "module": "M-07"}
-    one.facts.add([made(FactKind.SNAPSHOT, settings, one.station)])
-    one.collect()
-    (module,) = names_of(one.facts, ()).modules
-    told = [event.text.in_english() for event in module_history(one.facts, module).events]
+    one.archive.add([made(FactKind.SNAPSHOT, settings, one.station)])
+    one.archive.collect()
+    (module,) = names_of(one.archive).modules
+    told = [event.text.in_english() for event in module_history(one.archive, module).events]
     assert sorted(told) == [
         "Lock: confirmed.", "Lock: may have been carried out.", "Named M-07.", "Settings: Attitude threshold 60°.",
         "audit_link", "audit_link", "settings_snapshot",
@@ -129,9 +129,9 @@ def test_what_was_altered_in_the_audit_log_is_not_shared(stations: list[ArchiveS
     one = stations[0]
     one.act()
     tamper(one.folder / FILE_NAME, "UPDATE facts SET payload = replace(payload, 'window', 'nowhere')")
-    assert one.collect() == 1  # what came of it
-    assert one.facts.of_kind(FactKind.ACT) == []
-    assert [fault.in_english() for chain in chains_in(one.facts, one.station) for fault in chain.faults] == [
+    assert one.archive.collect() == 1  # what came of it
+    assert one.archive.of_kind(FactKind.ACT) == []
+    assert [fault.in_english() for chain in chains_in(one.archive) for fault in chain.faults] == [
         "Entry 1 was altered."
     ]
 
@@ -155,13 +155,13 @@ def test_an_export_that_breaks_off_leaves_the_file_as_it_was(stations: list[Arch
     _export(one, stick)
     before = stick.read_bytes()
     _live(one, "M-02")
-    one.collect()
+    one.archive.collect()
 
     def pull_out(_done: Exchanged) -> None:
         raise OSError(5, "Input/output error")
 
     with pytest.raises(UserError, match="cannot be written"):
-        export_facts(one.facts, stick, on_page=pull_out)
+        export_facts(one.archive, stick, on_page=pull_out)
     assert stick.read_bytes() == before
     assert list(tmp_path.glob("*.part")) == []
 
@@ -203,7 +203,7 @@ def test_whatever_was_altered_is_named_and_not_taken_over(stations: list[Archive
 def test_a_damaged_fact_of_this_computer_is_not_sent(stations: list[ArchiveStation], tmp_path: Path) -> None:
     one = stations[0]
     one.meet("M-01")
-    one.collect()
+    one.archive.collect()
     tamper(one.folder / FILE_NAME, 'UPDATE facts SET payload = \'{"module":"M-99"}\'')
     done = _export(one, tmp_path / "stick")
     assert (done.sent, len(done.damaged), done.is_whole) == (0, 1, False)
@@ -212,7 +212,7 @@ def test_a_damaged_fact_of_this_computer_is_not_sent(stations: list[ArchiveStati
 def test_a_fact_of_a_newer_version_is_kept_and_passed_on(stations: list[ArchiveStation], tmp_path: Path) -> None:
     one, other, stick = stations[0], stations[1], tmp_path / "stick"
     fact = make_fact("parachute_repack", AT, payload_of({"module": "M-01", "by": "Li"}), one.station)
-    one.facts.add([fact])
+    one.archive.add([fact])
     _export(one, stick)
     assert _import(other, stick).received == 1
     assert other.ids() == {fact.id}
@@ -233,15 +233,15 @@ def test_another_file_is_refused_in_a_sentence(
     path = tmp_path / "other"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(UserError, match=said):
-        import_facts(stations[0].facts, path)
+        import_facts(stations[0].archive, path)
     assert path.read_text(encoding="utf-8") == text
 
 
 def test_a_result_says_what_it_was(stations: list[ArchiveStation]) -> None:
     one = stations[0]
     one.test("M-01", GuidedVerdict.FAILED)
-    one.collect()
-    (fact,) = one.facts.of_kind(FactKind.GUIDED_TEST, "M-01")
+    one.archive.collect()
+    (fact,) = one.archive.of_kind(FactKind.GUIDED_TEST, "M-01")
     assert (fact.content["verdict"], fact.content["who"], fact.made_at) == ("failed", "Li", AT)
 
 
@@ -260,17 +260,17 @@ def test_a_chain_is_verified_after_an_exchange_and_a_missing_link_is_counted(
     assert len(parts) == 1
     (tmp_path / "part").write_text("".join(line for line in lines if line not in parts), encoding="utf-8")
     _import(other, tmp_path / "part")
-    other.collect()
-    kept = ArchivedRecords(other.store.database, other.facts.others)
+    other.archive.collect()
+    kept = KeptRecords(other.store.database, other.archive.others)
     assert verify(records[2], kept).chain is Chain.NOT_AT_HAND
     theirs = encoded(one.station.public)
-    assert [(one.count, one.missing) for one in chains_in(other.facts, other.station) if one.station == theirs] == [
+    assert [(one.count, one.missing) for one in chains_in(other.archive) if one.station == theirs] == [
         (3, 1),
         (2, 1),
     ]
     _import(other, stick)
     assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED, Chain.LINKED]
-    chains = chains_in(other.facts, other.station)
+    chains = chains_in(other.archive)
     assert sorted((chain.is_audit, chain.count, chain.missing, chain.faults) for chain in chains) == [
         (False, 3, 0, ()), (False, 3, 0, ()), (True, 4, 0, ()), (True, 10, 0, ())
     ]  # fmt: skip
@@ -280,8 +280,8 @@ def test_an_unsigned_record_of_another_station_doubles_none_of_this_one(stations
     one, other = stations[:2]
     record = one.check("M-07")
     unsigned = seal({key: value for key, value in record.items() if key not in ("hash", "signature", "station")}, None)
-    one.facts.add([made(FactKind.CHECK, {"module": "M-07", "record": unsigned}, other.station)])
-    kept = ArchivedRecords(one.store.database, one.facts.others)
+    one.archive.add([made(FactKind.CHECK, {"module": "M-07", "record": unsigned}, other.station)])
+    kept = KeptRecords(one.store.database, one.archive.others)
     assert kept.record(str(unsigned["hash"])) == unsigned
     assert verify(record, kept).chain is Chain.FIRST
 
@@ -289,32 +289,32 @@ def test_an_unsigned_record_of_another_station_doubles_none_of_this_one(stations
 def test_two_programs_may_sign_at_once(stations: list[ArchiveStation]) -> None:
     one = stations[0]
     one.act()
-    seen = one.facts.own.database.read(_TO_SIGN, (0, 9))
+    seen = one.archive.own.database.read(_TO_SIGN, (0, 9))
     rows = iter([seen, []])
-    with closing(open_store(one.folder)) as store, closing(open_facts(store.facts)) as other:
-        assert other.sign(one.station) == 2
-    one.facts.own.database.read = lambda *_: next(rows)  # type: ignore[method-assign]
-    one.collect()
-    del one.facts.own.database.read
+    with closing(open_store(one.folder)) as store, closing(Archive(store)) as other:
+        assert other.collect() == 2
+    one.archive.own.database.read = lambda *_: next(rows)  # type: ignore[method-assign]
+    one.archive.collect()
+    del one.archive.own.database.read
     assert len(one.ids()) == 2
 
 
 def test_who_looks_at_the_archive_keeps_no_reader_of_the_store_waiting(stations: list[ArchiveStation]) -> None:
     one = stations[0]
     one.act()
-    one.collect()
+    one.archive.collect()
     with ThreadPoolExecutor(1) as pool, one.store.database._reading_lock:
-        assert len(pool.submit(one.facts.of_kind, None).result(PATIENCE_S)) == 2
+        assert len(pool.submit(one.archive.of_kind, None).result(PATIENCE_S)) == 2
 
 
 def test_what_is_recorded_during_an_exchange_is_not_called_shared(stations: list[ArchiveStation]) -> None:
     one = stations[0]
     one.meet("M-07")
-    one.collect()
+    one.archive.collect()
     one.act()  # after the facts were signed that are exchanged now
-    one.facts.note_exchange("server", one.facts.last_number())
-    one.collect()
-    assert one.facts.not_shared("server")[0] == 2
+    one.archive.note_exchange("server", one.archive.last_number())
+    one.archive.collect()
+    assert one.archive.not_shared("server")[0] == 2
 
 
 def test_all_stations_ask_the_same_questions_in_the_same_order() -> None:

@@ -12,13 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from app.archive.archive import Archive
 from app.archive.chains import chains_in
-from app.archive.exchange import Exchanged, exchange
+from app.archive.exchange import Exchanged, exchange, export_facts, import_facts
 from app.archive.facts import DOMAIN, FACT_COLUMNS, Fact, FactRow, fact_id, make_fact
 from app.archive.fleet_state import fleet_state
 from app.archive.module_history import module_history
-from app.archive.module_names import ConflictKind, NamedModule, Settlement, pair_of
+from app.archive.module_names import ConflictKind, NamedModule, Settlement, names_of, pair_of, settle
 from app.archive.postgres import TABLE, PostgresFacts, open_server
 from app.stations.known import Stations
 from app.stations.station import encoded
@@ -128,21 +127,17 @@ def _add(url: str, *rows: tuple[str, ...]) -> None:
 
 
 def _sync(one: ArchiveStation, url: str) -> Exchanged:
-    one.collect()
+    one.archive.collect()
     with closing(open_server(url)) as there:
-        return exchange(one.facts, there)
-
-
-def _archive(one: ArchiveStation) -> Archive:
-    return Archive(one.store, one.facts, one.station)
+        return exchange(one.archive, there)
 
 
 def _look_at_everything(one: ArchiveStation) -> None:
-    names = _archive(one).names()
-    fleet_state(one.facts, names, datetime.now(UTC))
-    chains_in(one.facts, one.station)
+    names = names_of(one.archive)
+    fleet_state(one.archive, names, datetime.now(UTC))
+    chains_in(one.archive)
     for module in names.modules:
-        json.dumps([event.text.translated() for event in module_history(one.facts, module).events]).encode()
+        json.dumps([event.text.translated() for event in module_history(one.archive, module).events]).encode()
 
 
 def test_a_row_that_cannot_be_read_is_left_out_named_once_and_counted(stations: list[ArchiveStation], url: str) -> None:
@@ -167,14 +162,14 @@ def test_a_row_that_cannot_be_read_is_left_out_named_once_and_counted(stations: 
 def test_what_an_older_version_took_over_is_not_read_either(stations: list[ArchiveStation], url: str) -> None:
     one = stations[0]
     one.check("M-07")
-    one.collect()
+    one.archive.collect()
     kept = len(one.ids())
     for row in (signed_row(*row) for name, row in UNREADABLE.items() if "surrogate" not in name):
-        one.facts.others.write(
+        one.archive.others.write(
             "INSERT INTO facts (id, kind, station, made_at, payload, signature, digest, module, link, hash) "
             "VALUES (?, ?, ?, ?, ?, ?, 'x', 'M-07', 'h', 'x')", row)  # fmt: skip
     _look_at_everything(one)
-    assert sum(len(one.facts.of_kind(kind)) for kind in FactKind) == kept
+    assert sum(len(one.archive.of_kind(kind)) for kind in FactKind) == kept
 
 
 def test_rows_of_four_megabytes_are_not_even_fetched(
@@ -226,12 +221,12 @@ def test_a_file_is_read_like_a_server(stations: list[ArchiveStation], tmp_path: 
     one, other = stations
     one.meet("M-07")
     stick = tmp_path / "stick"
-    _archive(one).export(stick)
+    export_facts(one.archive, stick)
     rows = [dict(zip(FACT_COLUMNS, signed_row(*row), strict=True)) for row in UNREADABLE.values()]
     lines = [*map(json.dumps, rows), "x" * 20_000_000]
     head, honest = stick.read_text(encoding="utf-8").splitlines()
     stick.write_text("\n".join((head, *lines, honest)), encoding="utf-8")
-    done = _archive(other).import_file(stick)
+    done = import_facts(other.archive, stick)
     assert (done.refused_count, len(done.refused), done.received) == (len(lines), len(lines), 1)
     assert other.ids() == one.ids()
 
@@ -252,8 +247,8 @@ def alike(stations: list[ArchiveStation]) -> list[NamedModule]:
     one, other = stations
     for place in stations:
         place.meet("M-07")
-        place.collect()
-    one.facts.add(other.facts.of_kind(FactKind.MODULE))
+        place.archive.collect()
+    one.archive.add(other.archive.of_kind(FactKind.MODULE))
     return [NamedModule(encoded(place.station.public), "M-07") for place in stations]
 
 
@@ -261,18 +256,18 @@ def test_a_decision_of_an_unknown_station_counts_after_a_person_here_accepted_it
     stations: list[ArchiveStation], alike: list[NamedModule]
 ) -> None:
     one = stations[0]
-    archive = _archive(one)
-    one.facts.add([_decision("hostile", is_same=True, revision=1, of=alike)])
-    names = archive.names()
+    archive = one.archive
+    one.archive.add([_decision("hostile", is_same=True, revision=1, of=alike)])
+    names = names_of(archive)
     assert len(names.modules) == 2
     (asked,) = names.conflicts
     assert asked.kind is ConflictKind.PROPOSAL
     assert "Eve" in asked.question().translated()
-    archive.settle(*alike, is_same=True, name="X", who="Li")
-    names = archive.names()
+    settle(archive, *alike, is_same=True, name="X", who="Li")
+    names = names_of(archive)
     assert ([module.name for module in names.modules], names.conflicts) == (["X"], ())
     (module,) = names.modules
-    told = [event.text.translated() for event in module_history(one.facts, module).events]
+    told = [event.text.translated() for event in module_history(one.archive, module).events]
     assert [text for text in told if "Li" in text]
 
 
@@ -280,12 +275,12 @@ def test_a_decision_of_a_station_that_is_known_counts_at_once_and_no_longer_when
     stations: list[ArchiveStation], alike: list[NamedModule]
 ) -> None:
     one, other = stations
-    archive, known = _archive(one), Stations(one.folder)
+    archive, known = one.archive, Stations(one.folder)
     known.trust(other.station.public, "other")
-    one.facts.add([_decision(other, is_same=True, revision=1, of=alike)])
-    assert len(archive.names().modules) == 1
+    one.archive.add([_decision(other, is_same=True, revision=1, of=alike)])
+    assert len(names_of(archive).modules) == 1
     known.remove(known.known()[1].fingerprint)
-    assert len(archive.names().modules) == 2
+    assert len(names_of(archive).modules) == 2
 
 
 @pytest.mark.parametrize("revision", [10**6, 2**62, 2**63 - 1])
@@ -294,15 +289,15 @@ def test_no_revision_is_too_high_to_be_overridden(
 ) -> None:
     """Also not by a station that was known when it wrote it: a revision counts only where all below it are there."""
     one, other = stations
-    archive = _archive(one)
+    archive = one.archive
     Stations(one.folder).trust(other.station.public, "other")
-    one.facts.add([_decision(other, is_same=True, revision=number, of=alike) for number in (1, revision)])
-    assert len(archive.names().modules) == 1
-    archive.settle(*alike, is_same=False, who="Li")
-    names = archive.names()
+    one.archive.add([_decision(other, is_same=True, revision=number, of=alike) for number in (1, revision)])
+    assert len(names_of(archive).modules) == 1
+    settle(archive, *alike, is_same=False, who="Li")
+    names = names_of(archive)
     assert (len(names.modules), names.conflicts) == (2, ())
 
 
 def test_whoever_decides_says_who(stations: list[ArchiveStation], alike: list[NamedModule]) -> None:
     with pytest.raises(UserError, match="name of the person"):
-        _archive(stations[0]).settle(*alike, is_same=False, who="  ")
+        settle(stations[0].archive, *alike, is_same=False, who="  ")

@@ -46,9 +46,9 @@ def stations(tmp_path: Path, server: ArchiveServer) -> Iterator[list[ArchiveStat
 
 
 def _sync(one: ArchiveStation, url: str) -> Exchanged:
-    one.collect()
+    one.archive.collect()
     with closing(open_server(url)) as there:
-        return exchange(one.facts, there, page=5)
+        return exchange(one.archive, there, page=5)
 
 
 def test_what_was_altered_on_the_server_is_named_and_not_taken_over(

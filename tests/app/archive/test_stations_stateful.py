@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from app.archive.archive import Archive
 from app.archive.chains import chains_in
-from app.archive.exchange import Exchanged
+from app.archive.exchange import Exchanged, export_facts, import_facts, status_of, sync
+from app.archive.module_names import names_of, settle
 from app.guided.results import GuidedVerdict
 from app.stations.known import Stations
 from app.text.user_error import UserError
@@ -30,7 +30,8 @@ NAMES = ("M-01", "M-02", "M-03")
 _KILLED = """
 import os, signal, sys
 from pathlib import Path
-from app.archive.archive import open_archive
+from app.archive.archive import Archive
+from app.archive.exchange import sync
 from app.store.database import Database
 from app.store.store import open_store
 
@@ -48,8 +49,8 @@ def counted(self, *written):
         count_down()
 
 Database.write_all = counted
-archive = open_archive(open_store(Path(sys.argv[1])))
-archive.sync(sys.argv[2], on_page=count_down)
+archive = Archive(open_store(Path(sys.argv[1])))
+sync(archive, sys.argv[2], on_page=count_down)
 os.kill(os.getpid(), signal.SIGKILL)
 """
 
@@ -82,9 +83,6 @@ class Desk:
 
         return now
 
-    def archive(self, one: ArchiveStation) -> Archive:
-        return Archive(one.store, one.facts, one.station)
-
     # What may happen
 
     def record(self) -> None:
@@ -103,18 +101,18 @@ class Desk:
             self.record()
 
     def settle(self) -> None:
-        archive = self.archive(self.dice.choice(self.stations))
+        archive = self.dice.choice(self.stations).archive
         archive.collect()
-        conflicts = archive.names().conflicts
+        conflicts = names_of(archive).conflicts
         if conflicts:
             pair = self.dice.choice(conflicts).pair
-            archive.settle(*pair, is_same=self.dice.random() < 0.5, name="one", who="Li")
+            settle(archive, *pair, is_same=self.dice.random() < 0.5, name="one", who="Li")
 
     def set_clock(self) -> None:
         self.clocks[self.dice.randrange(3)] = timedelta(days=self.dice.randint(-20, 20))
 
     def sync(self) -> None:
-        done = self.archive(self.dice.choice(self.stations)).sync(self.server.url())
+        done = sync(self.dice.choice(self.stations).archive, self.server.url())
         assert done.is_whole
 
     def sync_cut_off(self) -> None:
@@ -131,7 +129,7 @@ class Desk:
                 )
 
         with suppress(UserError):
-            self.archive(self.dice.choice(self.stations)).sync(self.server.url(), on_page=cut)
+            sync(self.dice.choice(self.stations).archive, self.server.url(), on_page=cut)
 
     def sync_killed(self) -> None:
         """The program is killed in the middle, as by kill -9."""
@@ -143,14 +141,14 @@ class Desk:
     def carry_a_stick(self) -> None:
         one, other = self.dice.sample(self.stations, 2)
         stick = self.folder / "stick"
-        self.archive(one).export(stick)
-        assert self.archive(other).import_file(stick).is_whole
+        export_facts(one.archive, stick)
+        assert import_facts(other.archive, stick).is_whole
 
     # What must be so
 
     def end(self) -> None:
         for one in (*self.stations, *self.stations):
-            self.archive(one).sync(self.server.url())
+            sync(one.archive, self.server.url())
         everything = self.stations[0].content()
         assert all(station.content() == everything for station in self.stations), "not all know the same"
         rows = self.server.run("SELECT id, kind, station, made_at, payload, signature FROM dps_s_facts ORDER BY id")
@@ -159,13 +157,11 @@ class Desk:
         assert len(everything) == recorded, "something was lost or invented"
         for station in self.stations:
             assert station.store.facts.faults() == []
-            assert [chain.missing for chain in chains_in(station.facts, station.station)] == [0] * len(
-                chains_in(station.facts, station.station)
-            )
-        names = [self.archive(station).names() for station in self.stations]
+            assert [chain.missing for chain in chains_in(station.archive)] == [0] * len(chains_in(station.archive))
+        names = [names_of(station.archive) for station in self.stations]
         assert names[0] == names[1] == names[2]
         for station in self.stations:
-            assert self.archive(station).status(self.server.url()).not_shared == 0
+            assert status_of(station.archive, self.server.url()).not_shared == 0
 
 
 OFTEN = (Desk.record, Desk.record, Desk.record_much, Desk.sync, Desk.sync, Desk.set_clock, Desk.settle,

@@ -13,7 +13,9 @@ from typing import Any
 import pytest
 
 import app.__main__ as program
-from app.archive.archive import open_archive
+from app.archive.archive import Archive
+from app.archive.exchange import export_facts
+from app.archive.module_names import keep_service, names_of
 from app.guided.results import GuidedVerdict
 from app.limits.service import Service, ServiceKind
 from app.records.check_store import CheckStore
@@ -55,9 +57,7 @@ def told(capsys: pytest.CaptureFixture[str], schema: str, *words: str, code: int
 
 def _carry(capsys: pytest.CaptureFixture[str], other: ArchiveStation, stick: Path) -> None:
     """The other station's facts come here."""
-    from app.archive.archive import Archive
-
-    Archive(other.store, other.facts, other.station).export(stick)
+    export_facts(other.archive, stick)
     say(capsys, "import", str(stick))
 
 
@@ -276,13 +276,13 @@ def test_nothing_is_kept_under_a_name_that_another_module_has_here(
     here.meet("M-07")
     other.meet("M-07")
     _carry(capsys, other, tmp_path / "stick")
-    with closing(open_archive(here.store)) as archive:
-        own, others = sorted(archive.names().modules, key=lambda one: one.members[0].station != archive.public)
+    with closing(Archive(here.store)) as archive:
+        own, others = sorted(names_of(archive).modules, key=lambda one: one.members[0].station != archive.public)
         service = Service(kind=ServiceKind.REPACK, on=date(2020, 1, 1), due=date(2020, 6, 1), who="Li Wei")
         with pytest.raises(UserError, match="settle first"):
-            archive.keep_service(others, service)
+            keep_service(archive, others, service)
         assert here.store.facts.select(FactKind.SERVICE) == []
-        archive.keep_service(own, service)
+        keep_service(archive, own, service)
     assert len(here.store.facts.select(FactKind.SERVICE)) == 1
 
 
@@ -290,8 +290,8 @@ def test_trigger_records_are_counted_from_the_last_repack(
     here: ArchiveStation, capsys: pytest.CaptureFixture[str]
 ) -> None:
     here.visit("M-07", 1, 2)
-    here.collect()
-    (read,) = {fact.made_at for fact in here.facts.of_kind(FactKind.TRIGGER_RECORD)}
+    here.archive.collect()
+    (read,) = {fact.made_at for fact in here.archive.of_kind(FactKind.TRIGGER_RECORD)}
     read_on = datetime.fromisoformat(read).astimezone().date()
 
     def since() -> object:

@@ -17,7 +17,7 @@ import pytest
 
 from app import version
 from app.engine.target import is_simulated
-from app.records.check_store import measured_in
+from app.records.check_store import KeptRecords, measured_in
 from app.records.labels import MAX_NAME_LENGTH, Label, Paper, label_body
 from app.records.record import Record, as_text, canonical, seal
 from app.records.report_files import check_target, suggested_name, write_report
@@ -67,7 +67,7 @@ def checked_record(kind: str = "go", **circumstances: Any) -> Record:
 _record = checked_record
 
 
-class _Kept:
+class _Kept(KeptRecords):
     """A store of these records, by hash."""
 
     def __init__(self, records: Mapping[object, Record]) -> None:
@@ -76,7 +76,7 @@ class _Kept:
     def record(self, hash_: str) -> Record | None:
         return self._records.get(hash_)
 
-    def same_number(self, record: Mapping[str, object]) -> None:
+    def same_number(self, record: Mapping[str, object]) -> str | None:
         return None
 
 

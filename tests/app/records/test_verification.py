@@ -12,7 +12,7 @@ from zipfile import ZipFile
 import pytest
 
 from app.preflight.verdict import assess
-from app.records.check_store import CheckStore
+from app.records.check_store import KeptRecords
 from app.records.record import Record, as_text, seal
 from app.records.report_html import body
 from app.records.verification import (
@@ -127,7 +127,7 @@ def test_a_consistent_forgery_is_not_signed_by_a_known_station() -> None:
 
 def test_a_second_record_with_the_same_number_is_found(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
-        kept, find = CheckStore(store.database), Stations(tmp_path).find
+        kept, find = KeptRecords(store.database), Stations(tmp_path).find
         first = file_one(store, "M-07").record
         assert verify(first, kept, find).state is RecordState.INTACT
         assert verify(first, kept, find).chain is Chain.FIRST
@@ -251,7 +251,7 @@ def test_a_damaged_key_is_never_replaced_and_records_stay_unsigned(tmp_path: Pat
         filed = file_one(store, "M-07")
         assert filed.station_trouble is not None
         assert filed.trouble is None
-        kept = CheckStore(store.database)
+        kept = KeptRecords(store.database)
         assert verify(filed.record, kept, Stations(tmp_path).find).state is RecordState.NOT_SIGNED
     assert (tmp_path / KEY_FILE).read_bytes() == content
 

@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
-from app.archive.archive import Archive, open_archive
+from app.archive.archive import Archive
 from app.archive.chains import chains_in
+from app.archive.exchange import export_facts
 from app.guided.guided_store import last_tests
 from app.guided.results import GuidedKind, GuidedVerdict
-from app.records.check_store import CheckStore
+from app.records.check_store import CheckStore, KeptRecords
 from app.records.record import hash_of
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -77,7 +78,7 @@ def test_nothing_is_lost(former: sqlite3.Connection, store: Store, folder: Path)
                                        f"{of_module} AND name = '{value}' ORDER BY c.id")
             ]  # fmt: skip
     for (hash_,) in rows("SELECT hash FROM preflight_checks"):
-        record = checks.record(hash_)
+        record = KeptRecords(store.database).record(hash_)
         assert record is not None
         assert hash_of(record) == hash_
     assert len(store.facts.select(FactKind.VISIT)) == rows("SELECT count(*) FROM visits")[0][0]
@@ -117,7 +118,7 @@ def test_it_goes_on_where_it_ended(store: Store) -> None:
 
 @pytest.fixture
 def archive(store: Store) -> Iterator[Archive]:
-    with closing(open_archive(store)) as opened:
+    with closing(Archive(store)) as opened:
         yield opened
 
 
@@ -126,12 +127,12 @@ def test_what_was_exchanged_is_not_there_twice(folder: Path, archive: Archive) -
     with closing(sqlite3.connect(folder / "archive.version-2.sqlite")) as former_file:
         former_ids = {id_ for (id_,) in former_file.execute("SELECT id FROM facts")}
     archive.collect()
-    facts = archive.facts.of_kind(None)
+    facts = archive.of_kind(None)
     new = [fact.kind for fact in facts if fact.id not in former_ids]
     assert {fact.id for fact in facts} >= former_ids
     assert set(new) == {"visit", "baud_change", "outcome", "module", "migrated"}
-    assert [chain.missing for chain in chains_in(archive.facts, archive.station)] == [0, 0, 0]
-    assert archive.export(folder / "stick").sent == len(facts)
+    assert [chain.missing for chain in chains_in(archive)] == [0, 0, 0]
+    assert export_facts(archive, folder / "stick").sent == len(facts)
 
 
 def test_the_layout_after_it_is_taken_over_too(folder: Path) -> None:
@@ -197,7 +198,7 @@ def test_a_row_that_nobody_can_read_keeps_none_from_being_taken_over(folder: Pat
     with closing(open_store(folder)) as store:
         assert store.database.notice is None
         assert len(store.modules()) == 3
-        with closing(open_archive(store)) as archive:
+        with closing(Archive(store)) as archive:
             archive.collect()
 
 

@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 from app import version
-from app.archive.local_facts import LocalFacts, open_facts
+from app.archive.archive import Archive
 from app.engine.snapshots import Snapshot
 from app.guided.guided_store import keep_test
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
@@ -16,7 +16,7 @@ from app.records.check_store import CheckStore
 from app.records.record import Record, seal
 from app.safety.acts import Act
 from app.safety.journal import Outcome
-from app.stations.station import Station, own_station
+from app.stations.station import Station
 from app.store.store import Store, open_store
 from app.store.store_journal import KnownAs, StoreJournal
 from app.text.messages import UserMessage
@@ -37,18 +37,18 @@ def slot(number: int) -> bytes:
 class ArchiveStation:
     folder: Path
     store: Store
-    facts: LocalFacts
-    station: Station
+    archive: Archive
 
-    def collect(self) -> int:
-        return self.facts.sign(self.station)
+    @property
+    def station(self) -> Station:
+        return self.archive.station
 
     def ids(self) -> set[str]:
         return {row[0] for row in self.content()}
 
     def content(self) -> list[tuple[str, ...]]:
         """Return all facts, ordered by id."""
-        return sorted(fact.row for fact in self.facts.of_kind(None))
+        return sorted(fact.row for fact in self.archive.of_kind(None))
 
     # Events at a station
 
@@ -118,10 +118,5 @@ def _base_record() -> str:
 
 @contextmanager
 def archive_station(folder: Path, *, clock: Callable[[], datetime] = lambda: NOON) -> Iterator[ArchiveStation]:
-    store = open_store(folder, clock=clock)
-    facts = open_facts(store.facts, clock=clock)
-    try:
-        yield ArchiveStation(folder, store, facts, own_station(folder))
-    finally:
-        facts.close()
-        store.close()
+    with closing(open_store(folder, clock=clock)) as store, closing(Archive(store, clock=clock)) as archive:
+        yield ArchiveStation(folder, store, archive)

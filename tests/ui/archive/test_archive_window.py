@@ -12,9 +12,10 @@ from PySide6.QtCore import QDate, Qt
 from PySide6.QtWidgets import QApplication, QTableView
 from pytestqt.qtbot import QtBot
 
-from app.archive.archive import Archive, open_archive
-from app.archive.exchange import Exchanged
+from app.archive.archive import Archive
+from app.archive.exchange import Exchanged, export_facts, import_facts, sync
 from app.archive.module_history import module_history
+from app.archive.module_names import names_of
 from app.archive.server_url import store_server
 from app.limits.service import ServiceKind
 from app.safety.acts import Act
@@ -51,7 +52,7 @@ def stick(tmp_path: Path) -> Path:
     path = tmp_path / "stick.dpsarchive"
     with archive_station(tmp_path / "other") as other:
         other.check("M-07", "NO-GO")
-        Archive(other.store, other.facts, other.station).export(path)
+        export_facts(other.archive, path)
     return path
 
 
@@ -115,7 +116,7 @@ def test_a_double_click_on_an_answer_does_not_answer_the_next_question(
         here.check(name)
     with archive_station(tmp_path / "third") as third:
         third.check("M-08")
-        Archive(third.store, third.facts, third.station).export(stick)
+        export_facts(third.archive, stick)
     with window(qapp, tmp_path) as assembly:
         dialog = _dialog(qtbot, assembly)
         dialog.ask_open = choosing(stick)
@@ -145,15 +146,15 @@ def test_a_double_click_on_an_answer_does_not_answer_the_next_question(
 def test_to_look_at_the_archive_again_ends_neither_what_is_imported_nor_what_is_typed(
     here: ArchiveStation, stick: Path, qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begun, may_go_on, import_file = Event(), Event(), Archive.import_file
+    begun, may_go_on = Event(), Event()
 
     def held(archive: Archive, path: Path, *, on_page: Callable[[Exchanged], None]) -> Exchanged:
         begun.set()
         assert may_go_on.wait(PATIENCE_S)
         on_page(Exchanged())
-        return import_file(archive, path, on_page=on_page)
+        return import_facts(archive, path, on_page=on_page)
 
-    monkeypatch.setattr(Archive, "import_file", held)
+    monkeypatch.setattr("ui.archive.archive_dialog.import_facts", held)
     with window(qapp, tmp_path) as assembly:
         dialog = _dialog(qtbot, assembly)
         dialog.ask_open = choosing(stick)
@@ -213,7 +214,7 @@ def test_an_exchange_that_runs_by_itself_shows_what_was_altered_on_the_server(
     here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     here.act()
-    monkeypatch.setattr(Archive, "sync", lambda *_args, **_more: Exchanged(refused_count=2))
+    monkeypatch.setattr("app.archive.exchange.sync", lambda *_args, **_more: Exchanged(refused_count=2))
     store_server(data_folder(), NOWHERE)
     with window(qapp, tmp_path) as assembly:
         line = assembly.archive.line
@@ -268,11 +269,11 @@ def _lock(one: Desk) -> None:
 def _told(store: object) -> dict[str, list[str]]:
     """The history of every module in English, as the archive of this computer has it."""
     assert isinstance(store, Store)
-    with closing(open_archive(store)) as archive:
+    with closing(Archive(store)) as archive:
         archive.collect()
         return {
-            module.name: [event.text.in_english() for event in module_history(archive.facts, module).events]
-            for module in archive.names().modules
+            module.name: [event.text.in_english() for event in module_history(archive, module).events]
+            for module in names_of(archive).modules
         }
 
 
@@ -316,7 +317,7 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
     ):
         here.act()
         other.check("M-07")
-        Archive(other.store, other.facts, other.station).sync(server.url())
+        sync(other.archive, server.url())
         store_server(data_folder(), server.url())
         with window(qapp, tmp_path) as assembly:
             exchange, line = assembly.archive.exchange, assembly.archive.line
@@ -326,7 +327,7 @@ def test_records_are_exchanged_by_themselves_and_what_was_altered_is_named(
             last = datetime.fromisoformat(exchange.seen.status.last_at).astimezone()
             assert line.text() in (f"Not shared: 0. Last: {last:%H:%M}.", f"Not shared: 0. Last: {last:%Y-%m-%d}.")
             assert here.ids() > other.ids()
-            Archive(other.store, other.facts, other.station).sync(server.url())
+            sync(other.archive, server.url())
             assert here.content() == other.content()
             server.run(
                 "UPDATE dps_s_facts SET payload = replace(payload, 'GO', 'NO-GO') WHERE kind = 'preflight_check'"

@@ -9,7 +9,7 @@ from typing import Final
 from PySide6.QtWidgets import QPushButton, QStackedLayout, QWidget
 
 from app.preflight.findings import Person
-from app.records.check_store import CheckStore
+from app.records.check_store import KeptRecords
 from app.safety.acts import Act
 from app.settings.profile_file import save_or_say_why_not
 from app.store.database import StoreTrouble
@@ -249,7 +249,7 @@ class PreflightPage(Page):
         """Export a record of the store as it was kept."""
         store = self._services.storage.store
         try:
-            record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
+            record = KeptRecords(store.database).record(hash_) if isinstance(store, Store) else None
         except StoreTrouble as error:
             self.result.notify(Meaning.DANGER, error.message.translated)
             return

@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
 from app.preflight.verdict import Verdict
-from app.records.check_store import CheckStore
 from app.records.labels import Printer
 from app.records.record import Record, recorded_verdict
 from app.records.report_files import check_target, suggested_name, write_report
@@ -21,7 +20,7 @@ from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import error_text, join_sentences, not_written
-from ui.core.background_task import BackgroundTask
+from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, AskText, ThenPath, ask_open, ask_path, ask_text
 from ui.files.report_printer import print_pages
 from ui.services.job_notice import JobNotice
@@ -84,11 +83,16 @@ class RecordFiles(QObject):
         """Verify a file in a background thread: it may be large, and on a slow disk. It replaces one being read."""
         self._result.notify(Meaning.INFORMATION, lambda: tr("Reading {file}…", file=path.name))
         store = self._storage.store
-        kept = CheckStore(store.database) if isinstance(store, Store) else None
-        stations = Stations(self._storage.folder)
+        folder = self._storage.folder
+
+        def work(_running: Running) -> Verification:
+            from app.archive.archive import kept_records  # no start waits for it
+
+            with kept_records(store if isinstance(store, Store) else None, folder) as kept:
+                return verify_file(path, kept, Stations(folder).find)
 
         self._verifying.run(
-            lambda _running: verify_file(path, kept, stations.find),
+            work,
             partial(self._notify_verified, path),
             partial(self._notify_unread, path),
         )

@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.archive.exchange import export_facts, import_facts
 from app.guided.results import GuidedKind
 from app.records.record import as_text
 from app.records.verification import RecordState, verify_file
@@ -23,6 +24,7 @@ from app.text.i18n import CHINESE, ENGLISH, tr
 from app.text.sentences import labelled
 from tests.app.records.test_record import checked_record
 from tests.support.patience import PATIENCE_S
+from tests.support.records.archive_stations import archive_station
 from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, name_module, on_bench, said
 from tests.support.window.steps import choosing, notice_text
@@ -58,6 +60,19 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, quick: None, rig:
     for path in (target, nonsense):  # the second while the first is still being read
         page.files.verify(path)
     rig.until(lambda: "No pre-flight record" in said(rig))
+
+
+def test_a_record_of_another_station_that_the_archive_brought_is_kept_here(tmp_path: Path, rig: OnBench) -> None:
+    """As `dps-s verify` says of the same file."""
+    record, stick = tmp_path / "theirs.json", tmp_path / "stick"
+    with archive_station(tmp_path / "other") as other, archive_station(rig.assembly.storage.folder) as here:
+        record.write_text(as_text(other.check("M-07")), "utf-8")
+        other.archive.collect()
+        export_facts(other.archive, stick)
+        import_facts(here.archive, stick)
+    rig.drop(record)
+    rig.until(lambda: "Station: " in said(rig))
+    assert "Kept on this computer." in said(rig)
 
 
 def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick: None, rig: OnBench) -> None:
