@@ -209,7 +209,7 @@ def recordings(studio: Studio) -> None:
     studio.until(lambda: len(page.work.entries) > 1, "nothing was recorded")
     page.table.selectRow(1)
     studio.press("recordings_keep")
-    studio.until(lambda: not page.work.is_running and page.work.entries[1].is_pinned, "it is not kept")
+    studio.until(lambda: not page.work.is_busy and page.work.entries[1].is_pinned, "it is not kept")
     page.work.dismiss()
     page.table.selectRow(1)
     page.refresh()

@@ -4,24 +4,27 @@ is left, or another module is connected."""
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled, not_written
 from app.text.user_error import UserError
-from ui.core.background_task import BackgroundTask
+from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.services.announcer import announce
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 Result = TypeVar("Result")
+PROGRESS_EVERY_MS: Final = 100
 
 
 class JobNotice(QObject):
-    """`changed`: a job began or ended, or the notice changed."""
+    """`changed`: a job began, went on or ended, or the notice changed.
+
+    One that reads and one that writes may run in the background."""
 
     changed = Signal()
 
@@ -30,7 +33,10 @@ class JobNotice(QObject):
         super().__init__(parent)
         self.is_of_module = is_of_module
         self._notice: Callable[[], Notice | None] | None = None
+        self._reading: BackgroundTask[Any] = BackgroundTask("dps-s read", self)
         self._writing: BackgroundTask[Any] = BackgroundTask("dps-s save", self, finished_at_close=True)
+        self._ticking = QTimer(self, interval=PROGRESS_EVERY_MS)
+        self._ticking.timeout.connect(self._tick)
 
     def set_notice(self, make: Callable[[], Notice | None] | None) -> None:
         """Set the notice; `make` is called whenever it is shown, None removes it. Screen readers hear it once."""
@@ -58,25 +64,65 @@ class JobNotice(QObject):
         self.notify(Meaning.ATTENTION, text)
         return None
 
+    def begin(
+        self, doing: Callable[[], str], act: Callable[[Running], Result], then: Callable[[Result], object],
+        refused: Callable[[Exception], str], *, writes: bool = True, can_cancel: bool = True,
+    ) -> None:  # fmt: skip
+        """Does it in the background; `then` says what came of it, `refused` why nothing did. What `writes` goes on when
+        the window closes; cancelled, it learns that and says what it had done by then. Reading ends at once."""
+        task = self._writing if writes else self._reading
+
+        def progress() -> Notice:
+            text, share = doing(), task.share
+            if share is not None:
+                text = tr("{what}: {percent} %", what=text, percent=f"{share * 100:.0f}")
+            return progress_notice(text, self.cancel_files if can_cancel else None)
+
+        def end(result: Result) -> None:
+            self.dismiss()
+            then(result)
+
+        self._notice = progress
+        task.run(act, end, partial(self._refuse, refused))
+        self._ticking.start()
+        self.changed.emit()
+
     def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str]) -> None:
-        """Writes a file in the background, as the disk may be slow, and says what came of it; `saved` is given what
-        `write` returned."""
-        self.set_notice(lambda: progress_notice(tr("Saving…"), None))
+        """Writes a small file, and says what came of it; `saved` is given what `write` returned."""
 
         def tell(result: Result) -> None:
             self.notify(Meaning.GOOD, partial(saved, result))
 
-        self._writing.run(lambda _running: write(), tell, partial(self._tell_unwritten, path))
+        unwritten = partial(not_written, path)
+        self.begin(lambda: tr("Saving…"), lambda _running: write(), tell, unwritten, can_cancel=False)
 
     @property
     def is_writing(self) -> bool:
         return self._writing.is_running
 
-    def _tell_unwritten(self, path: Path, error: Exception) -> None:
-        if not isinstance(error, UserError | OSError | RuntimeError):
+    @property
+    def is_busy(self) -> bool:
+        """In the background."""
+        return self._reading.is_running or self._writing.is_running
+
+    def cancel_files(self) -> None:
+        self._writing.stop()
+        if self._reading.is_running:
+            self._reading.cancel()
+            self.notify(Meaning.INFORMATION, lambda: tr("Cancelled."))
+
+    def _refuse(self, text: Callable[[Exception], str], error: Exception) -> None:
+        if not isinstance(error, UserError | OSError | RuntimeError | ValueError):
+            self.dismiss()
             raise error
         meaning = Meaning.ATTENTION if isinstance(error, UserError) else Meaning.DANGER
-        self.notify(meaning, partial(not_written, path, error))
+        self.notify(Meaning.INFORMATION if isinstance(error, ExportCancelled) else meaning, partial(text, error))
+
+    def _tick(self) -> None:
+        if self.is_busy:
+            self.changed.emit()
+        else:
+            self._ticking.stop()
 
     def dismiss(self) -> None:
         self.set_notice(None)
@@ -84,14 +130,15 @@ class JobNotice(QObject):
     def end(self, *, is_page_left: bool) -> None:
         """Another module is connected, or only the page was left, which does not end what a person has to act on."""
         notice = self.result_notice()
-        if not is_page_left and not self.is_of_module:
+        if self.is_busy or (not is_page_left and not self.is_of_module):
             return
         is_news = notice is None or (notice.meaning in (Meaning.GOOD, Meaning.INFORMATION) and not notice.choices)
         if self._notice is not None and (is_news or not is_page_left):
             self.dismiss()
 
     def result_notice(self) -> Notice | None:
-        """The last result; None if there is none, or it was dismissed. What offers no choice can be closed."""
+        """Progress, else the last result; None if there is none, or it was dismissed. What offers no choice can be
+        closed."""
         notice = None if self._notice is None else self._notice()
         return notice if notice is None or notice.choices else notice._replace(dismiss=self.dismiss)
 

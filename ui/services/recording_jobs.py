@@ -3,9 +3,9 @@
 import logging
 from collections.abc import Callable, Iterable
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import Signal
 
@@ -15,7 +15,7 @@ from app.text.sentences import error_text, join_sentences, not_written, saved_te
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.announcer import announce
-from ui.services.job_notice import JobNotice, progress_notice
+from ui.services.job_notice import JobNotice
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -51,14 +51,9 @@ class RecordingJobs(JobNotice):
         """A recording is shown on the Live page."""
         self._is_list_old = False
         self._unconverted: set[Path] = set()
-        self._doing: Callable[[], str] = str
         self._refused = ""
         """When that was recorded which was not opened because of the running job."""
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
-        self._brief: BackgroundTask[Any] = BackgroundTask("dps-s recording", self)
-        self._export: BackgroundTask[Any] = BackgroundTask("dps-s export", self, finished_at_close=True)
-        self._job = self._brief
-        """The running one of them, or the last."""
 
     def note_shown(self, *, is_shown: bool) -> None:
         self.is_shown = is_shown
@@ -70,19 +65,12 @@ class RecordingJobs(JobNotice):
 
         return RecordingLibrary(self._folder)
 
-    @property
-    def is_running(self) -> bool:
-        return self._job.is_running
-
     def notice(self) -> Notice | None:
-        if not self.is_running:
-            return self.result_notice()
-        text, share = self._doing(), self._job.share
-        if share is not None:
-            text = tr("{what}: {percent} %", what=text, percent=f"{share * 100:.0f}")
-        if self._refused:
-            text = tr("{what}. Not opened meanwhile: {when}.", what=text, when=self._refused)
-        return progress_notice(text, self.cancel)
+        notice = self.result_notice()
+        if notice is None or not (self.is_busy and self._refused):
+            return notice
+        text = tr("{what}. Not opened meanwhile: {when}.", what=notice.text, when=self._refused)
+        return notice._replace(text=text)
 
     def refresh(self) -> None:
         self._is_list_old = self._listing.is_running  # the running one may miss what changed since it began
@@ -113,10 +101,11 @@ class RecordingJobs(JobNotice):
 
     def open(self, entry: "RecordingEntry") -> None:
         """Emits `opened`, or ends with the reason why not. While a job runs it is said that nothing is opened."""
-        if self.is_running:
+        if self.is_busy:
             self._refused = when_text(entry)
-            announce(tr("{what}. Not opened meanwhile: {when}.", what=self._doing(), when=self._refused))
             self.changed.emit()
+            notice = self.notice()
+            announce("" if notice is None else notice.text)
             return
 
         def work(_running: Running) -> object:
@@ -124,11 +113,11 @@ class RecordingJobs(JobNotice):
 
             return open_recording(entry)
 
-        def show(recording: object) -> None:
-            self._end_silently()
-            self.opened.emit(recording)
+        def doing() -> str:
+            return tr("Opening {when}…", when=when_text(entry))
 
-        self._begin(lambda: tr("Opening {when}…", when=when_text(entry)), work, show)
+        self._refused = ""
+        self.begin(doing, work, self.opened.emit, partial(_refusal, None), writes=False)
 
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Export the recording into one file, written whole or not at all."""
@@ -143,9 +132,9 @@ class RecordingJobs(JobNotice):
                 saved = saved_text(path, done.rows)
                 return saved if done.damage is None else join_sentences([saved, done.damage.translated()])
 
-            self._end(Meaning.GOOD if done.damage is None else Meaning.ATTENTION, text)
+            self.notify(Meaning.GOOD if done.damage is None else Meaning.ATTENTION, text)
 
-        self._begin(lambda: tr("Exporting {name}", name=path.name), work, notify, path=path)
+        self._change(lambda: tr("Exporting {name}", name=path.name), work, notify, path)
 
     def set_pinned(self, entries: Iterable["RecordingEntry"], *, is_pinned: bool) -> None:
         """Whether they are kept when old recordings are deleted automatically."""
@@ -155,7 +144,7 @@ class RecordingJobs(JobNotice):
             for entry in chosen:
                 self.library.set_pinned(entry, is_pinned=is_pinned)
 
-        self._begin(lambda: tr("Saving…"), work, lambda _none: self._end_silently())
+        self._change(lambda: tr("Saving…"), work, bool)
 
     def delete(self, entries: Iterable["RecordingEntry"]) -> None:
         """Delete permanently."""
@@ -171,44 +160,26 @@ class RecordingJobs(JobNotice):
             return len(chosen)
 
         def notify(count: int) -> None:
-            self._end(Meaning.INFORMATION, lambda: tr("Recordings deleted: {count}.", count=count))
+            self.notify(Meaning.INFORMATION, lambda: tr("Recordings deleted: {count}.", count=count))
 
-        self._begin(lambda: tr("Deleting…"), work, notify)
-
-    def cancel(self) -> None:
-        """Stop the running job; an export leaves no file."""
-        if self._job.is_running:
-            self._job.cancel()
-            self._end(Meaning.INFORMATION, lambda: tr("Cancelled."))
+        self._change(lambda: tr("Deleting…"), work, notify)
 
     def stop(self) -> None:
         """The window closes; a file that is being written is finished."""
-        for task in (self._brief, self._export):
+        for task in (self._reading, self._writing, self._listing):
             task.close()
-        self._listing.cancel()
 
-    def _begin(
-        self,
-        doing: Callable[[], str],
-        work: Callable[[Running], Result],
-        then: Callable[[Result], None],
-        *,
+    def _change(
+        self, doing: Callable[[], str], work: Callable[[Running], Result], tell: Callable[[Result], object],
         path: Path | None = None,
-    ) -> None:
-        if self._job.is_running:
-            return
-        self._doing, self._refused = doing, ""
-        self._job = self._brief if path is None else self._export
-        self._job.run(work, then, lambda error: self._end(Meaning.ATTENTION, lambda: _refusal(error, path)))
-        self.dismiss()
+    ) -> None:  # fmt: skip
+        def end(result: Result) -> None:
+            tell(result)
+            self.refresh()
 
-    def _end(self, meaning: Meaning, text: Callable[[], str]) -> None:
-        self.notify(meaning, text)
-        self.refresh()
-
-    def _end_silently(self) -> None:
-        self.dismiss()
-        self.refresh()
+        if not self.is_busy:
+            self._refused = ""
+            self.begin(doing, work, end, partial(_refusal, path))
 
     def _show_list(self, entries: tuple["RecordingEntry", ...]) -> None:
         if entries != self.entries or not self.is_known:
@@ -219,10 +190,10 @@ class RecordingJobs(JobNotice):
 
     def _fail_list(self, error: Exception) -> None:
         self.is_known = True
-        self.notify(Meaning.ATTENTION, lambda: _refusal(error, None))
+        self.notify(Meaning.ATTENTION, partial(_refusal, None, error))
 
 
-def _refusal(error: Exception, path: Path | None) -> str:
+def _refusal(path: Path | None, error: Exception) -> str:
     if path is not None or isinstance(error, UserError):
         return not_written(path, error)
     return tr("Failed: {why}.", why=error_text(error))

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
+from unittest.mock import Mock
 
 import pytest
 from PySide6.QtCore import QObject, Signal
@@ -13,9 +14,11 @@ from pytestqt.qtbot import QtBot
 from app.engine.procedure import Cancelled, Procedure, Report
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Job
+from app.recordings.export import Exported
+from app.recordings.library import RecordingEntry
 from app.store.database import StoreTrouble
 from app.store.store import Store, open_store
-from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.fakes_ui import WAIT_MS, page_entries, window
 from tests.support.window.steps import find
 from ui.pages.flights.page import FlightsPage
 from ui.pages.settings.page import SettingsPage
@@ -23,6 +26,7 @@ from ui.pages.settings.row import EDITOR_PX
 from ui.services import storage as storage_module
 from ui.services.page import HEIGHT_PX
 from ui.services.port import Ports
+from ui.services.recording_jobs import ExportKind, RecordingJobs
 from ui.services.running_job import RunningJob
 from ui.services.storage import Storage
 from ui.style.theme import Meaning, scaled
@@ -142,6 +146,41 @@ def test_it_can_be_cancelled(qtbot: QtBot) -> None:
     line.jobs[0][0].run.error = Cancelled()
     line.end()
     assert isinstance(ended[0].run.error, Cancelled)
+
+
+def test_what_a_cancelled_job_has_written_is_said(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Deleting ends before the next one; an export was whole before it learned that it is cancelled."""
+    begun, may_go_on, deleted = threading.Event(), threading.Event(), list[object]()
+    jobs = RecordingJobs(tmp_path)
+
+    def held(*_asked: object, **_more: object) -> Exported:
+        begun.set()
+        may_go_on.wait(WAIT_MS / 1000)
+        return Exported(3, None)
+
+    monkeypatch.setattr("app.recordings.export.export", held)
+    monkeypatch.setattr(jobs.library, "delete", lambda entry: deleted.append((entry, held())))
+    entry, path = cast("RecordingEntry", Mock()), tmp_path / "all.csv"
+    for act, said in (
+        (lambda: jobs.delete([entry, entry]), "Recordings deleted: 1."),
+        (lambda: jobs.export(entry, path, ExportKind.CSV), f"Saved to {path}. Rows: 3."),
+    ):
+        act()
+        assert begun.wait(WAIT_MS / 1000)
+        asked = jobs.notice()
+        assert asked is not None
+        asked.choices[0].act()
+        may_go_on.set()
+        qtbot.waitUntil(lambda: not jobs.is_busy)
+        told = jobs.notice()
+        assert told is not None
+        assert told.text == said
+        begun.clear()
+        may_go_on.clear()
+    assert len(deleted) == 1
+    jobs.stop()
 
 
 def test_the_page_in_sight_follows_the_size_of_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -21,15 +21,14 @@ from app.engine.worker import Connection
 from app.system.gil_yield import GilYield
 from app.text.i18n import tr
 from app.text.sentences import error_text, not_written, saved_text
-from ui.core.background_task import BackgroundTask, ExportCancelled, Running
+from ui.core.background_task import ExportCancelled, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, ask_open, ask_path, default_name
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice, progress_notice
+from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_row
-from ui.widgets.notice_bar import Notice
 
 SUFFIX = ".mcap"
 OPENED_SUFFIXES = (".hex", ".txt", ".log", ".dpscap", SUFFIX)
@@ -88,36 +87,28 @@ class CaptureFiles(QWidget):
         self.ask_save: AskPath = ask_path
         self._connector, self._buffer, self._result = services.connector, buffer, result
         self._folder = Path.home()
-        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
-        self._loading: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
-        self._opening = ""
-        """Name of the file that is being read."""
         texts = services.texts
         self.open = control(QPushButton(), texts, "capture_open", "Open traffic…", key="Ctrl+O", picture=Icon.FOLDER,
                             slot=self.choose)  # fmt: skip
         self.save = control(QPushButton(), texts, "capture_save", "Save traffic…", key="Ctrl+S", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
+        result.changed.connect(self.refresh)
 
     def refresh(self) -> None:
-        self.save.setEnabled(len(self._buffer) > 0 and not self._saving.is_running)
+        self.save.setEnabled(len(self._buffer) > 0 and not self._result.is_writing)
 
     def choose(self) -> None:
         self.ask_open(self, self._folder, self.open_file)
 
     def open_file(self, path: Path) -> None:
         self._folder = path.parent
-        self._opening = path.name
-        self._loading.run(
-            partial(load_capture, path),
-            self._show,
-            lambda error: self._result.notify(Meaning.ATTENTION, lambda: _refusal(path, error)),
-        )
-        self._result.dismiss()
+        load = partial(load_capture, path)
+        self._result.begin(lambda: path.name, load, self._show, partial(_refusal, path), writes=False)
 
     def choose_and_save(self) -> None:
         """Saves the traffic up to now, not up to when the file is chosen."""
-        if not len(self._buffer) or self._saving.is_running:
+        if not len(self._buffer) or self._result.is_writing:
             return
         connection = self._connector.current.connection
         entries = self._buffer.entries()
@@ -152,28 +143,10 @@ class CaptureFiles(QWidget):
             )  # fmt: skip
             write_session(path, opening, counted())
 
-        def end(error: Exception | None = None) -> None:
-            self.refresh()
-            meaning = Meaning.INFORMATION if isinstance(error, ExportCancelled) else Meaning.ATTENTION
-            if error is None:
-                self._result.notify(Meaning.GOOD, partial(saved_text, path, len(entries), is_whole=not has_dropped))
-            else:
-                self._result.notify(meaning, partial(not_written, path, error))
+        def tell(_none: None) -> None:
+            self._result.notify(Meaning.GOOD, partial(saved_text, path, len(entries), is_whole=not has_dropped))
 
-        self._saving.run(write, lambda _none: end(), end)
-        self.refresh()
-        self._result.dismiss()
-
-    def progress(self) -> Notice | None:
-        """Of reading, else of writing."""
-        if self._loading.is_running:
-            percent = round((self._loading.share or 0.0) * 100)
-            return progress_notice(tr("{what}: {percent} %", what=self._opening, percent=percent), self._cancel_loading)
-        return progress_notice(tr("Saving…"), self._saving.stop) if self._saving.is_running else None
-
-    def _cancel_loading(self) -> None:
-        self._loading.cancel()
-        self._result.dismiss()
+        self._result.begin(lambda: tr("Saving…"), write, tell, partial(not_written, path))
 
     def _show(self, opened: Opened) -> None:
         if not opened.rows:

@@ -30,7 +30,6 @@ from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_PROGRESS_EVERY_MS: Final = 100
 _VIEWS: Final = (
     ("why", marked("Connection")),
     ("traffic", marked("Traffic")),
@@ -70,7 +69,7 @@ class DiagnosisPage(StreamPage):
         self.saving = Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()
         self.go_to("why")
-        VisibilityTimer(self, self._refresh_strip, every_ms=_PROGRESS_EVERY_MS)
+        VisibilityTimer(self, self._refresh_strip)
 
     def on_batch(self, batch: Batch) -> None:
         if batch.events:
@@ -124,7 +123,7 @@ class DiagnosisPage(StreamPage):
         return Notice(Meaning.INFORMATION, join_sentences(parts), (back,))
 
     def _refresh_strip(self) -> None:
-        notice = self.files.progress() or self.result.result_notice()
+        notice = self.result.result_notice()
         if notice is None and self.opened is not None:
             notice = self._capture_notice(self.opened)
         self.strip.show_notice(notice)

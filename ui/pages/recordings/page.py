@@ -61,8 +61,6 @@ class PinDelegate(QStyledItemDelegate):
 
 _LIST_EVERY_MS: Final = 2000
 """For the growing recording, while the page is visible."""
-_DRAW_EVERY_MS: Final = 100
-"""For the progress of a job."""
 
 
 class RecordingsPage(Page):
@@ -90,8 +88,7 @@ class RecordingsPage(Page):
         self.list = SearchedRows(services.texts, "recordings", self.table, Icon.RECORDINGS, *words)
         self._lay_out()
         VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS)
-        timer = VisibilityTimer(self, self.refresh, every_ms=_DRAW_EVERY_MS, tick=self._refresh_notice)
-        self.work.changed.connect(timer.refresh_seen)
+        self.work.changed.connect(VisibilityTimer(self, self.refresh).refresh_seen)
         self._wire()
         self.refresh()
 
@@ -111,11 +108,11 @@ class RecordingsPage(Page):
         self._refresh_buttons()
 
     def _refresh_notice(self) -> None:
-        is_asked = self._to_delete and not self.work.is_running
+        is_asked = self._to_delete and not self.work.is_busy
         self.strip.show_notice(self._question() if is_asked else self.work.notice())
 
     def _refresh_buttons(self) -> None:
-        self.detail.show_chosen(self.table.chosen(), is_idle=not self.work.is_running)
+        self.detail.show_chosen(self.table.chosen(), is_idle=not self.work.is_busy)
 
     def _bounds_text(self) -> str:
         library = self.work.library
@@ -223,7 +220,7 @@ class RecordingsPage(Page):
 
     def ways_back(self) -> WaysBack:
         return (
-            (self.work.is_running, self.work.cancel),
+            (self.work.is_busy, self.work.cancel_files),
             (self._to_delete, self._cancel_deletion),
             (self.work.notice(), self.work.dismiss),
         )

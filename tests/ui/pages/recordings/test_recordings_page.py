@@ -243,7 +243,7 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     one.page.open_file(one.library.entries()[0].path)
     assert one.said().startswith("Exporting all.csv: 40 %. Not opened meanwhile: ")
     one.answer("cancel")
-    assert one.said() == "Cancelled."
+    one.until(lambda: one.said() == "Cancelled.")
     assert ended.wait(WAIT_MS / 1000)
     assert list(tmp_path.glob("*.csv")) == []
 
@@ -265,7 +265,7 @@ def test_an_export_is_finished_after_the_window_has_closed(
     assert begun.wait(WAIT_MS / 1000)
     one.storage.close()
     may_go_on.set()
-    assert one.storage.recordings._job.wait(WAIT_MS / 1000)
+    assert one.storage.recordings._writing.wait(WAIT_MS / 1000)
     assert (tmp_path / "all.csv").is_file()
 
 
