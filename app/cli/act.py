@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
             permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
             try:
                 if is_lock:
-                    done = conversation.run(lock(records.journal))
+                    done = conversation.run(lock(records.journal, is_attended=False))
                     if done.is_locked and records.store is not None and (args.module is not None or args.same_module):
                         end_left_active(conversation, records.store, args)
                 else:

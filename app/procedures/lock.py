@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.engine.procedure import (
+    HEARTBEAT_WAITS_S,
     MAX_LOCKS,
     Ask,
     Cancelled,
@@ -28,9 +29,10 @@ from app.procedures.find import find_rate
 from app.safety.acts import Act
 from app.safety.journal import Entry, Journal, NoJournal, Outcome
 from app.text.i18n import tr
-from protocol.catalogue import BY_NAME, LOCK, STATUS
+from protocol.catalogue import BY_NAME, HEARTBEAT, LOCK, STATUS
 from protocol.events import Answered
 from protocol.events import Outcome as Reply
+from protocol.lag import QUICK_S
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.translatable import marked
 
@@ -125,15 +127,21 @@ class _Reports:
         return Outcome.REFUSED if self.is_locked is False and self.is_acknowledged else Outcome.UNKNOWN
 
 
-def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Procedure[Locked]:
+def lock(
+    journal: Journal | None = None, repeat: LockRepeat | None = None, *, is_attended: bool = True
+) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
-    cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress."""
+    cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress.
+    `is_attended`: a person is asked which module it is; else nothing is confirmed after a silence."""
     journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Reports()
     entries: list[Entry] = []
     before = repeat.sent
     is_port_lost = is_replaced = False
     try:
+        begin: EngineView = yield Inspect()
         yield from _lock_until_reported(journal, repeat, proof, entries)
+        if not is_attended:
+            yield from _look_for_silence(begin, proof)
     except Cancelled:
         is_replaced = True
     except (PortLost, PortError):
@@ -143,6 +151,7 @@ def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Pr
     if sent > before and not entries:
         entries.append(_begin(journal))
     logged = Outcome.UNKNOWN if proof.is_in_doubt and sent else outcome
+    outcome = outcome if is_attended else logged
     for entry in entries:
         why = "port lost" if is_port_lost else "replaced" if is_replaced else None
         journal.settle(entry, logged, {"sent": sent, "acknowledged": proof.is_acknowledged, "why": why})
@@ -154,6 +163,15 @@ def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Pr
         is_port_lost=is_port_lost,
         is_replaced=is_replaced,
     )
+
+
+def _look_for_silence(begin: EngineView, proof: _Reports) -> Procedure[None]:
+    """One on a line that is slow itself is none: an answer takes as long now."""
+    view: EngineView = yield Inspect()
+    proof.is_in_doubt = view.device.breaks != begin.device.breaks
+    if proof.is_in_doubt:
+        answer = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+        proof.is_in_doubt = not isinstance(answer, Answered) or (answer.round_trip_s or 0.0) < QUICK_S
 
 
 def _begin(journal: Journal) -> Entry:

@@ -196,6 +196,23 @@ def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Sta
     assert printed.err == "Sent, not confirmed: treat the module as ACTIVE.\n"
 
 
+@pytest.mark.parametrize(("frame", "option"), [(1, []), (2, []), (2, ["--same-module"])])
+def test_of_a_module_that_was_sent_lock_nobody_says_that_it_is_locked(
+    stage: Stage, frame: int, option: list[str]
+) -> None:
+    """What answers then is another one, which is locked, and the first one may not have heard it."""
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        printed = run(stage, ["lock", "--yes", *option], 1)
+    assert printed.err.endswith(" not confirmed: treat the module as ACTIVE.\n")
+    assert recorded() == [(Act.LOCK, Outcome.UNKNOWN)]
+
+
+def test_a_slow_line_is_no_silence(stage: Stage) -> None:
+    stage.bench.change(delay_ms=400.0)
+    assert run(stage, ["lock", "--yes"]).out == "The module reports LOCKED.\n"
+
+
 @pytest.mark.parametrize("frame", [4, 8, 12])
 def test_nothing_is_written_to_another_module_than_was_read(stage: Stage, frame: int) -> None:
     bench = stage.bench
