@@ -20,15 +20,15 @@ EVERY_BYTE = frozenset(range(256))
 
 
 class ValueRefused(ValueError):
-    """A value that the field's byte cannot represent.
+    """A value that the field's byte cannot represent. `text`: English, translatable, with the placeholders of
+    `values`."""
 
-    `neighbours` are the nearest values that it can: two for a value between two steps, one for a value outside the
-    range, all values of a choice.
-    """
+    def __init__(self, text: str, **values: object) -> None:
+        super().__init__(text.format(**values))
+        self.text, self.values = text, values
 
-    def __init__(self, reason: str, neighbours: tuple[Value, ...]) -> None:
-        super().__init__(reason)
-        self.neighbours = neighbours
+
+NUMBER_NEEDED = marked("a number is needed")
 
 
 class Quantity(NamedTuple):
@@ -63,20 +63,17 @@ class Quantity(NamedTuple):
 
     def encode(self, value: Value) -> int:
         """Byte for `value`; raises `ValueRefused` off the range 0 … `maximum` or between two steps."""
-        if isinstance(value, bool):
-            raise ValueRefused("a number is needed, not yes or no", ())
-        exact = Decimal(str(value))
+        exact = Decimal("nan" if isinstance(value, bool) else str(value))
         if not exact.is_finite():
-            raise ValueRefused("a finite number is needed", ())
+            raise ValueRefused(NUMBER_NEEDED)
         steps = exact * self.per_unit
         if not 0 <= steps <= 255:
-            nearest = self.decode(max(0, min(int(steps), 255)))
-            raise ValueRefused(f"{value} is outside {self.text(0)} to {self.text(255)}", (nearest,))
+            text = marked("{value} is outside {low} to {high}")
+            raise ValueRefused(text, value=value, low=self.text(0), high=self.text(255))
         raw = int(steps)
         if steps != raw:
-            low, high = self.decode(raw), self.decode(raw + 1)
-            between = f"{self.text(raw)} and {self.text(raw + 1)}"
-            raise ValueRefused(f"{value} lies between the steps {between}", (low, high))
+            text = marked("{value}: the nearest steps are {low} and {high}")
+            raise ValueRefused(text, value=value, low=self.text(raw), high=self.text(raw + 1))
         return raw
 
     def text(self, raw: int) -> str:
@@ -109,7 +106,7 @@ class Flag(NamedTuple):
     def encode(self, value: Value) -> int:
         """Byte for `value`; raises `ValueRefused` for anything but True and False."""
         if not isinstance(value, bool):
-            raise ValueRefused("yes or no is needed", (True, False))
+            raise ValueRefused(marked("expected {expected}"), expected="true, false")
         return self.true if value else self.false
 
     def text(self, raw: int) -> str:
@@ -136,8 +133,8 @@ class Choice(NamedTuple):
         for code, known in self.values.items():
             if known == value:
                 return code
-        listed = ", ".join(str(known) for known in self.values.values())
-        raise ValueRefused(f"{value} is not one of {listed}", tuple(self.values.values()))
+        listed = ", ".join(map(str, self.values.values()))
+        raise ValueRefused(marked("{value} is not one of {values}"), value=value, values=listed)
 
     def text(self, raw: int) -> str:
         return f"{self.values[raw]} {self.unit}"
@@ -158,7 +155,7 @@ class Done(NamedTuple):
     def encode(self, value: Value) -> int:
         """01; raises `ValueRefused` for anything but True: no byte means "no"."""
         if value is not True:
-            raise ValueRefused("this can only be done, not undone", (True,))
+            raise ValueRefused(marked("expected {expected}"), expected="true")
         return 0x01
 
     def text(self, raw: int) -> str:

@@ -2,10 +2,10 @@
 
 from decimal import Decimal, InvalidOperation
 
-from app.text.messages import UserMessage, clean, message
+from app.text.messages import clean
 from app.text.user_error import UserError
 from protocol.catalogue import Command
-from protocol.fields import Choice, Field, Quantity, Value, ValueRefused
+from protocol.fields import NUMBER_NEEDED, Choice, Field, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
@@ -14,6 +14,7 @@ LONGEST_SHOWN = 40
 """Characters of what is refused."""
 LARGEST_WHOLE = 10**15
 """Larger integers are not shown; Python refuses to format more than 4,300 digits."""
+TOO_LONG = marked("{value} has too many digits")
 
 
 def field_of(command: Command) -> Field:
@@ -26,52 +27,34 @@ def field_of(command: Command) -> Field:
 def fitting(field: Field, value: object) -> Value:
     """`value` exactly as it will be sent, in the field's unit. Never rounds: raises `UserError`."""
     if not isinstance(value, bool | int | float):
-        raise UserError(_kind_needed(field))
+        raise _kind_needed(field)
     if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
-        outside = ValueRefused("outside", (255 if value > 0 else 0,))
-        raise UserError(_why_refused(field, "≥ 10^15" if value > 0 else "≤ -10^15", outside))
+        raise UserError(TOO_LONG, value="≥ 10^15" if value > 0 else "≤ -10^15")
     try:
         return field.decode(field.encode(value))
     except ValueRefused as error:
-        raise UserError(_why_refused(field, value, error)) from error
+        raise UserError(error.text, **error.values) from error
 
 
 def parse_value(field: Field, text: str) -> Value:
     """Parses a text typed by a person. Raises `UserError`."""
     if not isinstance(field, Quantity | Choice):
         if text.lower() not in _WORDS:
-            raise UserError(_kind_needed(field))
+            raise _kind_needed(field)
         return fitting(field, _WORDS[text.lower()])
     try:
         number = Decimal(text if len(text) <= MAX_NUMBER_LENGTH else "")
         if not number.is_finite():
             raise InvalidOperation
     except InvalidOperation:
-        raise UserError(_kind_needed(field)) from None
+        raise _kind_needed(field) from None
     value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
     if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
-        raise UserError(_why_refused(field, text, None))
+        raise UserError(TOO_LONG, value=clean(text, longest=LONGEST_SHOWN))
     return fitting(field, value)
 
 
-def _kind_needed(field: Field) -> UserMessage:
+def _kind_needed(field: Field) -> UserError:
     if isinstance(field, Quantity | Choice):
-        return message(marked("a number is needed"))
-    return message(marked("expected {expected}"), expected="true, false")
-
-
-def _why_refused(field: Field, value: object, error: ValueRefused | None) -> UserMessage:
-    if isinstance(field, Choice):
-        listed = ", ".join(map(str, sorted(field.values.values())))
-        return message(marked("{value} is not one of {values}"), value=value, values=listed)
-    if not isinstance(field, Quantity):
-        return _kind_needed(field)
-    if error is None:
-        return message(marked("{value} has too many digits"), value=clean(str(value), longest=LONGEST_SHOWN))
-    if len(error.neighbours) == 2:
-        low, high = (field.text(field.encode(neighbour)) for neighbour in error.neighbours)
-        return message(marked("{value}: the nearest steps are {low} and {high}"), value=value, low=low, high=high)
-    if error.neighbours:
-        low, high = field.text(0), field.text(255)
-        return message(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
-    return _kind_needed(field)
+        return UserError(NUMBER_NEEDED)
+    return UserError(marked("expected {expected}"), expected="true, false")

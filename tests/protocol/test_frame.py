@@ -202,37 +202,26 @@ def test_the_values_of_the_table(field: Field, raw: int, value: Value, text: str
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "neighbours"),
+    ("field", "value", "said"),
     [
-        (CENTISECOND, 1.605, (1.6, 1.61)),
-        (CELL_VOLT, 3.81, (3.8, 3.82)),
-        (DEGREE, 60.5, (60, 61)),
-        (TENTH_G, -0.1, (0.0,)),
-        (TENTH_G, 25.6, (25.5,)),
-        (DEGREE, 256, (255,)),
-        (DEGREE, True, ()),
-        (DEGREE, math.nan, ()),
-        (DEGREE, math.inf, ()),
-        (FLAG, 1, (True, False)),
-        (INVERTED, 0, (True, False)),
-        (BAUD, 115201, (4800, 9600, 19200, 38400, 57600, 115200)),
-        (BAUD, True, (4800, 9600, 19200, 38400, 57600, 115200)),
-        (Done(), False, (True,)),
-        (Done(), 1, (True,)),
+        (CENTISECOND, 1.605, "1.605: the nearest steps are 1.60 s and 1.61 s"),
+        (CELL_VOLT, 3.81, "3.81: the nearest steps are 3.80 V and 3.82 V"),
+        (DEGREE, 60.5, "60.5: the nearest steps are 60° and 61°"),
+        (TENTH_G, -0.1, "-0.1 is outside 0.0 g to 25.5 g"),
+        (TENTH_G, 25.6, "25.6 is outside 0.0 g to 25.5 g"),
+        (DEGREE, 256, "256 is outside 0° to 255°"),
+        *((DEGREE, value, "a number is needed") for value in (True, math.nan, math.inf)),
+        (FLAG, 1, "expected true, false"),
+        (INVERTED, 0, "expected true, false"),
+        (BAUD, 115201, "115201 is not one of 4800, 9600, 19200, 38400, 57600, 115200"),
+        (BAUD, True, "True is not one of 4800, 9600, 19200, 38400, 57600, 115200"),
+        *((Done(), value, "expected true") for value in (False, 1)),
     ],
 )
-def test_what_a_byte_cannot_carry_is_refused_with_what_it_can(
-    field: Field, value: Value, neighbours: tuple[Value, ...]
-) -> None:
+def test_what_a_byte_cannot_carry_is_refused_with_what_it_can(field: Field, value: Value, said: str) -> None:
     with pytest.raises(ValueRefused) as refused:
         field.encode(value)
-    assert refused.value.neighbours == neighbours
-    assert str(refused.value)
-
-
-def test_a_refusal_names_both_ends_of_the_range() -> None:
-    with pytest.raises(ValueRefused, match=r"^25\.6 is outside 0\.0 g to 25\.5 g$"):
-        TENTH_G.encode(25.6)
+    assert str(refused.value) == said
 
 
 @pytest.mark.parametrize("field", QUANTITIES, ids=str)
@@ -240,8 +229,8 @@ def test_a_refusal_names_both_ends_of_the_range() -> None:
 def test_a_number_is_carried_exactly_or_refused(field: Quantity, value: float) -> None:
     try:
         raw = field.encode(value)
-    except ValueRefused as refused:
-        assert all(neighbour != value for neighbour in refused.neighbours)  # noqa: PT017  both ends are right
+    except ValueRefused:
+        assert value not in map(field.decode, range(256))
     else:
         assert field.decode(raw) == value
 
