@@ -11,7 +11,6 @@ import io
 import logging
 import os
 import sys
-import time
 from collections.abc import Sequence
 from importlib import import_module
 from itertools import takewhile
@@ -53,8 +52,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     _prepare_output()
     set_language(system_language())
     translate_argparse()
-    if not _use_sound_time_zone():
-        console.notify(tr("TZ is no time zone; times are in UTC."))
     try:
         code = _run_or_refuse(words)
         console.write("")  # flushes what argparse printed
@@ -180,15 +177,6 @@ def _whole_parser() -> Parser:
     ))  # fmt: skip
     parser.add_argument("--version", action="store_true")
     return parser
-
-
-def _use_sound_time_zone() -> bool:
-    """Use UTC where TZ is 24 hours or more from it, which `datetime` refuses; whether TZ was sound."""
-    if abs(time.localtime().tm_gmtoff) < 24 * 3600:
-        return True
-    os.environ["TZ"] = "UTC"
-    time.tzset()
-    return False
 
 
 def _open_window(args: argparse.Namespace) -> int:

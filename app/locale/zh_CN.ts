@@ -466,10 +466,6 @@
         <translation>波特率</translation>
     </message>
     <message>
-        <source>Baud-rate timing</source>
-        <translation>按波特率计时</translation>
-    </message>
-    <message>
         <source>Below 0.7 g.</source>
         <translation>低于 0.7 g。</translation>
     </message>
@@ -1028,10 +1024,6 @@
     <message>
         <source>E6: record delivery</source>
         <translation>E6：记录发送方式</translation>
-    </message>
-    <message>
-        <source>E6: record gap</source>
-        <translation>E6：记录间隔</translation>
     </message>
     <message>
         <source>E7: empty slots</source>
@@ -3516,10 +3508,6 @@
     <message>
         <source>TRIGGERED: lock it, read its records.</source>
         <translation>已触发：锁定并读取触发记录。</translation>
-    </message>
-    <message>
-        <source>TZ is no time zone; times are in UTC.</source>
-        <translation>TZ 不是有效时区；时间以 UTC 显示。</translation>
     </message>
     <message>
         <source>Table (*.csv)</source>

@@ -26,6 +26,7 @@ from protocol.messages import Source
 PIECE_LENGTH = 7
 """Not a divisor of the frame length, so that pieces cross the ends of frames."""
 
+RECORD_GAP_S = 0.02
 ACCEPTED = 0x01
 FAILED = 0x00
 _CLAMPS = {
@@ -189,11 +190,10 @@ def _trigger_records(module: Hardware, _request: Request, now_s: float) -> None:
         frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
     elif delivery is Delivery.TOGETHER:
         frames = [together] if together else []
-    gap_s = module.setup.record_gap_ms / 1000
     for position, frame in enumerate(frames):
-        module.send(frame, now_s + position * gap_s)
+        module.send(frame, now_s + position * RECORD_GAP_S)
     if delivery is Delivery.PIECES and frames:
-        module.hold_stream(now_s + len(frames) * gap_s)
+        module.hold_stream(now_s + len(frames) * RECORD_GAP_S)
 
 
 _ANSWERS: dict[str, Answer] = {

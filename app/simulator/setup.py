@@ -158,7 +158,6 @@ class Setup:
     voltage_code: int = _quirk(0x35, marked("E3: voltage code"), {"34": 0x34, "35": 0x35})
     freefall_ack: int = _quirk(0x16, marked("E4: code for 17"), {"16": 0x16, "17": 0x17})
     records: Delivery = _quirk(Delivery.TOGETHER, marked("E6: record delivery"))
-    record_gap_ms: float = _quirk(20.0, marked("E6: record gap"), _MILLISECONDS)
     empty_slots: EmptySlots = _quirk(EmptySlots.NONE, marked("E7: empty slots"))
     baud_ack: BaudChange = _quirk(BaudChange.OLD, marked("E9: baud-rate change"))
     light_inverted: bool = _quirk(False, marked("E11: inverted light"))
@@ -184,7 +183,6 @@ class Setup:
     echo: bool = _fault(False, marked("Echo"))
     mute: bool = _fault(False, marked("Mute"))
     lag_ms: float = _fault(0.0, marked("Wireless lag"), _MILLISECONDS)
-    paced: bool = _fault(True, marked("Baud-rate timing"))
 
 
 OPTIONS: tuple[Option, ...] = tuple(

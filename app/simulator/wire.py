@@ -24,7 +24,7 @@ class _Burst(NamedTuple):
     begins_s: float
     data: bytes
     byte_s: float
-    """Time of one byte; 0 when not paced."""
+    """Time of one byte."""
 
     @property
     def ends_s(self) -> float:
@@ -47,7 +47,7 @@ class Wire:
     def write(self, data: bytes, now_s: float) -> None:
         if not data:
             return
-        byte_s = self._byte_s(self.host_baud or self.module.baud_rate)
+        byte_s = BITS_PER_BYTE / (self.host_baud or self.module.baud_rate)
         begins_s = max(now_s, self._up_free_s)
         self._up_free_s = begins_s + len(data) * byte_s
         if self.module.setup.echo:
@@ -104,7 +104,7 @@ class Wire:
     def _send_down(self, bursts: list[SentBytes]) -> None:
         faults = self.module.setup
         for sent in bursts:
-            byte_s = self._byte_s(sent.baud_rate)
+            byte_s = BITS_PER_BYTE / sent.baud_rate
             whole = sent.data
             if self.host_baud is not None and self.host_baud != sent.baud_rate:
                 whole = _garble(whole, sent.baud_rate, self.host_baud, self._down_random)
@@ -124,9 +124,6 @@ class Wire:
         """The burst leaves the line at its time, and reaches the host after the lag."""
         self._down_free_s = burst.ends_s
         self._down.append(burst._replace(begins_s=burst.begins_s + self.module.setup.lag_ms / 1000))
-
-    def _byte_s(self, baud_rate: int) -> float:
-        return BITS_PER_BYTE / baud_rate if self.module.setup.paced else 0.0
 
     def _pieces(self, data: bytes) -> list[bytes]:
         if not self.module.setup.split_ms or len(data) < 2:

@@ -52,12 +52,6 @@ def test_at_most_11520_bytes_a_second() -> None:
     assert len(line.read(1.0)) <= 11_520
 
 
-def test_without_pacing_the_answer_is_there_at_once() -> None:
-    line = wire(paced=False)
-    line.write(ASK, 0.0)
-    assert line.read(0.0) == ANSWER
-
-
 @pytest.mark.parametrize(
     "faults",
     [

@@ -8,7 +8,6 @@ import os
 import re
 import signal
 import sys
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -116,21 +115,6 @@ def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     monkeypatch.setattr(command_journal, "open_store_or_notify", interrupted_open)
     run_here(capsys, [*words, "--port", port], 128 + signal.SIGTERM)
     assert wire == []
-
-
-@pytest.mark.skipif(not hasattr(time, "tzset"), reason="TZ is not taken here")
-def test_a_time_zone_that_is_none(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("TZ", "XYZ-25")
-    time.tzset()
-    try:
-        printed = run_here(capsys, ["preflight", "--port", port], 1)
-    finally:
-        monkeypatch.undo()
-        time.tzset()
-    assert printed.out.startswith("NO-GO")
-    assert printed.err.startswith("TZ is no time zone")
 
 
 # What argparse says by itself is Chinese too, and right where a Python words it otherwise.

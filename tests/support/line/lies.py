@@ -285,7 +285,7 @@ class LyingModule(SimulatedModule):
         return sent + super().receive(heard, now_s) if heard else sent
 
     def _heard_part(self, data: bytes, ends_s: float) -> bytes:
-        byte_s = BITS_PER_BYTE / self.baud_rate if self.setup.paced else 0.0
+        byte_s = BITS_PER_BYTE / self.baud_rate
         begins_s, gap_s = ends_s - len(data) * byte_s, self.lies.min_gap_ms / 1000
         is_too_soon = begins_s < self._ready_s - _ROUNDING_S
         self._ready_s = max(self._ready_s, ends_s + gap_s)
