@@ -17,7 +17,7 @@ from ui.style.painted_widget import Freshness
 from ui.style.theme import Size, font, scaled
 from ui.widgets.readout import Readout
 
-WIDTH_PX: Final = 112
+WIDTH_PX: Final = 136
 
 HOW_WORDS: Final[Mapping[How, str]] = {
     How.READ: marked("read {time} ago"),

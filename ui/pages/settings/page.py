@@ -44,7 +44,6 @@ from ui.pages.settings.row import (
     NAME_PX,
     STATE_PX,
     WIDE_NAME_PX,
-    WIDE_VALUE_PX,
     WRONG,
     SettingPane,
     SettingsRow,
@@ -339,7 +338,7 @@ class SettingsPage(Page):
         """Gives the columns the widths that fit a table of `table_px` in the size of text in use."""
         is_wide = table_px >= _WIDE_FROM_PX
         room_px = table_px - WIDE_NAME_PX - scaled(EDITOR_PX) - scaled(STATE_PX) - _REST_PX
-        value_px = max(WIDE_VALUE_PX, min(scaled(WIDE_VALUE_PX), room_px)) if is_wide else VALUE_PX
+        value_px = max(VALUE_PX, min(scaled(VALUE_PX), room_px)) if is_wide else VALUE_PX
         name_px = NAME_PX if not is_wide else _LARGE_NAME_PX if is_text_large() else WIDE_NAME_PX
         rest_px = name_px + value_px + scaled(_WIDEST_STATE_PX) + _GAPS_PX
         editor_px = max(EDITOR_PX, min(scaled(EDITOR_PX), table_px - rest_px)) if is_wide else EDITOR_PX

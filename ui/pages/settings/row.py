@@ -32,7 +32,6 @@ CELLS_PX: Final = 41
 """Height of a row without its margins, its line and its reason: 44 px in all."""
 NAME_PX: Final = 160
 WIDE_NAME_PX: Final = 190
-WIDE_VALUE_PX: Final = 136
 """Where the pane leaves the table room for them."""
 EDITOR_PX: Final = 192
 STATE_PX: Final = 128
