@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QBuffer, QByteArray, QEvent, QIODevice, QRectF, QStandardPaths, Qt, Signal
+from PySide6.QtCore import QBuffer, QByteArray, QEvent, QIODevice, QRectF, QStandardPaths, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPixmap
 from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
@@ -15,9 +15,10 @@ from app.recordings.excerpt import Excerpt, csv_parts, part_count
 from app.recordings.export import write_parts
 from app.text.i18n import tr
 from app.text.sentences import not_written, saved_text
-from ui.core.background_task import BackgroundTask, ExportCancelled, Running
+from ui.core.background_task import Running
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.services.job_notice import JobNotice
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control, named
@@ -80,25 +81,18 @@ def png_parts(image: QImage) -> Iterator[bytes]:
 class SaveNote(QWidget):
     """Saves values and pictures of plots. Its line, elided in the middle, shows the progress and the outcome."""
 
-    busy_changed = Signal(bool)
-
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, *, is_of_module: bool = True) -> None:
         super().__init__()
         self.ask_path: AskPath = ask_path
-        self.meaning: Meaning | None = None
+        self.job = JobNotice(self, is_of_module=is_of_module)
         self._folder: Path | None = None
-        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self._icon = IconLabel(f"{name}_icon", _ICON_PX)
         self.label = named(ElidedLabel(Qt.TextElideMode.ElideMiddle), name, "small")
-        self._make_text: Callable[[], str] = str
         in_row(self._icon, (self.label, 1), of=self, spacing=Space.XS, margins=0)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.hide()  # until there is something to say
+        self.job.changed.connect(self._write)
         VisibilityTimer(self, self._write)
-
-    @property
-    def is_saving(self) -> bool:
-        return self._saving.is_running
 
     def save_values(
         self, place: Path, parts: Iterable[bytes], count: int = 1, saved: Callable[[Path], str] | None = None
@@ -115,58 +109,31 @@ class SaveNote(QWidget):
 
         self._ask(tr("Save picture…"), place, f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}", parts)
 
-    def stop(self) -> None:
-        self._saving.stop()
-
-    def clear(self) -> None:
-        """Removes the outcome of what was saved last."""
-        if not self.is_saving:
-            self._show(str)
-
-    def refresh(self) -> None:
-        """Shows the progress; called by the page's timer."""
-        if self.is_saving:
-            percent = f"{(self._saving.share or 0.0) * 100:.0f}"
-            self._show(lambda: tr("{what}: {percent} %", what=tr("Saving…"), percent=percent))
-
     def _ask(
         self, title: str, place: Path, kinds: str, make_parts: Callable[[Path], Iterable[bytes]], count: int = 1,
         saved: Callable[[Path], str] | None = None,
     ) -> None:  # fmt: skip
         def save(path: Path) -> None:
+            self._folder = path.parent
+            text = partial(saved, path) if saved is not None else lambda: tr("Saved to {path}.", path=path)
+
             def write(running: Running) -> None:
                 write_parts(path, make_parts(path), count, running.set_progress_or_end)
 
-            def fail(error: Exception) -> None:
-                meaning = None if isinstance(error, ExportCancelled) else Meaning.ATTENTION
-                self._end(partial(not_written, path, error), meaning)
+            self.job.begin(lambda: tr("Saving…"), write, lambda _none: self.job.notify(Meaning.GOOD, text),
+                           partial(not_written, path))  # fmt: skip
 
-            self._folder = path.parent
-            make_text = partial(saved, path) if saved is not None else lambda: tr("Saved to {path}.", path=path)
-            self._saving.run(write, lambda _none: self._end(make_text, Meaning.GOOD), fail)
-            self.busy_changed.emit(True)
-            self.refresh()
-
-        if not self.is_saving:
+        if not self.job.is_writing:
             self.ask_path(self, title, (self._folder or place.parent) / place.name, kinds, save)
 
-    def _end(self, make_text: Callable[[], str], meaning: Meaning | None) -> None:
-        self.busy_changed.emit(False)
-        self._show(make_text, meaning)
-
-    def _show(self, make_text: Callable[[], str], meaning: Meaning | None = None) -> None:
-        """`make_text` is called again when the language changes."""
-        self.meaning, self._make_text = meaning, make_text
-        self._write()
-        if meaning is None:
+    def _write(self) -> None:
+        notice = self.job.result_notice()
+        self.label.setText("" if notice is None else notice.text)
+        self.setVisible(notice is not None)
+        if notice is None or notice.meaning is Meaning.INFORMATION:
             self._icon.clear_icon()
         else:
-            self._icon.show_icon(MEANING_ICONS[meaning], meaning)
-
-    def _write(self) -> None:
-        text = self._make_text()
-        self.label.setText(text)
-        self.setVisible(bool(text))
+            self._icon.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
 
 
 class SaveBar(QWidget):
@@ -192,11 +159,10 @@ class SaveBar(QWidget):
                            key="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
         self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", key="Ctrl+Shift+S",
                            picture=Icon.CAMERA, slot=self.save_png)  # fmt: skip
-        self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", picture=Icon.CROSS, slot=self.note.stop)
+        self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", picture=Icon.CROSS,
+                            slot=self.note.job.cancel_files)  # fmt: skip
         self.stop.hide()
-        self.note.busy_changed.connect(self.stop.setVisible)
-        for button in (self.csv, self.png):
-            self.note.busy_changed.connect(button.setDisabled)
+        self.note.job.changed.connect(self._refresh_buttons)
         self._buttons = FlowRow(right=(self.stop, self.csv, self.png))
         self._row = in_row((self.note, 1), (self._buttons, 3), of=self, spacing=Space.S, margins=0)
 
@@ -207,15 +173,20 @@ class SaveBar(QWidget):
             self._row.setStretch(1, 0 if self.width() >= needed else 3)
         return super().event(event)
 
+    def _refresh_buttons(self) -> None:
+        self.stop.setVisible(self.note.job.is_writing)
+        for button in (self.csv, self.png):
+            button.setDisabled(self.note.job.is_writing)
+
     def save_csv(self) -> None:
-        if not self.note.is_saving:
+        if not self.note.job.is_writing:
             excerpt, origin = self._take_excerpt(), self._find_origin()
             saved = partial(saved_text, rows=excerpt.row_count, is_whole=excerpt.is_whole)
             parts = csv_parts(excerpt, wall_offset_s=origin.wall_offset_s)
             self.note.save_values(_place(origin, ".csv"), parts, part_count(excerpt), saved)
 
     def save_png(self) -> None:
-        if not self.note.is_saving:
+        if not self.note.job.is_writing:
             origin = self._find_origin()
             image = self._take_picture(footer_text(origin, datetime.now().astimezone()))
             self.note.save_picture(_place(origin, ".png"), image, self._take_drawing())

@@ -51,7 +51,7 @@ class FlightPlot(QWidget):
         self._trouble: UserError | None = None
         """Why the file could not be read."""
         self._reading: BackgroundTask[tuple[FlightLog, object]] = BackgroundTask("dps-s flight", self)
-        self.saved = SaveNote(f"{name}_saved")
+        self.saved = SaveNote(f"{name}_saved", is_of_module=False)
         self.waiting = text_label(f"{name}_waiting", "muted")
         self.waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         card = named(QFrame(), f"{name}_card", "card")
@@ -75,7 +75,7 @@ class FlightPlot(QWidget):
 
     def close_log(self) -> None:
         self._reading.cancel()
-        self.saved.clear()
+        self.saved.job.end(is_page_left=True)
         self._path = None
         if self.plot is not None:
             self._room.removeWidget(self.plot)

@@ -92,5 +92,5 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
         ports.connector.batch.connect(page.on_batch)
         show_alone(qtbot, services, page, 876, 500)
         yield Bench(qtbot, page, ports, services)
-        qtbot.waitUntil(lambda: not page.save.note.is_saving)
+        qtbot.waitUntil(lambda: not page.save.note.job.is_writing)
         page.hide()

@@ -193,9 +193,14 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
 
     live.page.save.note.ask_path = choose
     live.click(name)
-    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
     live.page.refresh()
     return suggested
+
+
+def _meaning(live: Bench) -> Meaning | None:
+    notice = live.page.save.note.job.result_notice()
+    return None if notice is None else notice.meaning
 
 
 @pytest.mark.parametrize("percent", [100, 200])
@@ -234,7 +239,7 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
     note = live.page.save.note
-    assert (note.label.text(), note.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
+    assert (note.label.text(), _meaning(live)) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
 
 
 def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: Path) -> None:
@@ -248,7 +253,7 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
 
     live.page.save.note.ask_path = choose_late
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
     assert ",99," not in path.read_text("utf-8-sig")
     assert ",12," in path.read_text("utf-8-sig")
 
@@ -257,7 +262,7 @@ def test_no_file_without_a_choice(live: Bench, tmp_path: Path) -> None:
     live.say()
     save(live, "live_save_csv", None)
     assert live.page.save.note.label.text() == ""
-    assert not live.page.save.note.is_saving
+    assert not live.page.save.note.job.is_writing
 
 
 def test_the_outcome_follows_the_language(live: Bench, tmp_path: Path) -> None:
@@ -276,7 +281,7 @@ def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) 
     live.say()
     save(live, "live_save_csv", tmp_path / "missing" / "values.csv")
     note = live.page.save.note
-    assert note.meaning is Meaning.ATTENTION
+    assert _meaning(live) is Meaning.DANGER
     assert "No such file" in note.label.text()
     assert live.page.save.csv.isEnabled()
 
@@ -303,7 +308,7 @@ def test_the_picture_has_its_key(live: Bench, tmp_path: Path) -> None:
     live.page.save.note.ask_path = choosing(path)
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, both)
-    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
     assert path.read_bytes().startswith(b"\x89PNG")
 
 
@@ -318,11 +323,11 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     path = tmp_path / "values.csv"
     live.page.save.note.ask_path = choosing(path)
     live.click("live_save_csv")
-    assert live.page.save.note.is_saving
+    assert live.page.save.note.job.is_writing
     assert not live.page.save.png.isEnabled()
     assert live.page.save.note.label.text().startswith("Saving…")
     live.click("live_save_cancel")
-    live.qtbot.waitUntil(lambda: not live.page.save.note.is_saving)
+    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
     assert live.page.save.note.label.text() == "Cancelled."
     assert list(tmp_path.iterdir()) == []
     assert live.page.save.csv.isEnabled()

@@ -105,7 +105,6 @@ class Rig:
             if notice.is_of_module:
                 notice.notify(Meaning.DANGER, lambda: "Said of it")
         self.assembly.window.show_message("Said of it")
-        self.pages["live"].save.note._show(lambda: "Said of it")
         self.settle()
 
     def texts(self, key: str) -> Iterator[tuple[str, str]]:

@@ -227,7 +227,6 @@ class LivePage(StreamPage):
         self._process_waiting()
         now_s, data = self._connector.clock(), self.data
         self._refreshed_at = now_s
-        self.save.note.refresh()
         self.try_out.setEnabled(self._measured_file is not None)
         if self.recording is not None:
             at_s = self.plot.time_range.cursor_s
@@ -348,10 +347,6 @@ class LivePage(StreamPage):
         return content
 
     # Qt
-
-    def end_notices(self, *, is_page_left: bool = False) -> None:
-        super().end_notices(is_page_left=is_page_left)
-        self.save.note.clear()
 
     def ways_back(self) -> WaysBack:
         return ((self.recording is not None, self.back_to_live),)

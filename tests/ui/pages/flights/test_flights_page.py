@@ -311,7 +311,7 @@ def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
         page.flight.chart.saved.ask_path = partial(choose, saved)
         signal.emit()
         desk.qtbot.waitUntil(page.flight.chart.saved.isVisible)
-        desk.qtbot.waitUntil(lambda: not page.flight.chart.saved.is_saving)
+        desk.qtbot.waitUntil(lambda: not page.flight.chart.saved.job.is_writing)
         page.flight.chart.saved.hide()
     assert path not in suggested  # the log itself
     rows = list(csv.DictReader((tmp_path / "v.csv").read_text("utf-8-sig").splitlines()))

@@ -175,7 +175,7 @@ def test_the_visible_span_is_saved(opened: Desk, tmp_path: Path) -> None:
 
     saving.note.ask_path = choose
     opened.click(saving.csv)
-    opened.qtbot.waitUntil(lambda: not saving.note.is_saving)
+    opened.qtbot.waitUntil(lambda: not saving.note.job.is_writing)
     lines = path.read_text("utf-8-sig").splitlines()[1:]
     assert 100 <= len([line for line in lines if line.split(",")[2]]) <= 101
     assert lines[0].startswith(f"{NOON.astimezone(UTC):%Y-%m-%d %H:}")
