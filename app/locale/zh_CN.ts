@@ -4606,7 +4606,7 @@
         <translation>未确认的写入之前</translation>
     </message>
     <message>
-        <source>before the link was lost</source>
+        <source>before link loss</source>
         <translation>通信中断之前</translation>
     </message>
     <message>

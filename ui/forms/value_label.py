@@ -11,6 +11,7 @@ from app.engine.device import How, Known, StaleReason
 from app.settings.setting_texts import value_text
 from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import in_brackets
 from protocol.catalogue import Command
 from protocol.translatable import marked
 from ui.style.painted_widget import Freshness
@@ -26,7 +27,7 @@ HOW_WORDS: Final[Mapping[How, str]] = {
 }
 STALE_WORDS: Final[Mapping[StaleReason, str]] = {
     StaleReason.RESTARTED: marked("before the restart"),
-    StaleReason.LINK_LOST: marked("before the link was lost"),
+    StaleReason.LINK_LOST: marked("before link loss"),
     StaleReason.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
     StaleReason.AGED: marked("too old"),
     StaleReason.LATE: marked("arrived late"),
@@ -34,9 +35,9 @@ STALE_WORDS: Final[Mapping[StaleReason, str]] = {
 
 
 def how_known(known: Known, now: float) -> str:
-    """Source, age and doubt in the language in use: "read 12 s ago, too old"."""
+    """Doubt, source and age in the language in use: "too old (read 12 s ago)"; its end may be elided."""
     text = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
-    return text if known.stale_reason is None else f"{text}, {tr(STALE_WORDS[known.stale_reason])}"
+    return text if known.stale_reason is None else tr(STALE_WORDS[known.stale_reason]) + in_brackets(text)
 
 
 class ValueLabel(Readout):
