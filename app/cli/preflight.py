@@ -15,7 +15,7 @@ from pathlib import Path
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
 from app.preflight.activation import activate_ready, await_while_asking
-from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import RESULT_WORDS, CheckResult, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
@@ -80,7 +80,7 @@ class _PortCheck:
         self.error: BaseException | None = None
         self.is_refused = False
         """The activation was not sent."""
-        self._evidence, self._log = Evidence(port=port), FrameLog()
+        self._evidence = Evidence(port=port)
         self._past: Past | None = None
         """The module's history before the check, where it was read already."""
         self._filed: Filed | None = None
@@ -91,7 +91,10 @@ class _PortCheck:
         args, store, journal = self._args, self._store, self._records.journal
         with (
             connected(
-                self.port, args.baud, on_batch=lambda batch: self._log.feed(batch.events), interruption=interruption
+                self.port,
+                args.baud,
+                on_batch=lambda batch: self._evidence.listen(batch.events),
+                interruption=interruption,
             ) as conversation,
             LinkTrouble() as link,
         ):
@@ -121,7 +124,7 @@ class _PortCheck:
                             are_records_reviewed=args.records_reviewed, is_same_module=args.same_module,
                             is_named_by_option=True)  # fmt: skip
             self._filed = file_check(
-                self._evidence, self._profile, person, self._log, store=self._store,
+                self._evidence, self._profile, person, store=self._store,
                 adapter=self._records.adapter(), past=self._past,
             )  # fmt: skip
         return self._filed

@@ -16,7 +16,7 @@ from app.engine.identity import IdentityEvidence, Trust, same_module
 from app.engine.procedure import Procedure
 from app.engine.setting_changes import BOOTS
 from app.limits.past import Past
-from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Case, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.provision import Provisioned, provision
@@ -118,9 +118,7 @@ class Bench:
         find_known = partial(_resembling, known, most_starts=most_starts)
         return provision(evidence, self.batch.changes, context, find_known, is_enabling=self._is_enabling)
 
-    def keep(
-        self, name: str, evidence: Evidence, log: FrameLog, done: Provisioned | None, adapter: str
-    ) -> UserMessage | None:
+    def keep(self, name: str, evidence: Evidence, done: Provisioned | None, adapter: str) -> UserMessage | None:
         """Keep the record, under the name only where it is READY; why it is set aside. `done`: None for a turn that
         broke off. Raises `StoreTrouble`; nothing is kept then."""
         why = message((evidence.disturbance or Disturbance.DISCONNECTED).value) if done is None else done.why
@@ -138,7 +136,7 @@ class Bench:
                 why = message(TAKEN, module=name)
             person = replace(person, module=None if why else name)
             if evidence.began_at is not None:
-                filed = file_check(evidence, profile, person, log, store=store,
+                filed = file_check(evidence, profile, person, store=store,
                                    past=Past(module=person.module), adapter=adapter)  # fmt: skip
                 if filed.trouble is not None:
                     raise filed.trouble

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from math import inf
 from typing import NamedTuple
 
 from app.engine.device import StatusSample
@@ -54,6 +53,43 @@ class TriggerFlag(NamedTuple):
     why: UserMessage | None = None
 
 
+class LoggedFrame(NamedTuple):
+    """`way`: "out", "in" or "noise" (invalid bytes)."""
+
+    at: float
+    way: str
+    raw: bytes
+
+
+class FrameLog:
+    """Raw frames of a check: of a stream only the first ones are kept, the rest is counted."""
+
+    def __init__(self) -> None:
+        self.frames: list[LoggedFrame] = []
+        self.left_out = 0
+        self._streamed = 0
+
+    def feed(self, events: Iterable[Event]) -> None:
+        for event in events:
+            match event:
+                case Sent():
+                    self._add_frame(LoggedFrame(event.at, "out", event.raw))
+                case Received():
+                    self._streamed += event.role is Role.STREAMED
+                    is_too_much = event.role is Role.STREAMED and self._streamed > MAX_STREAMED
+                    self._add_frame(LoggedFrame(event.at, "in", event.frame.raw), is_left_out=is_too_much)
+                case Rejected():
+                    self._add_frame(LoggedFrame(event.at, "noise", event.noise.raw))
+                case _:
+                    pass
+
+    def _add_frame(self, frame: LoggedFrame, *, is_left_out: bool = False) -> None:
+        if is_left_out or len(self.frames) >= MAX_FRAMES:
+            self.left_out += 1
+        else:
+            self.frames.append(frame)
+
+
 @dataclass(slots=True)
 class Evidence:
     """Times are monotonic seconds. What is not known is empty or None."""
@@ -94,6 +130,7 @@ class Evidence:
     """By key of the trigger."""
     is_enabling: bool = False
     disturbance: Disturbance | None = None
+    log: FrameLog = field(default_factory=FrameLog)
 
     @property
     def statuses(self) -> list[StatusSample]:
@@ -130,45 +167,11 @@ class Evidence:
         else:
             self.disturbance = Disturbance.INTERRUPTED if isinstance(error, Cancelled) else Disturbance.DISCONNECTED
 
+    def listen(self, events: Iterable[Event]) -> None:
+        """Keep the frames of the port since the check began."""
+        began_at = self.began_at
+        if began_at is not None:
+            self.log.feed(event for event in events if event.at >= began_at)
+
     def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:
         return {key: self.values[key] for key in keys if key in self.values}
-
-
-class LoggedFrame(NamedTuple):
-    """`way`: "out", "in" or "noise" (invalid bytes)."""
-
-    at: float
-    way: str
-    raw: bytes
-
-
-class FrameLog:
-    """Raw frames of a check: of a stream only the first ones are kept, the rest is counted."""
-
-    def __init__(self) -> None:
-        self.frames: list[LoggedFrame] = []
-        self.left_out = 0
-        self._streamed = 0
-
-    def feed(self, events: Iterable[Event], *, since: float = -inf) -> None:
-        """Keep the frames of these events; those before `since` (monotonic seconds) are not part of the check."""
-        for event in events:
-            if event.at < since:
-                continue
-            match event:
-                case Sent():
-                    self._add_frame(LoggedFrame(event.at, "out", event.raw))
-                case Received():
-                    self._streamed += event.role is Role.STREAMED
-                    is_too_much = event.role is Role.STREAMED and self._streamed > MAX_STREAMED
-                    self._add_frame(LoggedFrame(event.at, "in", event.frame.raw), is_left_out=is_too_much)
-                case Rejected():
-                    self._add_frame(LoggedFrame(event.at, "noise", event.noise.raw))
-                case _:
-                    pass
-
-    def _add_frame(self, frame: LoggedFrame, *, is_left_out: bool = False) -> None:
-        if is_left_out or len(self.frames) >= MAX_FRAMES:
-            self.left_out += 1
-        else:
-            self.frames.append(frame)

@@ -40,7 +40,6 @@ class Person:
     who: str = ""
     module: str | None = None
     aircraft: str = ""
-    remarks: str = ""
     are_records_reviewed: bool = False
     """The trigger records on the module have been reviewed or, where it is silent to the query, it is new."""
     is_same_module: bool = False

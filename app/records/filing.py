@@ -15,7 +15,7 @@ from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
 from app.limits.service import DueService, due_services
-from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
 from app.preflight.verdict import Assessment, assess
@@ -51,7 +51,6 @@ def file_check(
     evidence: Evidence,
     profile: Profile,
     person: Person,
-    log: FrameLog,
     *,
     store: Store | None,
     adapter: str = "",
@@ -76,7 +75,7 @@ def file_check(
     station, station_trouble = _station(store)
 
     def make(number: int, previous: str | None) -> Record:
-        return make_record(assessment, log, station, at=at, adapter=adapter, number=number, previous=previous)
+        return make_record(assessment, station, at=at, adapter=adapter, number=number, previous=previous)
 
     if store is not None and trouble is None:
         try:

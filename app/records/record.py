@@ -17,7 +17,7 @@ from app import version
 from app.engine.device import STATUS_KEYS
 from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
-from app.preflight.evidence import FlagState, FrameLog
+from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, CheckResult
 from app.preflight.reading_object import reading_object
 from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_named
@@ -43,7 +43,7 @@ Record = dict[str, object]
 
 
 def make_record(
-    assessment: Assessment, log: FrameLog, station: Station | None = None, *, at: datetime, adapter: str = "",
+    assessment: Assessment, station: Station | None = None, *, at: datetime, adapter: str = "",
     number: int = 1, previous: str | None = None,
 ) -> Record:  # fmt: skip
     """The record of a check as plain JSON values, sealed and signed. `at` is aware. `previous`: hash of the previous
@@ -64,7 +64,7 @@ def make_record(
         "module": None if person.module is None else clean(person.module),
         "adapter": clean(adapter),
         "aircraft": clean(person.aircraft),
-        "remarks": clean(person.remarks),
+        "remarks": "",
         "is_simulated": is_simulated(evidence.port),
         "activated_by": case.profile.activated_by.value,
         "softer_limits": list(assessment.softened),
@@ -79,8 +79,10 @@ def make_record(
         "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
         "read": readings_of(case),
         "trigger_records": [] if evidence.history is None else [kept.raw.hex() for kept in evidence.history.records],
-        "frames": [[round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in log.frames],
-        "frames_left_out": log.left_out,
+        "frames": [
+            [round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in evidence.log.frames
+        ],
+        "frames_left_out": evidence.log.left_out,
         "number": number,
         "previous": previous,
         "station": None,

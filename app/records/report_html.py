@@ -121,9 +121,6 @@ def _context_rows(record: Record) -> str:
             f'<td width="36%"><b>{_cell(value, longest=_LONGEST_ITEM)}</b></td>'
             for name, value in (left, right)
         ) + "</tr>")  # fmt: skip
-    if record.get("remarks"):
-        rows.append(f'<tr><td style="color:{PALE}">{_escaped(tr("Remarks"))}</td>'
-                    f'<td colspan="3">{_cell(record["remarks"])}</td></tr>')  # fmt: skip
     return _table(rows)
 
 

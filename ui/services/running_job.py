@@ -11,7 +11,7 @@ from app.engine.procedure import Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Job
 from app.limits.past import Past
-from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.procedures.write_all import SettingChange, risk_message
 from app.records.filing import Filed, file_check
@@ -130,7 +130,6 @@ def file_in_background(
     evidence: Evidence,
     profile: Profile,
     person: Person,
-    log: FrameLog,
     *,
     is_stored: bool,
     store: Store | StoreTrouble,
@@ -142,7 +141,7 @@ def file_in_background(
     used_store = store if is_stored and isinstance(store, Store) else None
     adapter = "" if target is None else target.identity
     work = partial(
-        file_check, evidence, profile, person, log,
+        file_check, evidence, profile, person,
         store=used_store, adapter=adapter, past=past,
     )  # fmt: skip
     if used_store is None:

@@ -16,7 +16,7 @@ from app.cli.settings.set import warn
 from app.fleet.batch import PLUG_IN, READY, SET_ASIDE, TAKEN, UNPLUG, BatchRow, Bench, ModuleBatch, batch_of
 from app.fleet.batch_list import cells, check_batch_target, is_done, write_batch_labels, write_list
 from app.preflight.activation import await_while_asking
-from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.preflight.provision import await_gone
 from app.procedures.write_all import WriteContext
@@ -103,23 +103,23 @@ class _Turns:
     def _take(self, name: str) -> None:
         """Wait for a module, and for its end."""
         self._say(tr(PLUG_IN, module=name))
-        log = FrameLog()
+        evidence = Evidence(port=self._args.port)
         with (
             LinkTrouble() as link,
             connected(self._args.port, self._args.baud, interruption=self._interruption,
-                      on_batch=lambda batch: log.feed(batch.events)) as conversation,
+                      on_batch=lambda batch: evidence.listen(batch.events)) as conversation,
         ):  # fmt: skip
             self._last_sentence = ""
             console.write_lines([tr("A module answers: leave it plugged in.")])
-            self._provision(name, conversation, log)
+            self._provision(name, conversation, evidence)
             return
         console.show_progress(link.sentence or "")
         for _ in range(_LOOKS):
             self._interruption.check()
             time.sleep(_POLL_EVERY_S)
 
-    def _provision(self, name: str, conversation: Conversation, log: FrameLog) -> None:
-        evidence, done = Evidence(port=self._args.port), None
+    def _provision(self, name: str, conversation: Conversation, evidence: Evidence) -> None:
+        done = None
         records = records_on(self._store, self._args.port, origin="provision")
         try:
             with LinkTrouble():
@@ -127,7 +127,7 @@ class _Turns:
         except KeyboardInterrupt:
             console.notify(tr("Interrupted; may have been carried out."))
             raise
-        keeping = self._store.queue.submit(lambda: self._bench.keep(name, evidence, log, done, records.adapter()))
+        keeping = self._store.queue.submit(lambda: self._bench.keep(name, evidence, done, records.adapter()))
         with LinkTrouble():
             conversation.run(await_while_asking(keeping))
         why = keeping.result()

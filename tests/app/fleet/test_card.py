@@ -16,7 +16,7 @@ from app.fleet.check_set import SetMember, check_set_target, summary, word_of, w
 from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
 from app.fleet.verdicts import HeldVerdict, KeptCheck
 from app.limits.out_of_limits import LimitsInUse
-from app.preflight.evidence import Disturbance, FrameLog
+from app.preflight.evidence import Disturbance
 from app.preflight.findings import Person
 from app.preflight.verdict import Verdict, Void, assess
 from app.procedures.lock import Locked
@@ -189,7 +189,7 @@ PROFILE = Profile(
 def filed(**options: str) -> Filed:
     found = check(options=options)
     evidence = found.assessment.case.evidence
-    return file_check(evidence, NO_PROFILE, Person(), FrameLog(), store=None)
+    return file_check(evidence, NO_PROFILE, Person(), store=None)
 
 
 def _printed(bodies: Sequence[str], _paper: Paper, attached: bytes | None) -> bytes:

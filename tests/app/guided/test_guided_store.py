@@ -12,7 +12,6 @@ import pytest
 from app.guided.guided_store import keep_test, last_tests
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
 from app.limits.past import LastTested, Past
-from app.preflight.evidence import FrameLog
 from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.verdict import assess
 from app.records.filing import file_check
@@ -149,7 +148,7 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
     evidence.port = port
     profile = Profile(name="H6", tests_within_days={GuidedKind.TILT: 10})
     filed = file_check(
-        evidence, profile, Person(who="Li", module="M-07", aircraft="A"), FrameLog(), store=store,
+        evidence, profile, Person(who="Li", module="M-07", aircraft="A"), store=store,
     )  # fmt: skip
     assert filed.assessment.result("guided_tests") is expected
     tests: Any = filed.record["tests"]

@@ -9,7 +9,7 @@ import pytest
 
 import app.__main__ as program
 from app.engine.procedure import Slept
-from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict, blocks_go
@@ -108,7 +108,7 @@ def _filed(rig: NightRig, person: Person, expectations: Profile | None = None) -
     evidence = Evidence(port="/dev/ttyUSB0")
     rig.run(run_preflight(evidence, is_enabling=True))
     filed = file_check(
-        evidence, expectations or NO_PROFILE, person, FrameLog(), store=None
+        evidence, expectations or NO_PROFILE, person, store=None
     )  # fmt: skip
     return filed.assessment.verdict, [caveat.in_english() for caveat in caveats(filed.record)], body(filed.record)
 

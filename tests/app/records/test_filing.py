@@ -55,7 +55,7 @@ def file_one(
     checked = check(*faults)
     checked.assessment.case.evidence.port = port
     return file_check(
-        checked.assessment.case.evidence, NO_PROFILE, Person(module=module, is_same_module=is_same_module), checked.log,
+        checked.assessment.case.evidence, NO_PROFILE, Person(module=module, is_same_module=is_same_module),
         store=store, adapter=adapter,
     )  # fmt: skip
 
@@ -245,7 +245,7 @@ def test_aircraft_are_listed_once_the_last_checked_first(tmp_path: Path) -> None
         named = ("A", "H6"), ("B", ""), ("A", "X8"), ("B", "H6"), (None, "Q4"), ("A", "X8"), ("B", "")
         for module, aircraft in named:
             file_check(
-                checked.assessment.case.evidence, NO_PROFILE, Person(module=module, aircraft=aircraft), checked.log,
+                checked.assessment.case.evidence, NO_PROFILE, Person(module=module, aircraft=aircraft),
                 store=store,
             )  # fmt: skip
         checks = CheckStore(store.database)

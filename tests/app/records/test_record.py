@@ -59,7 +59,7 @@ PERSON = {"who": "Li Wei", "module": "M-07", "aircraft": "B-1234"}
 def checked_record(kind: str = "go", **circumstances: Any) -> Record:
     """A record signed by a known station."""
     checked = _checked(kind)
-    person = PERSON | {name: circumstances.pop(name) for name in (*PERSON, "remarks") if name in circumstances}
+    person = PERSON | {name: circumstances.pop(name) for name in PERSON if name in circumstances}
     record: Record = checked.record({"at": AT, **circumstances}, station(), **person)
     return record
 
@@ -202,14 +202,14 @@ class _Tags(HTMLParser):
 
 @pytest.mark.parametrize("kind", ["go", "worst", "silent"])
 def test_the_page_says_what_was_measured_why_it_matters_and_what_to_do(kind: str) -> None:
-    record: Any = _record(kind, remarks="Gusts")
+    record: Any = _record(kind)
     said = " ".join(unescape(re.sub(r"<[^>]*>", " ", body(record))).split())
     for one in record["checks"]:
         told = [message_from_json(one[key]).translated() for key in ("shown", "limit", "do")]
         for part in told[:2] if one["result"] == "pass" else (one["title"], one["why"], *told):
             assert part in said, one["id"]
     for part in (
-        "Module M-07", "B-1234", "Li Wei", "Gusts", "Lines and canopy looked at", "Hatch free", "Skipped: 1.",
+        "Module M-07", "B-1234", "Li Wei", "Lines and canopy looked at", "Hatch free", "Skipped: 1.",
         record["verdict"], "Previous record: none",
     ):  # fmt: skip
         assert part in said
@@ -223,7 +223,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
     for text in HOSTILE:
         items = (ManualLine(text, is_done=True),)
         checked = check(Fault(frozenset(), profile={"manual": items, "name": text}))
-        names = {"who": text, "module": text, "aircraft": text, "remarks": text}
+        names = {"who": text, "module": text, "aircraft": text}
         record = checked.record({"at": AT}, station(), **names)
         printed = body(record)
         tags = _Tags()
@@ -278,7 +278,7 @@ def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, te
 
     items = tuple(ManualLine(text) for _ in range(40))
     checked = check(Fault(frozenset(), {"mute": "yes"}, profile={"manual": items, "name": text}))
-    record = checked.record({"at": AT}, who=text, module=text, aircraft=text, remarks=text * 2)
+    record = checked.record({"at": AT}, who=text, module=text, aircraft=text)
     assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from app.limits.past import Past
-from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess
@@ -31,7 +31,6 @@ Arrange = Callable[[Rig], None]
 class Checked:
     rig: Rig
     assessment: Assessment
-    log: FrameLog
 
     @property
     def against(self) -> set[str]:
@@ -40,7 +39,7 @@ class Checked:
     def record(self, about: dict[str, Any], station: Station | None = None, **person: Any) -> Record:
         """As checked by this person. `about`: further arguments of `make_record`."""
         case = replace(self.assessment.case, person=Person(**person))
-        return make_record(self.assessment._replace(case=case), self.log, station, **about)
+        return make_record(self.assessment._replace(case=case), station, **about)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,15 +71,14 @@ def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling:
 
 def judged(rig: Rig, evidence: Evidence, *faults: Fault) -> Checked:
     """Judge the evidence by the expectations of these faults."""
-    log = FrameLog()
-    log.feed(rig.session.take_events())
+    evidence.listen(rig.session.take_events())
     profile: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
     past: dict[str, Any] = {"module": "M-07", "boot_count": 36, "has_check": True}
     for fault in faults:
         profile |= fault.profile
         past |= fault.past
     case = Case(evidence=evidence, profile=Profile(**profile), past=Past(**past))
-    return Checked(rig, assess(case), log)
+    return Checked(rig, assess(case))
 
 
 def assert_only_questions(checked: Checked, *, is_enabling: bool = True) -> None:

@@ -1,6 +1,6 @@
 """A batch at one port, one module after the other: whose turn it is, and what came of it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.procedure import Report
 from app.engine.worker import Batch, Job
 from app.fleet.batch import PLUG_IN, UNPLUG, BatchRow, Bench
-from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.evidence import Disturbance, Evidence
 from app.procedures.write_all import WriteContext
 from app.store.database import StoreTrouble
 from app.store.store import Store
@@ -54,7 +54,6 @@ class _Turn:
     port: Port
     evidence: Evidence
     adapter: str
-    log: FrameLog = field(default_factory=FrameLog)
     job: Job[Any] | None = None
     is_broken: bool = False
     """It is another connection or another module by now."""
@@ -63,10 +62,6 @@ class _Turn:
     def remember(self, report: Report) -> None:
         """In the worker's thread."""
         self.report = report
-
-    def listen(self, batch: Batch) -> None:
-        if self.evidence.began_at is not None:
-            self.log.feed(batch.events, since=self.evidence.began_at)
 
 
 class BatchTurns(QObject):
@@ -189,7 +184,7 @@ class BatchTurns(QObject):
 
     def _listen(self, batch: Batch) -> None:
         if self._turn is not None:
-            self._turn.listen(batch)
+            self._turn.evidence.listen(batch.events)
 
     def _on_another_module(self) -> None:
         turn = self._turn
@@ -201,13 +196,13 @@ class BatchTurns(QObject):
         bench = self.bench
         if turn is not self._turn or bench is None:
             return
-        turn.listen(turn.port.last)
         evidence, is_whole = turn.evidence, job.run.error is None and not turn.is_broken
+        evidence.listen(turn.port.last.events)
         evidence.note_error(job.run.error)
         if turn.is_broken:
             evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
         done = job.outcome() if is_whole else None
-        keep = partial(bench.keep, turn.name, evidence, turn.log, done, turn.adapter)
+        keep = partial(bench.keep, turn.name, evidence, done, turn.adapter)
         self._keeping.run_in(self._store.queue, keep, partial(self._end_turn, turn), self._fail)
 
     def _end_turn(self, turn: _Turn, why: UserMessage | None) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -15,7 +15,7 @@ from app.engine.worker import Batch, Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
 from app.fleet.verdicts import KeptCheck
-from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.procedures.write import Written
@@ -40,7 +40,6 @@ class _Check:
     port: str
     """Of the module that is checked, as its name."""
     name: str
-    log: FrameLog = field(default_factory=FrameLog)
     job: Job[Any] | None = None
     filing: BackgroundTask[Filed] | None = None
 
@@ -103,8 +102,8 @@ class GroupChecks(QObject):
 
     def _listen(self, connection: Port, batch: Batch) -> None:
         check = self._running.get(connection)
-        if check is not None and check.evidence.began_at is not None and check.filing is None:
-            check.log.feed(batch.events, since=check.evidence.began_at)
+        if check is not None and check.filing is None:
+            check.evidence.listen(batch.events)
 
     def _end(self, connection: Port, name: str, job: Job[Any]) -> None:
         check = self._running.get(connection)
@@ -120,7 +119,7 @@ class GroupChecks(QObject):
             return
         check.filing = BackgroundTask("dps-s check", self)
         file_in_background(
-            check.filing, evidence, self.profile or NO_PROFILE, Person(module=name or None), check.log,
+            check.filing, evidence, self.profile or NO_PROFILE, Person(module=name or None),
             is_stored=evidence.is_complete, store=self._services.storage.store, target=connection.target,
             then=partial(self._on_filed, connection, name, check),
         )  # fmt: skip

@@ -16,7 +16,7 @@ from app.engine.procedure import PortLost, Report
 from app.engine.worker import Batch, Job
 from app.fleet.verdicts import KeptCheck
 from app.limits.past import Past
-from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import CheckResult, Person
 from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state
 from app.preflight.run import TRIGGERS, run_preflight
@@ -69,7 +69,6 @@ class PreflightController(QObject):
         self._job = RunningJob(services.connector, self)
         self._job.changed.connect(self.changed)
         self._evidence = Evidence()
-        self._log = FrameLog()
         self._stated = Person()
         """What was stated with the click that started the check."""
         self._is_port_broken = False
@@ -176,7 +175,6 @@ class PreflightController(QObject):
         self._by_verdict.clear()
         self._checked_name = self._connector.current.module.name
         self._evidence = Evidence(port=self._connector.current.connection.port)
-        self._log = FrameLog()
         self._is_port_broken = False
         journal = self._connector.current.journal()
         procedure = run_preflight(self._evidence, is_enabling=is_enabling, journal=journal)
@@ -201,7 +199,7 @@ class PreflightController(QObject):
         self._filing.cancel()
         self._reread_timer.stop()
         self._by_verdict.clear()
-        self._evidence, self._log = Evidence(), FrameLog()
+        self._evidence = Evidence()
         self.filed = self.void = self.trouble = None
         self.changed.emit()
 
@@ -274,7 +272,7 @@ class PreflightController(QObject):
     # The end of a check
 
     def _end(self, job: Job[Any]) -> None:
-        self._log_frames(self._connector.current.last)
+        self._evidence.listen(self._connector.current.last.events)
         self._evidence.note_error(job.run.error)
         if self._is_port_broken or not self._connector.current.is_open:
             self._evidence.note_error(PortLost())
@@ -287,7 +285,7 @@ class PreflightController(QObject):
         person = replace(self._stated, who=entered.who, module=module, aircraft=entered.aircraft)
         is_stored = evidence.is_complete and self.void is None
         file_in_background(
-            self._filing, evidence, entered.profile, person, self._log, past=past, is_stored=is_stored,
+            self._filing, evidence, entered.profile, person, past=past, is_stored=is_stored,
             target=self._connector.current.target, store=self._services.storage.store,
             then=partial(self._end_filing, is_stored=is_stored),
         )  # fmt: skip
@@ -310,13 +308,9 @@ class PreflightController(QObject):
 
     def _on_batch(self, batch: Batch) -> None:
         if self._job.is_running:
-            self._log_frames(batch)
+            self._evidence.listen(batch.events)
         else:
             self.poll()
-
-    def _log_frames(self, batch: Batch) -> None:
-        if self._evidence.began_at is not None:
-            self._log.feed(batch.events, since=self._evidence.began_at)
 
     def _watch_port(self) -> None:
         if not self._connector.current.is_open or self._connector.current.state.phase is Phase.OPENING:
