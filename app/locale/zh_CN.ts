@@ -4694,6 +4694,10 @@
         <translation>充电状态标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
+        <source>checked again</source>
+        <translation>已重新检查</translation>
+    </message>
+    <message>
         <source>checking…</source>
         <translation>检查中…</translation>
     </message>

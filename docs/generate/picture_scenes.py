@@ -31,11 +31,11 @@ from ui.main import WindowOptions, assemble, start
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
-from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.recordings.page import RecordingsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
+from ui.services.port_check import Standing
 from ui.services.storage import Storage
 from ui.style.theme import Choice
 

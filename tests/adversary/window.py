@@ -20,7 +20,7 @@ from tests.adversary.program import Ran
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.line.truth import settings_keys
 from ui.acts.confirm import Confirm
-from ui.pages.preflight.controller import Standing
+from ui.services.port_check import Standing
 
 LOOK_EVERY_S: Final = 0.5
 NO_TIME_S: Final = 1e-9
@@ -175,10 +175,10 @@ def check(session: Session) -> None:
     bench.preflight.show_check()
     session.connect()
     work = bench.preflight.work
-    work.check(Person(are_records_reviewed=True), is_enabling=True)
+    bench.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
     ends_at_s = bench.clock() + CHECK_LIMIT_S
     while work.standing is Standing.CHECKING and bench.clock() < ends_at_s:
-        if work._job.is_running:
+        if work.last is not None and work.last._job is not None:
             session.wait(LOOK_EVERY_S)
         else:
             QTest.qWait(1)  # the record is being filed, by another thread
@@ -186,10 +186,10 @@ def check(session: Session) -> None:
         session.confirm(bench.preflight.activation.confirm)
     read_at_s = bench.clock() + REREAD_EVERY_S
     ends_at_s = bench.clock() + WATCHED_S
-    while bench.clock() < ends_at_s and work.standing in (Standing.GO, Standing.READY):
+    while bench.clock() < ends_at_s and work.last is not None and work.standing in (Standing.GO, Standing.READY):
         if bench.clock() >= read_at_s:  # the page's timer
             read_at_s += REREAD_EVERY_S
-            work.read_again()
+            work.last.read_again()
         session.wait(0.25)
         _judge_verdict(session)
 

@@ -111,8 +111,8 @@ def always_ready(patch: pytest.MonkeyPatch) -> None:
 
 
 def nothing_ends_it(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr("ui.pages.preflight.controller.void_reason", lambda *_args, **_more: None)
-    patch.setattr("ui.pages.preflight.controller.void_of_reading", lambda *_args: None)
+    patch.setattr("ui.services.port_check.void_reason", lambda *_args, **_more: None)
+    patch.setattr("ui.services.port_check.void_of_reading", lambda *_args: None)
 
 
 def one_pass(patch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
 """What the window gathered of one module on one connection, and what it shows of a connection on every page."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from app.diagnosis.link_state import LinkState, Phase
 from app.diagnosis.link_statistics import LinkStatistics
@@ -11,9 +11,6 @@ from app.safety.last_known import Activation
 from app.settings.settings_watch import SettingsWatch
 from app.store.store_journal import new_run
 from protocol.fields import Value
-
-if TYPE_CHECKING:
-    from app.fleet.verdicts import KeptCheck
 
 
 @dataclass(eq=False, slots=True)
@@ -26,8 +23,6 @@ class ModuleMemory:
     statistics: LinkStatistics = field(default_factory=LinkStatistics)
     as_found: Snapshot | None = None
     """The settings before the first write."""
-    check: "KeptCheck | None" = None
-    """The last one, of the Pre-flight page or of Fleet."""
     is_fired_by_test: bool = False
     """A guided test makes it fire now, and says what comes next."""
 

@@ -4,7 +4,7 @@ worker."""
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -24,13 +24,18 @@ from ui.services.lock import PortLock
 from ui.services.module_name import BeforeNew, ModuleName
 from ui.services.storage import Storage
 
+if TYPE_CHECKING:
+    from app.preflight.findings import Person
+    from app.settings.profiles import Profile
+    from ui.services.port_check import PortCheck
+
 TICK_MS = 250
 SETTLE_MS = 1000
 """How long a switch to another module waits for running procedures to end."""
 
 
 class Port(PortConnection):
-    """One connection with its module's name, LOCK, recording and journal."""
+    """One connection with its module's name, LOCK, recording, journal and last check."""
 
     def __init__(
         self,
@@ -49,6 +54,9 @@ class Port(PortConnection):
         self.module = ModuleName(self, storage, before_new)
         self.lock = PortLock(self, self.journal)
         self.module.changed.connect(lambda: self.recording.name_module(self.module.name))
+        self.check: PortCheck | None = None
+        """The last one of this module, whoever began it."""
+        self.invalidated.connect(self._drop_check)
 
     def expected_at(self, target: Target) -> Expected | None:
         return self.module.expected_at(target)
@@ -63,6 +71,27 @@ class Port(PortConnection):
     def journal(self) -> Journal:
         """With what the module is known by now."""
         return self._storage.journal(self.target, self.known_as)
+
+    @property
+    def is_checking(self) -> bool:
+        return self.check is not None and self.check.is_running
+
+    def begin_check(self, profile: "Profile", person: "Person", *, is_enabling: bool) -> "PortCheck":
+        """In place of the last one, which is void then. See `PortCheck`."""
+        from ui.services.port_check import NEWER, PortCheck  # the first paint does not wait for it
+
+        if self.check is not None:
+            self.check.set_void(NEWER)
+            self._drop_check()
+        self.check = PortCheck(
+            self, self.module, self._storage, self.journal(), profile, person, is_enabling=is_enabling
+        )
+        return self.check
+
+    def _drop_check(self) -> None:
+        check, self.check = self.check, None
+        if check is not None:
+            check.drop()
 
 
 class Ports(QObject):
@@ -216,7 +245,7 @@ class Ports(QObject):
     @property
     def is_busy(self) -> bool:
         """A procedure that a person started is running."""
-        return bool(self._jobs)
+        return bool(self._jobs) or self.current.is_checking
 
     def run(
         self,

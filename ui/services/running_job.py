@@ -1,5 +1,5 @@
 """One procedure at a time on the module, as a page shows it: progress, cancel, result, notice; the question before a
-write that takes protection away; filing a check."""
+write that takes protection away."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -8,18 +8,9 @@ from typing import Any
 from PySide6.QtCore import QObject
 
 from app.engine.procedure import Procedure, Report, Result
-from app.engine.target import Target
 from app.engine.worker import Job
-from app.limits.past import Past
-from app.preflight.evidence import Evidence
-from app.preflight.findings import Person
 from app.procedures.write_all import SettingChange, risk_message
-from app.records.filing import Filed, file_check
-from app.settings.profiles import Profile
-from app.store.database import StoreTrouble
-from app.store.store import Store
 from app.text.i18n import tr
-from ui.core.background_task import BackgroundTask
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.port import Ports
 from ui.style.theme import Meaning
@@ -123,29 +114,3 @@ def risk_choices(
         Choice("not_now", tr("Cancel"), cancel),
         Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_shown),
     )
-
-
-def file_in_background(
-    task: BackgroundTask[Filed],
-    evidence: Evidence,
-    profile: Profile,
-    person: Person,
-    *,
-    is_stored: bool,
-    store: Store | StoreTrouble,
-    target: Target | None,
-    then: Callable[[Filed], object],
-    past: Past | None = None,
-) -> None:
-    """Call `then` with the judged check: stored in the store's thread, or at once where it is not to be stored."""
-    used_store = store if is_stored and isinstance(store, Store) else None
-    adapter = "" if target is None else target.identity
-    work = partial(
-        file_check, evidence, profile, person,
-        store=used_store, adapter=adapter, past=past,
-    )  # fmt: skip
-    if used_store is None:
-        task.cancel()
-        then(work())
-    else:
-        task.run_in(used_store.queue, work, then)

@@ -11,10 +11,9 @@ from app.diagnosis.link_state import LinkState, Phase
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, PortLost
-from app.fleet.card import Card, Need, by_need, card_of
+from app.fleet.card import Card, HeldVerdict, Need, by_need, card_of, held_verdict
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
-from app.fleet.verdicts import HeldVerdict, KeptCheck
 from app.limits.out_of_limits import LimitsInUse
 from app.preflight.evidence import Disturbance
 from app.preflight.findings import Person
@@ -134,29 +133,17 @@ def checked(**options: str) -> tuple[Checked, Filed]:
     return found, Filed(found.assessment, {})
 
 
-def test_a_verdict_holds_until_something_speaks_against_it_and_stays_void_then() -> None:
-    found, filed = checked()
-    now, device = found.rig.clock(), found.rig.session.device.view(found.rig.clock())
-    kept = KeptCheck(filed).polled(device, now, is_open=True)
-    assert kept.held(device, now).verdict is Verdict.READY
-    kept = kept.polled(device, now, is_open=False).polled(device, now, is_open=True)  # unplugged for a moment
-    held = kept.held(device, now)
-    assert (held.verdict, held.void) == (None, Void(Disturbance.DISCONNECTED))
-    late = KeptCheck(filed).polled(device, now + 3600.0, is_open=True)
-    assert late.held(device, now + 3600.0).verdict is None
-
-
 def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_locked() -> None:
     found, filed = checked()
     device, now = found.rig.session.device.view(found.rig.clock()), found.rig.clock()
     active = device._replace(values=MappingProxyType({**device.values, "active": Known(True, How.READ, now)}))
-    assert KeptCheck(filed).polled(active, now, is_open=True).held(active, now).verdict is None
     case = filed.assessment.case
     assert case.evidence.status is not None
     seen_active = replace(case, evidence=replace(case.evidence, status=case.evidence.status._replace(active=True)))
-    kept = KeptCheck(Filed(assess(seen_active), {}))
-    both = (kept.polled(view, now, is_open=True).held(view, now) for view in (active, device))
-    assert [held.verdict for held in both] == [Verdict.GO, Verdict.READY]
+    for judged, verdicts in ((case, [None, Verdict.READY]), (seen_active, [Verdict.GO, Verdict.READY])):
+        held = [held_verdict(assess(judged), None, seen, now) for seen in (active, device)]
+        assert [one.verdict for one in held] == verdicts
+    assert held_verdict(assess(case), VOID.void, active, now).void is VOID.void
 
 
 @pytest.mark.parametrize(
@@ -173,7 +160,7 @@ def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tup
     assessment = assess(replace(case, profile=case.profile._replace(manual=manual)))
     now = found.rig.clock()
     device = found.rig.session.device.view(now)
-    held = KeptCheck(Filed(assessment, {})).polled(device, now, is_open=True).held(device, now)
+    held = held_verdict(assessment, None, device, now)
     card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
     assert card.need is Need.NO_GO
     assert card.next_step(NOW) == f"Not met: {why}"

@@ -23,7 +23,7 @@ from protocol.frame import decode_request
 from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import INSTANT_S, Rig
 from tests.support.window.preflight_window import on_bench
-from ui.pages.preflight.controller import Standing
+from ui.services.port_check import Standing
 
 
 def lose(rig: Rig, is_lost: Callable[[int], bool], request: Request) -> None:

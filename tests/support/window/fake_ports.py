@@ -15,6 +15,7 @@ from app.engine.procedure import LinkView, PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, Job, PortState
+from app.records.filing import Filed
 from app.safety.journal import NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from protocol.events import Event
@@ -24,6 +25,7 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
 from ui.services.context import Services
 from ui.services.port import Port, Ports
+from ui.services.port_check import PortCheck
 from ui.services.storage import Storage
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice
@@ -181,6 +183,12 @@ def fake_services(qapp: QApplication, storage: Storage | None = None) -> Iterato
     appearance.deleteLater()
     ports.stop()
     ports.connector.storage.close()
+
+
+def stand(check: PortCheck, filed: Filed) -> None:
+    """This is what came of a check that runs on a fake port."""
+    check._job = None
+    check._use(filed)
 
 
 def show_alone(qtbot: QtBot, services: Services, page: QWidget, width: int, height: int) -> None:

@@ -19,9 +19,9 @@ from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import Found, await_child, drop, notice_text, press
-from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
+from ui.services.port_check import PortCheck, Standing
 
 KINDS: Final[Mapping[str, type[QWidget]]] = {"triggers": TriggersPage, "preflight": PreflightPage}
 VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
@@ -39,6 +39,13 @@ class OnBench(Rig):
     @property
     def preflight(self) -> PreflightPage:
         return self.page("preflight", PreflightPage)
+
+    @property
+    def last(self) -> PortCheck:
+        """The last check."""
+        last = self.preflight.work.last
+        assert last is not None
+        return last
 
     @property
     def triggers(self) -> TriggersPage:

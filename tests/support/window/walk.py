@@ -30,10 +30,10 @@ from ui.pages.commands.page import CommandsPage
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
-from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
+from ui.services.port_check import Standing
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice
 from ui.widgets.step_button import bring_into_sight, is_in_sight

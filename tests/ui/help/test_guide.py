@@ -24,8 +24,8 @@ from tests.support.window.steps import find, let_lay_out, press
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES, Assembly
-from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
+from ui.services.port_check import Standing
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Theme
 
 ROOT = Path(__file__).resolve().parents[3]

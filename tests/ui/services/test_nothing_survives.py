@@ -33,7 +33,7 @@ from protocol.fields import Value
 from tests.support.patience import PATIENCE_S
 from tests.support.records.preflight_rig import check
 from tests.support.thorough import some
-from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
+from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, stand
 from tests.support.window.fakes_ui import close_window
 from tests.support.window.spoken import texts_of
 from ui.core.preferences import Preferences
@@ -200,7 +200,9 @@ def _forever() -> Procedure[None]:
 
 def _checked(rig: Rig) -> None:
     assessment = check().assessment
-    rig.pages["preflight"].work._use(Filed(assessment, {}))
+    page = rig.pages["preflight"]
+    page.check()
+    stand(page.work.last, Filed(assessment, {}))
 
 
 def _guided(rig: Rig) -> None:

@@ -2,46 +2,30 @@
 
 from collections.abc import Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
 from functools import partial
 from itertools import chain
-from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.procedure import Cancelled
 from app.engine.snapshots import Snapshot
-from app.engine.worker import Batch, Job
+from app.engine.worker import Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
-from app.fleet.verdicts import KeptCheck
-from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.evidence import Disturbance
 from app.preflight.findings import Person
-from app.preflight.run import run_preflight
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from app.records.filing import Filed
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import UserMessage, message
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
 from ui.services.port import Port
-from ui.services.running_job import file_in_background
+from ui.services.port_check import PortCheck
 
 SILENT = message(marked("The module does not answer."))
 CANCELLED = message(marked("Cancelled."))
-
-
-@dataclass(slots=True)
-class _Check:
-    evidence: Evidence
-    port: str
-    """Of the module that is checked, as its name."""
-    name: str
-    job: Job[Any] | None = None
-    filing: BackgroundTask[Filed] | None = None
 
 
 class GroupChecks(QObject):
@@ -52,17 +36,14 @@ class GroupChecks(QObject):
 
     def __init__(self, services: Services, members: FleetMembers, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._services, self._members = services, members
-        self._running: dict[Port, _Check] = {}
+        self._members = members
+        self._running: dict[Port, PortCheck] = {}
         self.profile: Profile | None = None
         self.results: dict[Port, SetMember] = {}
         """Of the last set."""
         self.total = 0
         services.connector.removed.connect(self._on_removed)
         members.replaced.connect(self._on_removed)
-        services.connector.added.connect(self._hear)
-        for connection in services.connector.connections:
-            self._hear(connection)
 
     @property
     def is_running(self) -> bool:
@@ -70,72 +51,38 @@ class GroupChecks(QObject):
 
     def check(self, connections: Sequence[Port], *, is_enabling: bool = False) -> None:
         """Start; the results of the previous set are discarded. `is_enabling`: the triggers, of what is locked."""
-        if self.is_running:
+        if self.is_running or any(connection.is_checking for connection in connections):
             return
         self.results = {}
         self.total = len(connections)
         reachable = self._members.reachable
         for connection in connections:
             if connection in reachable:
-                self._begin(connection, is_enabling=is_enabling)
+                profile = self.profile or NO_PROFILE
+                check = self._running[connection] = connection.begin_check(profile, Person(), is_enabling=is_enabling)
+                check.changed.connect(partial(self._on_check, connection, check))
         for connection in connections:
             if connection not in reachable:
-                self._finish(connection, connection.module.name, None, SILENT)
+                self._finish(connection, SetMember(port_text(connection.target), connection.module.name, None, SILENT))
         self.changed.emit()
 
     def cancel(self) -> None:
-        for running in self._running.values():
-            if running.job is not None:
-                running.job.cancel()
+        for check in self._running.values():
+            check.cancel()
 
-    def _begin(self, connection: Port, *, is_enabling: bool) -> None:
-        name = connection.module.name
-        evidence = Evidence(port=connection.connection.port)
-        check = self._running[connection] = _Check(evidence, port_text(connection.target), name)
-        self._members.is_checking.add(connection)
-        journal = connection.journal()
-        procedure = run_preflight(check.evidence, is_enabling=is_enabling, journal=journal)
-        check.job = connection.run(procedure, partial(self._end, connection, name))
-
-    def _hear(self, connection: Port) -> None:
-        connection.batch.connect(partial(self._listen, connection))
-
-    def _listen(self, connection: Port, batch: Batch) -> None:
-        check = self._running.get(connection)
-        if check is not None and check.filing is None:
-            check.evidence.listen(batch.events)
-
-    def _end(self, connection: Port, name: str, job: Job[Any]) -> None:
-        check = self._running.get(connection)
-        if check is None or job is not check.job:
+    def _on_check(self, connection: Port, check: PortCheck) -> None:
+        if self._running.get(connection) is not check or check.is_running:
             return
-        self._listen(connection, connection.last)
-        evidence = check.evidence
-        if connection.module.name != name:
-            evidence.disturbance = Disturbance.CHANGED  # it would be kept under the former name
-        evidence.note_error(job.run.error)
-        if evidence.began_at is None:
-            self._finish(connection, name, None, CANCELLED if isinstance(job.run.error, Cancelled) else SILENT)
-            return
-        check.filing = BackgroundTask("dps-s check", self)
-        file_in_background(
-            check.filing, evidence, self.profile or NO_PROFILE, Person(module=name or None),
-            is_stored=evidence.is_complete, store=self._services.storage.store, target=connection.target,
-            then=partial(self._on_filed, connection, name, check),
-        )  # fmt: skip
+        evidence, trouble = check.evidence, None if check.trouble is None else check.trouble.message
+        if evidence.began_at is not None:
+            self._finish(connection, _member(check, check.filed, trouble))
+        else:
+            is_cancelled = evidence.disturbance is Disturbance.INTERRUPTED
+            self._finish(connection, _member(check, None, CANCELLED if is_cancelled else SILENT))
 
-    def _on_filed(self, connection: Port, name: str, check: _Check, filed: Filed) -> None:
-        if self._running.get(connection) is not check:
-            return  # of the module before
-        connection.kept.check = KeptCheck(filed)
-        trouble = None if filed.trouble is None else filed.trouble.message
-        self._finish(connection, name, filed, trouble)
-
-    def _finish(self, connection: Port, name: str, filed: Filed | None, trouble: UserMessage | None) -> None:
-        check = self._running.pop(connection, None)
-        self._members.is_checking.discard(connection)
-        port = port_text(connection.target) if check is None else check.port
-        self.results[connection] = SetMember(port, name, filed, trouble)
+    def _finish(self, connection: Port, member: SetMember) -> None:
+        self._running.pop(connection, None)
+        self.results[connection] = member
         self.changed.emit()
         if not self._running:
             self.finished.emit()
@@ -144,9 +91,12 @@ class GroupChecks(QObject):
         """The port was disconnected, or has another module; the other checks go on."""
         check = self._running.get(connection)
         if check is not None:
-            if check.job is not None:
-                check.job.cancel()
-            self._finish(connection, check.name, None, message(marked("Disconnected.")))
+            check.cancel()
+            self._finish(connection, _member(check, None, message(marked("Disconnected."))))
+
+
+def _member(check: PortCheck, filed: Filed | None, trouble: UserMessage | None) -> SetMember:
+    return SetMember(port_text(check.target), check.person.module or "", filed, trouble)
 
 
 class GroupProfile(QObject):

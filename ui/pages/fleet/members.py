@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.ports import PortInfo
 from app.engine.target import Target
-from app.engine.worker import PortState
 from app.fleet.card import Card, card_of
 from app.records.filing import local_now, service_due
 from app.store.store import Store
@@ -35,13 +34,12 @@ class FleetMembers(QObject):
     def __init__(self, services: Services, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._services, self._connector = services, services.connector
-        self.is_checking: set[Port] = set()
         self._due: Due = {}
         self._due_of: object = None
         self._reading: BackgroundTask[Due] = BackgroundTask("dps-s due", self)
         self._connector.chosen.connect(self.changed)
         self._connector.added.connect(self._watch)
-        self._connector.removed.connect(self._on_removed)
+        self._connector.removed.connect(self.changed)
         for connection in self._connector.connections:
             self._watch(connection)
 
@@ -116,19 +114,18 @@ class FleetMembers(QObject):
 
     def card(self, connection: Port) -> Card:
         now, device = self._connector.clock(), connection.device
-        self._poll(connection)
-        lock, check = connection.lock, connection.kept.check
-        target = connection.target
+        lock, check = connection.lock, connection.check
+        port = port_text(connection.target)
         card = Card(
-            port=port_text(target),
-            link=connection.state._replace(port=port_text(target)),
+            port=port,
+            link=connection.state._replace(port=port),
             device=device,
             activation=connection.activation,
             name=connection.module.name,
             expected=connection.module.expected_name,
             identity=connection.identity,
-            verdict=None if check is None else check.held(device, now),
-            is_checking=connection in self.is_checking,
+            verdict=None if check is None else check.held,
+            is_checking=connection.is_checking,
             lock_sent=lock.sent,
             lock_failed=lock.failed,
             can_lock=lock.is_possible,
@@ -138,19 +135,7 @@ class FleetMembers(QObject):
         return card_of(card, now, self._services.in_use)
 
     def _watch(self, connection: Port) -> None:
-        connection.changed.connect(partial(self._poll, connection))
-        connection.batch.connect(lambda _batch: self._poll(connection))
         connection.invalidated.connect(partial(self.replaced.emit, connection))
-
-    def _poll(self, connection: Port) -> None:
-        check, now = connection.kept.check, self._connector.clock()
-        if check is not None:
-            is_open = connection.is_open and connection.connection.state is PortState.OPEN
-            connection.kept.check = check.polled(connection.device, now, is_open=is_open)
-
-    def _on_removed(self, connection: Port) -> None:
-        self.is_checking.discard(connection)
-        self.changed.emit()
 
 
 def _due_by_name(store: Store, names: Iterable[str]) -> Due:

@@ -203,16 +203,15 @@ class FleetPage(Page):
         self.summary.setText(" · ".join(parts))
 
     def _show_controls(self) -> None:
-        has_members, is_free = (
-            bool(self.members.connections),
-            not (self.checks.is_running or self.profile.is_running or self._has_batch),
-        )
+        connections = self.members.connections
+        has_members, is_checking = bool(connections), any(connection.is_checking for connection in connections)
+        is_free = not (is_checking or self.profile.is_running or self._has_batch)
         has_reachable = bool(self.members.reachable)
         self.check.setEnabled(has_reachable and is_free)
         self.enable.setEnabled(has_reachable and is_free)
         self.open_profile.setEnabled(has_members and is_free)
         self.report.setEnabled(bool(self.checks.results) and is_free and not self.result.is_writing)
-        self.lock_all.setEnabled(any(connection.is_open for connection in self.members.connections))
+        self.lock_all.setEnabled(any(connection.is_open for connection in connections))
         for button in (self.check, self.open_profile, self.lock_all):
             button.setVisible(has_members)
         self.summary.setVisible(has_members or self._has_batch)

@@ -10,9 +10,10 @@ from app.preflight.verdict import CHECKS, VALID_FOR_S
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text import i18n
 from app.text.i18n import tr
-from ui.pages.preflight.controller import PreflightController, Standing
+from ui.pages.preflight.controller import PreflightController
 from ui.pages.preflight.row import CheckRow, ManualRow, remedy
 from ui.services.context import Services
+from ui.services.port_check import Standing
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named

@@ -3,6 +3,7 @@
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -21,7 +22,7 @@ from ui.acts.act_row import ActRow
 from ui.core.texts import Texts
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
-from ui.pages.preflight.controller import Entered, PreflightController, Standing
+from ui.pages.preflight.controller import PreflightController
 from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
@@ -31,6 +32,7 @@ from ui.services.announcer import announce
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, PageHeader, WaysBack
+from ui.services.port_check import PASSED, Standing
 from ui.simulator.panel import rest_offer
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
@@ -77,12 +79,11 @@ class PreflightButtons(QWidget):
         self.print.setEnabled(work.record is not None)
         # In a new connection a check without enabling the triggers can only end with NO-GO.
         is_enabling = work.can_enable and not work.are_triggers_known
-        has_passed = work.standing in (Standing.GO, Standing.READY)
-        self._main = self.print if has_passed else self.enable if is_enabling else self.run
+        self._main = self.print if work.standing in PASSED else self.enable if is_enabling else self.run
         for button in (self.run, self.enable, self.print):
             set_role(button, "primary" if button is self._main else "")
         words = marked("Start") if self._main is self.run else marked("Check only")
-        rename(self.run, self._texts, words if work.filed is None else marked("Check again"))
+        rename(self.run, self._texts, words if work.last is None else marked("Check again"))
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
 
@@ -98,7 +99,7 @@ class PreflightPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("preflight")
         self._services, self._connector = services, services.connector
-        self.work = PreflightController(services, self._entered, self)
+        self.work = PreflightController(services.connector, self)
         self.result = JobNotice(self)
         self.files = RecordFiles(services.storage, self.result, self)
         self.banner = VerdictBanner()
@@ -169,7 +170,9 @@ class PreflightPage(Page):
         self.list.clear_old_ticks()
         if self.work.can_check:
             self.result.dismiss()
-            self.work.check(stated, is_enabling=is_enabling)
+            who, aircraft = self.form.committed
+            person = replace(stated or Person(), who=who, aircraft=aircraft)
+            self.work.check(self.list.answered(), person, is_enabling=is_enabling)
 
     def enable_and_check(self) -> None:
         """Enable the triggers and check; an active module is locked first, by LOCK's own path."""
@@ -207,11 +210,11 @@ class PreflightPage(Page):
 
     def _approve(self) -> None:
         """Keep the code of the checked settings as the approved one in the profile, and check again."""
-        profile, path, filed = self.form.profile, self.form.path, self.work.filed
-        if profile is None or path is None or filed is None:
+        profile, path, assessment = self.form.profile, self.form.path, self.work.assessment
+        if profile is None or path is None or assessment is None:
             return
-        code = filed.record.get("fingerprint")
-        fault = save_or_say_why_not(path, profile._replace(approved_fingerprint=str(code)), source=path)
+        code = assessment.case.settings_code
+        fault = save_or_say_why_not(path, profile._replace(approved_fingerprint=code), source=path)
         if fault is not None:
             self.result.notify(Meaning.DANGER, fault.translated)
             return
@@ -277,16 +280,13 @@ class PreflightPage(Page):
         self.work.reset()
         self.form.clear_aircraft()
 
-    def _entered(self) -> Entered:
-        return Entered(*self.form.committed, self.list.answered())
-
     def _on_work(self) -> None:
         self._timer.refresh_seen()
         self._announce()
-        standing, trouble = self.work.standing, self.work.trouble
-        if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
+        standing, trouble = self.work.standing, None if self.work.last is None else self.work.last.trouble
+        if trouble is not None and standing in (*PASSED, Standing.NO_GO):
             self.result.notify(Meaning.ATTENTION, lambda: join_sentences((trouble.sentence, tr("Not kept."))))
-        if standing in (Standing.CHECKING, Standing.GO, Standing.READY, Standing.NO_GO):
+        if standing in (Standing.CHECKING, *PASSED, Standing.NO_GO):
             self.list.verticalScrollBar().setValue(0)  # what failed is at the top
         if standing is Standing.NO_GO:
             self._offer_level()

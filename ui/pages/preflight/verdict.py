@@ -19,7 +19,8 @@ from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
-from ui.pages.preflight.controller import PreflightController, Standing
+from ui.pages.preflight.controller import PreflightController
+from ui.services.port_check import PortCheck, Standing
 from ui.style.icons import themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import Meaning, Size, Space, current, font, scaled
@@ -59,19 +60,18 @@ class Announcement(NamedTuple):
 
 
 def announcement(work: PreflightController) -> Announcement:
-    standing, assessment = work.standing, work.assessment
-    match standing:
-        case Standing.CHECKING:
-            return _checking(work)
-        case Standing.VOID if work.void is not None:
-            lines = (tr("The results below are void. Check again."), _footer(work)[1])
-            return Announcement(standing, tr("VOID"), capitalised(work.void.message.translated()), lines)
-        case Standing.GO | Standing.READY if assessment is not None:
-            return _passed(work, assessment)
-        case Standing.NO_GO if assessment is not None:
-            return _failed(work, assessment)
-        case _:
-            return _not_checked(work)
+    last = work.last
+    if last is None:
+        return _not_checked(work)
+    assessment = last.assessment
+    if assessment is None:
+        return _checking(last)
+    if last.void is not None:
+        lines = (tr("The results below are void. Check again."), _footer(last)[1])
+        return Announcement(last.standing, tr("VOID"), capitalised(last.void.message.translated()), lines)
+    if assessment.verdict is Verdict.NO_GO:
+        return _failed(last, assessment)
+    return _passed(last, assessment, is_active=work.reported_active)
 
 
 def _not_checked(work: PreflightController) -> Announcement:
@@ -88,44 +88,42 @@ def _not_checked(work: PreflightController) -> Announcement:
     return Announcement(Standing.NOT_CHECKED, tr("NOT CHECKED"), head, tuple(lines))
 
 
-def _checking(work: PreflightController) -> Announcement:
-    report = work.progress
+def _checking(check: PortCheck) -> Announcement:
+    report = check.progress
     doing = tr("Link") if report is None else tr(report.doing)
     share = 0.0 if report is None or not report.total else report.done / report.total
     return Announcement(Standing.CHECKING, tr("CHECKING"), doing, (tr("Do not touch the aircraft."),), progress=share)
 
 
-def _passed(work: PreflightController, assessment: Assessment) -> Announcement:
+def _passed(check: PortCheck, assessment: Assessment, *, is_active: bool | None) -> Announcement:
     verdict = assessment.verdict
     head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
-    if verdict is Verdict.READY and work.reported_active is not False:
+    if verdict is Verdict.READY and is_active is not False:
         head = tr("Reading again…")  # it may be active by now
-    warnings = sum(check.finding.result is CheckResult.WARN for check in assessment.checks)
+    warnings = sum(judged.finding.result is CheckResult.WARN for judged in assessment.checks)
     what = tr("All {count} checks passed; warnings: {looks}.", count=len(CHECKS), looks=warnings)
     skipped = sum(item.is_done is None for item in assessment.manual)
     if skipped:
         what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
-    caveat, signature = _footer(work)
-    return Announcement(work.standing, tr(verdict.value), head, (*filter(None, (caveat,)), what, signature))
+    caveat, signature = _footer(check)
+    return Announcement(check.standing, tr(verdict.value), head, (*filter(None, (caveat,)), what, signature))
 
 
-def _failed(work: PreflightController, assessment: Assessment) -> Announcement:
+def _failed(check: PortCheck, assessment: Assessment) -> Announcement:
     names = [title.translated() for title in assessment.titles_against]
     listed = join_names(names[:MAX_NAMED])
     if len(names) > MAX_NAMED:
         listed = tr("{names} and {count} more", names=listed, count=len(names) - MAX_NAMED)
     head = capitalised(meaning_of(Verdict.NO_GO, assessment.case.profile.activated_by).translated())
     # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
-    caveat, signature = _footer(work)
+    caveat, signature = _footer(check)
     lines = (*filter(None, (caveat,)), tr("Not met: {names}", names=listed), signature)
     return Announcement(Standing.NO_GO, tr(Verdict.NO_GO.value), head, lines)
 
 
-def _footer(work: PreflightController) -> tuple[str, str]:
+def _footer(check: PortCheck) -> tuple[str, str]:
     """Caveats of the record, may be empty; then whose record it is, and how long a GO or READY holds."""
-    if work.filed is None:
-        return "", ""
-    record, left_s = work.filed.record, work.expires_in_s
+    record, left_s = {} if check.filed is None else check.filed.record, check.expires_in_s
     parts = [str(record[key]) for key in ("module", "aircraft", "who") if record.get(key)]
     parts.append(str(record.get("at", ""))[11:19])
     if left_s is not None:

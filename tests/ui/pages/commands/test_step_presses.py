@@ -14,7 +14,7 @@ from tests.gestures.clumsy import run
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from tests.support.window.steps import notice_text
-from ui.pages.preflight.controller import Standing
+from ui.services.port_check import Standing
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice as Look
 from ui.widgets.gestures import gestures

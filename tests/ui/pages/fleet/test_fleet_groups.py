@@ -11,16 +11,18 @@ from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, Procedure
 from app.fleet.check_set import SetMember, write_set_reports
 from app.fleet.profile_table import Applied
-from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.evidence import Evidence
+from app.preflight.findings import Person
 from app.preflight.run import run_preflight
-from app.preflight.verdict import assess
+from app.preflight.verdict import Verdict, assess
 from app.procedures.lock import Locked
 from app.records.check_store import CheckStore
 from app.records.filing import Filed
 from app.records.labels import Printer
 from app.safety.journal import Outcome
-from app.settings.profiles import Profile
+from app.settings.profiles import NO_PROFILE, Profile
 from app.store.database import StoreFault, StoreTrouble
+from app.store.facts import FactKind
 from app.store.store import Store
 from tests.support.records.preflight_rig import check
 from tests.support.window.fake_ports import FakeWorker
@@ -29,8 +31,8 @@ from tests.support.window.steps import notice_text
 from tests.ui.pages.fleet.conftest import Desk
 from ui.core.texts import Texts
 from ui.files.file_dialogs import ThenPath
-from ui.pages.fleet import group_jobs
 from ui.services.port import Port
+from ui.services.port_check import ENTRIES
 from ui.shell.attention import Attention
 from ui.widgets.notice_bar import NoticeBar
 
@@ -96,7 +98,7 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
         begun.append(options["is_enabling"])
         return run_preflight(evidence, **options)
 
-    monkeypatch.setattr(group_jobs, "run_preflight", noted)
+    monkeypatch.setattr("ui.services.port_check.run_preflight", noted)
     desk.plug_in(2)
     if is_enabling:
         desk.page.enable.trigger()
@@ -104,6 +106,19 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
         desk.click(desk.page.check)
     assert begun == [is_enabling] * 2
     desk.page.checks.cancel()
+
+
+def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk: Desk) -> None:
+    desk.plug_in(2)
+    second, _ = desk.modules[1]
+    second.begin_check(NO_PROFILE, Person(), is_enabling=True)
+    desk.page.checks.check(desk.page.members.connections)
+    desk.settle()
+    assert not desk.page.check.isEnabled()
+    assert [len(one.jobs) for _, one in desk.modules] == [1, 2]
+    card = desk.page._widgets[second].card
+    assert card is not None
+    assert card.is_checking
 
 
 def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
@@ -131,38 +146,42 @@ def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_writte
     page.profile.cancel()
 
 
-def test_a_check_that_could_not_be_stored_says_why(desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("has_store", [False, True])
+def test_a_check_that_could_not_be_stored_says_why(
+    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_store: bool
+) -> None:
     full = StoreTrouble(StoreFault.FULL, tmp_path)
-    filed = Filed(assess(check().assessment.case), {}, full)
-    monkeypatch.setattr(group_jobs, "file_in_background", lambda *_, then, **__: then(filed))
+    filed = Filed(assess(check().assessment.case), {}, full if has_store else None)
+    if not has_store:
+        desk.services.storage._store = full
+    monkeypatch.setattr("ui.services.port_check.file_check", lambda *_, **__: filed)
     desk.plug_in(1)
     ((connection, worker),) = desk.modules
     desk.click(desk.page.check)
-    desk.page.checks._running[connection].evidence.began_at = 0.0
+    assert connection.check is not None
+    connection.check.evidence.began_at = 0.0
     worker.end_jobs(Cancelled())
     desk.wait(lambda: not desk.page.checks.is_running)
     assert desk.page.checks.results[connection].trouble == full.message
-    assert connection.kept.check is not None
-    assert connection.kept.check.filed is filed
+    assert connection.check.filed is filed
 
 
-def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kept: list[tuple[bool, object]] = []
-    monkeypatch.setattr(
-        group_jobs, "file_in_background",
-        lambda _task, evidence, *_, is_stored, **__: kept.append((is_stored, evidence.disturbance)),
-    )  # fmt: skip
+def test_a_check_whose_module_got_another_name_meanwhile_is_not_kept(desk: Desk) -> None:
     desk.plug_in(1)
     ((connection, worker),) = desk.modules
     desk.click(desk.page.check)
-    evidence = desk.page.checks._running[connection].evidence
+    assert connection.check is not None
+    evidence = connection.check.evidence
     evidence.began_at, evidence.ended_at = desk.ports.now_s, desk.ports.now_s
     connection.module.choose("M-2")
     worker.end_jobs()
-    desk.wait(lambda: bool(kept))
-    assert kept == [(False, Disturbance.CHANGED)]
+    desk.wait(lambda: not desk.page.checks.is_running)
+    member = desk.page.checks.results[connection]
+    assert (member.name, member.verdict) == ("", Verdict.NO_GO)
+    assert connection.check.void == ENTRIES
+    store = desk.services.storage.store
+    assert isinstance(store, Store)
+    assert store.facts.select(FactKind.CHECK) == []
 
 
 def test_named_silent_modules_are_said_to_be_new_by_one_press(desk: Desk) -> None:

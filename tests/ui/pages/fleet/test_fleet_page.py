@@ -13,19 +13,18 @@ from PySide6.QtWidgets import QApplication
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.fleet.card import Need
-from app.fleet.verdicts import KeptCheck
 from app.limits.service import Service, ServiceKind
-from app.preflight.evidence import Disturbance
-from app.preflight.verdict import Void, assess
+from app.preflight.findings import Person
+from app.preflight.verdict import assess
 from app.records.filing import Filed, local_now, service_due
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
+from app.settings.profiles import NO_PROFILE
 from app.store.facts import FactKind
 from app.store.store import Store
-from app.text.messages import UserMessage
 from tests.support.records.preflight_rig import check
 from tests.support.thorough import some
-from tests.support.window.fake_ports import VALUES
+from tests.support.window.fake_ports import VALUES, stand
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER
 from tests.support.window.steps import let_lay_out
 from tests.ui.pages.fleet.conftest import Desk
@@ -34,6 +33,7 @@ from ui.core.port_watcher import PortWatcher
 from ui.pages.fleet.card_widget import CardWidget
 from ui.pages.fleet.members import DUE_EVERY_S, target_of
 from ui.services.port import Port
+from ui.services.port_check import ENTRIES
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -108,7 +108,7 @@ def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Des
     desk.plug_in(2)
     connection, worker = desk.modules[1]
     desk.page.hide()
-    connection.kept.check = KeptCheck(filed(desk))
+    stand(connection.begin_check(NO_PROFILE, Person(), is_enabling=False), filed(desk))
     for light_v in (9.0, 0.3):
         worker.say(light_v=light_v)
         QApplication.processEvents()
@@ -120,13 +120,16 @@ def test_a_bay_that_was_open_while_the_page_was_hidden_voids_the_check(desk: Des
 
 def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     desk.plug_in(1)
-    (connection, _), one = desk.modules[0], filed(desk)
-    for void, need in ((None, Need.NO_GO), (Void(Disturbance.CHANGED, UserMessage("entries")), Need.VOID)):
-        connection.kept.check = KeptCheck(one, void)
+    connection, _ = desk.modules[0]
+    checked = connection.begin_check(NO_PROFILE, Person(), is_enabling=False)
+    needs = []
+    for happens in (lambda: stand(checked, filed(desk)), lambda: checked.set_void(ENTRIES)):
+        happens()
         desk.settle()
         card = desk.page._widgets[connection].card
         assert card is not None
-        assert card.need is need
+        needs.append(card.need)
+    assert needs == [Need.NO_GO, Need.VOID]
 
 
 def test_lock_all_reaches_every_module_also_when_one_port_hangs(desk: Desk) -> None:

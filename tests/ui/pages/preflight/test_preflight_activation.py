@@ -8,12 +8,15 @@ import pytest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.preflight.findings import Person
+from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify
 from app.safety.acts import REQUESTS, Act
+from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import LOCK
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, kept, name_module, on_bench
 from tests.support.window.steps import choosing, notice_text, settle
-from ui.pages.preflight.controller import Standing
+from ui.services.port_check import Standing
 from ui.style.theme import Space
 from ui.widgets.step_button import StepButton
 
@@ -76,6 +79,26 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(quick: None, 
     activate(rig)
     rig.wait_standing(Standing.GO)
     assert page.work.record == record
+
+
+def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(
+    quick: None, rereads: None, rig: OnBench
+) -> None:
+    port, page = rig.assembly.connector.current, rig.preflight
+    assert rig.check() is Standing.READY
+    check = port.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
+    assert page.banner.announcement.head == "Changed: checked again"
+    rig.until(lambda: not page.buttons.run.isEnabled())  # one at a time
+    rig.until(lambda: check.standing is Standing.READY)
+    assert page.work.standing is Standing.VOID
+    assert [check.held and check.held.verdict, page.work.record] == [Verdict.READY, None]
+    rig.bench.module.activate(is_active=True)
+    rig.until(lambda: check.standing is Standing.GO)
+    assert kept(rig) == ["GO", "READY", "READY"]
+    rig.bench.module.memory.attitude_threshold = 70
+    rig.until(lambda: check.standing is Standing.VOID)
+    rig.check(is_enabling=False)
+    assert port.check is rig.last
 
 
 def test_an_acknowledgement_alone_is_no_go(quick: None, rig: OnBench) -> None:
@@ -185,7 +208,7 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
 @pytest.fixture
 def rereads(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a verdict depends on, every 0.2 s."""
-    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.2)
+    monkeypatch.setattr("ui.services.port_check.REREAD_EVERY_S", 0.2)
 
 
 def _set(name: str, raw: int) -> Callable[[OnBench], None]:

@@ -29,8 +29,8 @@ from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, name_module, on_bench, said
 from tests.support.window.steps import choosing, notice_text
 from ui.files.report_printer import print_pages
-from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
+from ui.services.port_check import Standing
 from ui.style.theme import Meaning
 
 

@@ -37,10 +37,10 @@ from tests.support.window.preflight_window import (
     said,
 )
 from tests.support.window.steps import await_child, choosing, find, let_lay_out
-from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.preflight.row import Mend, remedy
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
+from ui.services.port_check import Standing
 from ui.style.theme import Choice, Meaning
 from ui.widgets.labels import FittedLabel
 
@@ -121,7 +121,7 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, quick: None, rig: O
     rig.click(other.bad)
     assert rig.check() is Standing.NO_GO
     assert other.chip.word == "Not OK"
-    rig.assembly.connector.clock = lambda: rig.clock() + 1000.0
+    rig.assembly.connector.clock = rig.assembly.connector.current.clock = lambda: rig.clock() + 1000.0
     page.tick()  # a quarter of an hour later the ticks are of another flight
     assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
 

@@ -22,12 +22,12 @@ from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import Fault, assert_only_questions, check, on_request
 from tests.support.window.preflight_window import OnBench, kept, name_module, on_bench
 from tests.support.window.screen_reader import announced
-from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import Column
+from ui.services.port_check import Standing
 
 
 def grow_old(bench: OnBench) -> None:
-    bench.assembly.connector.clock = lambda: bench.clock() + 901.0
+    bench.assembly.connector.current.clock = lambda: bench.clock() + 901.0
 
 
 def type_another_name(bench: OnBench) -> None:
@@ -59,14 +59,13 @@ def test_what_voids_a_go(quick: None, act: Callable[[OnBench], None], why: str, 
     one = page.banner.announcement
     assert one.word == "VOID"
     assert one.head == why
-    assert page.work.filed is not None
-    checked_at = str(page.work.filed.record["at"])[11:19]
+    assert rig.last.filed is not None
+    checked_at = str(rig.last.filed.record["at"])[11:19]
     assert one.lines[-1].endswith(checked_at)  # whose results these are, also beside another module's name
     assert "GO" not in page.banner.accessibleName()
     assert not page.buttons.print.isEnabled()
     assert page.work.record is None
-    services = rig.assembly.window._services
-    assert services.connector.current.kept.check == (page.work.filed, page.work.void)
+    assert rig.assembly.connector.current.check is rig.last  # the card on Fleet says the same
     assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
@@ -99,7 +98,7 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(quick: None, rig: OnBenc
 def test_unplugged_in_the_middle(rig: OnBench) -> None:
     page = rig.preflight
     rig.click(page.buttons.enable)
-    rig.until(lambda: page.work.progress is not None and page.work.progress.done >= 2)
+    rig.until(lambda: rig.last.progress is not None and rig.last.progress.done >= 2)
     rig.bench.unplug()
     rig.wait_standing(Standing.VOID)
     assert page.banner.announcement.head == "Port lost"
@@ -160,10 +159,10 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
         name_module(bench, "M-07")
         try:
             bench.click(page.buttons.run)
-            bench.until(lambda: page.work._job.is_running)
+            bench.until(lambda: bench.last._job is not None)
             bench.beside_s = 0.05
             store.queue.submit(lambda: release.wait(LIMIT_S))
-            bench.until(lambda: page.work._filing.is_running)
+            bench.until(lambda: bench.last._filing.is_running)
             assert page.work.standing is Standing.CHECKING
             began = time.monotonic()
             for _ in range(20):
@@ -175,7 +174,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
         finally:
             release.set()
         bench.until(lambda: page.work.standing is not Standing.CHECKING)
-        assert page.work.trouble is None
+        assert bench.last.trouble is None
         assert len(kept(bench, "M-07")) == 1
 
 
@@ -186,7 +185,7 @@ def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp
         bench.triggers.table.selectRow(0)
         bench.click(bench.triggers.detail.buttons[Judgement.FALSE])
         assert bench.check() is Standing.NO_GO
-        bench.preflight.work.check(Person(are_records_reviewed=True), is_enabling=True)
+        bench.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
         bench.wait_standing(Standing.READY)
         bench.read_triggers()
         assert [str(bench.triggers.table.filter.index(row, Column.JUDGED).data()) for row in range(2)] == [

@@ -17,8 +17,8 @@ from tests.support.window.preflight_window import OnBench, confirm_name, name_mo
 from tests.support.window.steps import choosing, notice_text
 from ui.core.texts import Texts
 from ui.forms.rows_table import RowsTable
-from ui.pages.preflight.controller import Standing
 from ui.pages.triggers.model import COLUMNS, Column, record_text
+from ui.services.port_check import Standing
 from ui.style.theme import Meaning, Size, font
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))

@@ -1,0 +1,271 @@
+"""The pre-flight check of the module at one port: run, judged, kept, and watched while it stands, whoever began it."""
+
+from dataclasses import replace
+from enum import Enum
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.diagnosis.link_state import Phase
+from app.engine.procedure import PortLost, Report
+from app.engine.worker import Batch, Job
+from app.fleet.card import HeldVerdict, held_verdict
+from app.limits.past import Past
+from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.findings import CheckResult, Person
+from app.preflight.reread import REREAD_EVERY_S, StateReading, read_state
+from app.preflight.run import run_preflight
+from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_of_reading, void_reason
+from app.records.filing import Filed, file_check
+from app.records.record import Record
+from app.safety.interlocks import interlock_inputs
+from app.safety.journal import Journal
+from app.settings.profiles import Profile
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from app.text.messages import message
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.core.port_connection import PortConnection
+from ui.services.module_name import ModuleName
+from ui.services.storage import Storage
+
+
+class Standing(Enum):
+    """The verdict as it stands now."""
+
+    NOT_CHECKED = "not checked"
+    CHECKING = "checking"
+    GO = "GO"
+    READY = "READY"
+    NO_GO = "NO-GO"
+    VOID = "void"
+
+
+_STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}
+PASSED = (Standing.GO, Standing.READY)
+ENTRIES = Void(Disturbance.CHANGED, message(marked("entries")))
+NEWER = Void(Disturbance.CHANGED, message(marked("checked again")))
+
+
+def reported_active(port: PortConnection) -> bool | None:
+    """What the module reports now; an acknowledgement is no report."""
+    return interlock_inputs(port.device, port.clock(), must_be_proven=False).active
+
+
+class PortCheck(QObject):
+    """A void verdict stays void: only another check gives another one. Its `Port` begins it, and drops it with its
+    module."""
+
+    changed = Signal()
+    """It ended, or stands otherwise."""
+
+    def __init__(
+        self, port: PortConnection, module: ModuleName, storage: Storage, journal: Journal, profile: Profile,
+        person: Person, *, is_enabling: bool,
+    ) -> None:  # fmt: skip
+        """`profile` with a person's answers for its manual checks; `person`: what is entered and said."""
+        super().__init__(port)
+        self._port, self._module, self._storage = port, module, storage
+        self.profile, self.person = profile, replace(person, module=module.name or None)
+        self.target, self.evidence = port.target, Evidence(port=port.connection.port)
+        self.filed: Filed | None = None
+        self.void: Void | None = None
+        """Set during the check, it voids it when it ends."""
+        self.trouble: StoreTrouble | None = None
+        """Why it was not kept."""
+        self.progress: Report | None = None
+        self._is_port_broken = False
+        self._filing: BackgroundTask[Filed] = BackgroundTask("dps-s check", self)
+        self._rereading: Job[StateReading] | None = None
+        self._by_verdict: dict[Verdict, Filed] = {}
+        """Records of this check: activated, READY becomes GO; locked again, READY."""
+        self._timer = QTimer(self, interval=round(1000 * REREAD_EVERY_S))
+        self._timer.timeout.connect(self.read_again)
+        port.changed.connect(self._watch_port)
+        port.batch.connect(self._on_batch)
+        module.changed.connect(self._on_name)
+        procedure = run_preflight(self.evidence, is_enabling=is_enabling, journal=journal)
+        self._job: Job[Any] | None = port.run(procedure, self._end, on_progress=self._remember_progress)
+
+    # What is known
+
+    @property
+    def is_running(self) -> bool:
+        """Until the record is in the store, or cannot be kept."""
+        return self._job is not None or (self._filing.is_running and self.filed is None)
+
+    @property
+    def is_busy(self) -> bool:
+        """It runs, or its record is still being kept."""
+        return self._job is not None or self._filing.is_running
+
+    @property
+    def standing(self) -> Standing:
+        if self.filed is None or self.is_running:
+            return Standing.CHECKING
+        return Standing.VOID if self.void is not None else _STANDINGS[self.filed.assessment.verdict]
+
+    @property
+    def assessment(self) -> Assessment | None:
+        return None if self.filed is None or self.is_running else self.filed.assessment
+
+    @property
+    def record(self) -> Record | None:
+        """What may be exported: None unless the check still holds."""
+        return self.filed.record if self.filed is not None and self.standing in _STANDINGS.values() else None
+
+    @property
+    def held(self) -> HeldVerdict | None:
+        """For the module's card; None while it runs."""
+        if self.filed is None or self.is_running:
+            return None
+        return held_verdict(self.filed.assessment, self.void, self._port.device, self._port.clock())
+
+    @property
+    def expires_in_s(self) -> float | None:
+        """Until a GO or READY is too old; None for any other standing."""
+        ended_at = self.evidence.ended_at
+        if ended_at is None or self.standing not in PASSED:
+            return None
+        return max(0.0, VALID_FOR_S - (self._port.clock() - ended_at))
+
+    # What is done with it
+
+    def cancel(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+
+    def set_void(self, void: Void) -> None:
+        if self.void is None:
+            self.void = void
+            self.changed.emit()
+
+    def drop(self) -> None:
+        """Nothing more is heard of it: another check or another module has taken its place."""
+        for job in filter(None, (self._job, self._rereading)):
+            job.cancel()
+        self._job = self._rereading = None
+        self._filing.cancel()
+        self._timer.stop()
+        self._port.changed.disconnect(self._watch_port)
+        self._port.batch.disconnect(self._on_batch)
+        self._module.changed.disconnect(self._on_name)
+        self.deleteLater()
+
+    def poll(self) -> None:
+        """Void the verdict if it no longer holds."""
+        if self.filed is None or self.void is not None or self.is_running:
+            return
+        opened_at = None if self._is_port_broken else self.evidence.opened_at
+        void = void_reason(self.filed.assessment, self._port.device, self._port.clock(), opened_at=opened_at)
+        if void is None:
+            self._follow_activation()
+        else:
+            self.set_void(void)
+
+    def read_again(self) -> None:
+        """Read everything that a GO or READY depends on; any difference voids it."""
+        if self.standing not in PASSED:
+            self._timer.stop()
+        elif self._rereading is None:
+            self._rereading = self._port.run(read_state(), self._end_rereading)
+
+    # What happens
+
+    def _remember_progress(self, report: Report) -> None:
+        """In the worker's thread."""
+        self.progress = report
+
+    def _on_batch(self, batch: Batch) -> None:
+        if self._job is not None:
+            self.evidence.listen(batch.events)
+        else:
+            self.poll()
+
+    def _watch_port(self) -> None:
+        if not self._port.is_open or self._port.state.phase is Phase.OPENING:
+            self._is_port_broken = True
+        self.poll()
+
+    def _on_name(self) -> None:
+        """The signal also comes when the same module is recognised again."""
+        if (self._module.name or None) != self.person.module:
+            self.set_void(ENTRIES)
+
+    def _follow_activation(self) -> None:
+        """Reported locked, GO becomes READY at once; reported active, READY becomes GO after reading everything."""
+        if self.standing not in PASSED or self._filing.is_running:
+            return
+        reported, status = reported_active(self._port), self.evidence.status
+        if reported and not self.evidence.is_active:
+            self.read_again()
+        elif reported is False and status is not None and status.active:
+            self._judge_again(replace(self.evidence, status=status._replace(active=False)))
+
+    def _end_rereading(self, job: Job[StateReading]) -> None:
+        if job is not self._rereading:
+            return
+        self._rereading = None
+        self.poll()
+        if self.standing not in PASSED:
+            return
+        state = job.outcome() if job.run.error is None else None
+        void = void_of_reading(self.evidence, state)
+        if void is not None:
+            self.set_void(void)
+        elif state is not None and state.status is not None and state.status.active is not self.evidence.is_active:
+            self._judge_again(replace(self.evidence, status=state.status))
+
+    def _judge_again(self, evidence: Evidence) -> None:
+        """Judge the same check with the activation that is reported now."""
+        if self.filed is None or self._filing.is_running:
+            return
+        case = self.filed.assessment.case
+        earlier = self._by_verdict.get(assess(replace(case, evidence=evidence)).verdict)
+        if earlier is None:
+            self._file(evidence, case.past)
+        else:
+            self._use(earlier)
+
+    def _end(self, job: Job[Any]) -> None:
+        if job is not self._job:
+            return
+        self._job, evidence = None, self.evidence
+        evidence.listen(self._port.last.events)
+        evidence.note_error(job.run.error)
+        if self._is_port_broken or not self._port.is_open:
+            evidence.note_error(PortLost())
+        if self.void is not None:
+            evidence.disturbance = evidence.disturbance or self.void.reason
+        self._file(evidence)
+        self.changed.emit()
+
+    def _file(self, evidence: Evidence, past: Past | None = None) -> None:
+        """Judge the check; keep it, in the store's thread, unless it is void."""
+        store, target = self._storage.store, self.target
+        used = store if evidence.is_complete and isinstance(store, Store) else None
+        work = partial(
+            file_check, evidence, self.profile, self.person, store=used,
+            adapter="" if target is None else target.identity, past=past,
+        )  # fmt: skip
+        if used is None:
+            self._end_filing(work(), store if isinstance(store, StoreTrouble) else None)
+        else:
+            self._filing.run_in(used.queue, work, self._end_filing)
+
+    def _end_filing(self, filed: Filed, trouble: StoreTrouble | None = None) -> None:
+        self.trouble = trouble or filed.trouble
+        self._by_verdict[filed.assessment.verdict] = filed
+        is_kept = filed.assessment.case.evidence.is_complete and self.trouble is None
+        if is_kept and filed.assessment.result("boot_count") is not CheckResult.FAIL:
+            self._module.remember_adapter()
+        self._use(filed)
+
+    def _use(self, filed: Filed) -> None:
+        self.filed, self.evidence = filed, filed.assessment.case.evidence
+        if self.standing in PASSED and not self._timer.isActive():
+            self._timer.start()
+        self.poll()
+        self.changed.emit()
