@@ -32,14 +32,13 @@ from protocol.translatable import marked
 from ui.archive.archive_exchange import ArchiveExchange, last_time, opened_archive
 from ui.archive.service_form import ServiceForm
 from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import ThenPath, ask_open, ask_path
+from ui.files.file_dialogs import ThenPath, ask_open, ask_path, bring_to_front
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import control, named
-from ui.widgets.document_window import bring_to_front
 from ui.widgets.labels import EmptyState, IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row, stacked
 from ui.widgets.step_button import StepButton

@@ -47,6 +47,14 @@ def open_dialog(dialog: QDialog, name: str, then: Callable[[], object]) -> None:
     dialog.open()
 
 
+def bring_to_front(window: QWidget) -> None:
+    """Shows `window` above all others, also where it was minimised."""
+    window.show()
+    window.setWindowState(window.windowState() & ~Qt.WindowState.WindowMinimized)
+    window.raise_()
+    window.activateWindow()
+
+
 def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDialog.FileMode) -> QFileDialog:
     dialog = QFileDialog(parent, title.rstrip("…"), str(folder), kinds)
     dialog.setFileMode(mode)

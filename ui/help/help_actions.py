@@ -15,8 +15,7 @@ from ui.shell.main_window import MainWindow
 from ui.widgets.gestures import application
 
 if TYPE_CHECKING:
-    from ui.help.guide_viewer import GuideViewer
-    from ui.help.small_windows import ShortcutsView
+    from ui.help.windows import GuideViewer, ShortcutsView
 
 _QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
 _SAYS_TOOLTIP: Final = "says_tooltip"
@@ -95,7 +94,7 @@ class HelpActions(QObject):
     # Documents
 
     def show_guide(self) -> None:
-        from ui.help.guide_viewer import GuideViewer, guide_page
+        from ui.help.windows import GuideViewer, guide_page
 
         if guide_page() is None:
             self._window.show_message(tr("The user guide is not installed."))
@@ -108,13 +107,13 @@ class HelpActions(QObject):
         self._guide.go_to_chapter(chapter)
 
     def show_keys(self) -> None:
-        from ui.help.small_windows import ShortcutsView
+        from ui.help.windows import ShortcutsView
 
         if self._keys is None:
             self._keys = ShortcutsView(self._window, self._services.texts)
         self._keys.bring_up()
 
     def show_about(self) -> None:
-        from ui.help.small_windows import show_about
+        from ui.help.windows import show_about
 
         show_about(self._window)

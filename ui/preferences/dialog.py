@@ -26,10 +26,10 @@ from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import Preferences
 from ui.core.texts import LanguageSwitch, Texts, has_font_for
+from ui.files.file_dialogs import bring_to_front
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Meaning, Space
 from ui.widgets.controls import control, named
-from ui.widgets.document_window import bring_to_front
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Notice

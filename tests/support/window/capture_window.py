@@ -16,7 +16,7 @@ from tests.support.records.recordings_made import NOON
 from tests.support.window.steps import choosing, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from ui.main import Assembly
-from ui.pages.diagnosis.capture_files import SUFFIX
+from ui.pages.diagnosis.files import SUFFIX
 from ui.pages.diagnosis.page import DiagnosisPage
 
 ACTIVE = Status(7, 1.0, triggered=False, active=True).encode()

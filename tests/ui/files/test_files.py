@@ -34,7 +34,7 @@ from ui.core.texts import Texts
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path, ask_text, default_name
 from ui.files.save_bar import SaveBar, footer_text
 from ui.main import WindowOptions
-from ui.pages.diagnosis.capture_files import SUFFIX
+from ui.pages.diagnosis.files import SUFFIX
 from ui.style.theme import Meaning, Space
 
 

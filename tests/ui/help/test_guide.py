@@ -22,7 +22,7 @@ from tests.support.window.fakes_ui import ListedPorts, wait_online, window
 from tests.support.window.preflight_window import VERDICTS
 from tests.support.window.steps import find, let_lay_out, press
 from ui.core.texts import Texts
-from ui.help.guide_viewer import GUIDE, GuideViewer, anchor_of
+from ui.help.windows import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.page import PreflightPage
 from ui.services.port_check import Standing
@@ -217,7 +217,7 @@ def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
 
 @pytest.mark.parametrize("theme", THEMES, ids=lambda one: one.name)
 def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ui.help.guide_viewer.current", lambda: theme)
+    monkeypatch.setattr("ui.help.windows.current", lambda: theme)
     parent = QWidget()
     qtbot.addWidget(parent)
     viewer = GuideViewer(Texts(), parent)

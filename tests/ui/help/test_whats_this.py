@@ -36,9 +36,8 @@ from protocol.catalogue import BY_NAME, SETTINGS, Command
 from tests.support.window.fakes_ui import ListedPorts, page_entries, window
 from tests.support.window.steps import find
 from ui.core.texts import Texts
-from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
 from ui.help.help_actions import explain, text_of
-from ui.help.small_windows import keys_of, show_about
+from ui.help.windows import GuideViewer, anchor_of, guide_page, keys_of, show_about
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
 from ui.services.context import PageEntry

@@ -146,12 +146,12 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
     "ui/files/file_dialogs.py: QFileDialog: folder": _file(file_dialogs.ask_folder, Path.home()),
     "ui/files/file_dialogs.py: QFileDialog: replace": _replacing,
     "ui/files/file_dialogs.py: QInputDialog": _ask_text,
-    "ui/widgets/document_window.py: QDialog: guide": _modeless("guide"),
-    "ui/widgets/document_window.py: QDialog: keys": _modeless("keys"),
+    "ui/help/windows.py: QDialog: guide": _modeless("guide"),
+    "ui/help/windows.py: QDialog: keys": _modeless("keys"),
     "ui/preferences/dialog.py: QDialog": _modeless("preferences"),
     "ui/archive/archive_dialog.py: QDialog": _modeless("archive"),
     "ui/archive/service_form.py: QDialog": _service,
-    "ui/help/small_windows.py: QMessageBox": _modeless("about", QMessageBox),
+    "ui/help/windows.py: QMessageBox": _modeless("about", QMessageBox),
 }
 """Everything that the program shows above its window, by file and class; `test_nothing_is_missing` compares it with the
 source."""

@@ -24,14 +24,11 @@ from app.text.sentences import join_sentences, labelled
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
-from ui.pages.flights.column_form import ColumnForm
 from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded
-from ui.pages.flights.fire_map import FireMapView
-from ui.pages.flights.flight_view import FlightView
-from ui.pages.flights.lists import FlightLists
+from ui.pages.flights.lists import FlightLists, assumed_text, limits_text, short_name
 from ui.pages.flights.proposal_bar import ProposalBar
-from ui.pages.flights.texts import assumed_text, limits_text, short_name
-from ui.pages.flights.thresholds import ThresholdPanel
+from ui.pages.flights.thresholds import FireMapView, ThresholdPanel
+from ui.pages.flights.views import ColumnForm, FlightView
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack

@@ -16,7 +16,7 @@ from app.text.sentences import capitalised, join_sentences, labelled
 from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.flights.controller import GROUPS, FlightsWork
-from ui.pages.flights.texts import limits_text, short_name
+from ui.pages.flights.lists import limits_text, short_name
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon

@@ -1,28 +1,32 @@
-"""Sliders for the thresholds, and the reading of the vendor's rule."""
+"""The chosen thresholds: sliders with the reading of the vendor's rule, and the map of false and missing triggers."""
 
 from collections.abc import Mapping
-from typing import Final
+from functools import lru_cache
+from typing import ClassVar, Final, NamedTuple
 
-from PySide6.QtCore import QSignalBlocker, Qt, Signal
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QKeyEvent, QMouseEvent, QPixmap
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from app.firing.judge import TriggerLimits
+from app.flight_analysis.fire_map import TILTS_DEG, TIMES_S, FireMap
 from app.flight_logs.module_view import RuleReading
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.pages.flights.texts import READING_WORDS, THRESHOLD_KEYS
-from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.pages.flights.lists import READING_WORDS, THRESHOLD_KEYS
+from ui.plots.static_plot import StaticPlot
+from ui.style.painted_widget import mixed
+from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
+from ui.widgets.controls import control, named
+from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.sliders import Dial, WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
-
-_TILTS_DEG: Final = (0, 180)
-_ACCELERATIONS_G: Final = (0.0, 1.5)
-_TIMES_S: Final = (0.0, 2.55)
-"""What a module can have; above 1.5 g all would be a fall."""
 
 
 class ThresholdPanel(QWidget):
@@ -36,10 +40,10 @@ class ThresholdPanel(QWidget):
         self.setObjectName("flights_thresholds")
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._limits = TriggerLimits()
-        self.tilt = Dial("flights_tilt", minimum=_TILTS_DEG[0], maximum=_TILTS_DEG[1], step=1, unit="°")
-        self.acceleration = Dial("flights_acceleration", minimum=_ACCELERATIONS_G[0], maximum=_ACCELERATIONS_G[1],
-                                 step=0.1, unit=" g", decimals=1)  # fmt: skip
-        self.time = Dial("flights_time", minimum=_TIMES_S[0], maximum=_TIMES_S[1], step=0.01, unit=" s")
+        # What a module can have; above 1.5 g all would be a fall.
+        self.tilt = Dial("flights_tilt", minimum=0, maximum=180, step=1, unit="°")
+        self.acceleration = Dial("flights_acceleration", minimum=0.0, maximum=1.5, step=0.1, unit=" g", decimals=1)
+        self.time = Dial("flights_time", minimum=0.0, maximum=2.55, step=0.01, unit=" s")
         self.reading = control(QComboBox(), texts, "flights_reading", says="Interpretation")
         for reading in RuleReading:
             self.reading.addItem("", reading)
@@ -93,3 +97,228 @@ class ThresholdPanel(QWidget):
         for row, reading in enumerate(RuleReading):
             self.reading.setItemText(row, tr(READING_WORDS[reading]))
             self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)
+
+
+_TILT_TICKS_DEG: Final = (30, 45, 60, 75, 90, 105, 120)
+_TIME_TICKS_S: Final = (0.5, 1.0, 1.5, 2.0, 2.5)
+_SWATCH_PX: Final = 12
+_HATCH_PX: Final = 8
+_DOT_PX: Final = 6
+_MIN_SHADE: Final = 0.35
+_HANDLE_PX: Final = 11
+_FAST: Final = 10
+"""Degrees for Page Up and Page Down."""
+_TIME_STEP_S: Final = 0.05
+_EDGE_DEG: Final = 0.5
+Cells = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
+
+
+class MapCells(NamedTuple):
+    """By attitude threshold (rows) and free-fall time (columns)."""
+
+    wrong: Cells
+    """Share of the flights that must not fire and do."""
+    missed: Cells
+    """Share of the flights that must fire in time and do not."""
+    differs: NDArray[np.bool_]
+    """The other reading of the vendor's rule gives other numbers."""
+
+
+_LEGEND: Final = {
+    marked("false trigger"): (0.6, 0.0, False),
+    marked("no trigger"): (0.0, 0.6, False),
+    marked("separates"): (0.0, 0.0, False),
+    marked("unclear"): (0.0, 0.0, True),
+}
+"""The cell that each word explains."""
+
+
+def cells_of(shown: FireMap, other: FireMap) -> MapCells:
+    must_not, must = max(1, shown.must_not_count), max(1, shown.must_count)
+    missed = (shown.must_count - shown.must_fired) / must
+    differs = (shown.must_not_fired != other.must_not_fired) | (shown.must_fired != other.must_fired)
+    return MapCells(shown.must_not_fired / must_not, missed, differs)
+
+
+def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_must: bool) -> Pixels:
+    """The image, lowest row first: shade for false triggers, hatch for missing ones, dots where the readings differ."""
+    height, width = size.height(), size.width()
+    down, across = np.arange(height)[:, None], np.arange(width)[None, :]
+    places = down * cells.wrong.shape[0] // height, across * cells.wrong.shape[1] // width
+    wrong, missed, differs = (part[places] for part in cells)
+    shades = np.ceil(np.clip(wrong, 0, 1) * 255).astype(np.intp)
+    pixels: Pixels = _shades(theme.danger.wash, theme.danger.fill)[shades]
+    good = theme.tint(Meaning.GOOD).wash if has_must else theme.surface
+    pixels[wrong == 0] = _rgb(good)
+    pixels[(wrong == 0) & (missed > 0)] = _rgb(theme.surface)
+    stroke = np.where(missed >= 0.5, 3 * ratio, 1.5 * ratio) * (missed > 0)
+    pixels[(down + across) % round(_HATCH_PX * ratio) < stroke] = _rgb(theme.muted)
+    step, dot = round(_DOT_PX * ratio), round(2 * ratio)
+    pixels[differs & (down % step < dot) & (across % step < dot)] = _rgb(theme.information.ink)
+    return pixels
+
+
+@lru_cache(maxsize=4)
+def _shades(wash: str, fill: str) -> Pixels:
+    """Colours by share of false triggers (0 … 255)."""
+    shares = (_MIN_SHADE + (1 - _MIN_SHADE) * number / 255 for number in range(256))
+    return np.array([_rgb(mixed(wash, fill, share)) for share in shares], np.uint8)
+
+
+def _rgb(colour: QColor | str) -> tuple[int, int, int]:
+    ink = QColor(colour)
+    return ink.red(), ink.green(), ink.blue()
+
+
+class FireMapView(StaticPlot):
+    chosen = Signal(float, float)
+    """Attitude threshold in degrees, free-fall time in seconds."""
+    usual: ClassVar = QSize(320, 280)
+    least: ClassVar = QSize(240, 200)
+
+    def __init__(self) -> None:
+        super().__init__("flights_map")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setCursor(Qt.CursorShape.CrossCursor)
+        self._map: FireMap | None = None
+        self._cells: MapCells | None = None
+        self._limits = TriggerLimits()
+        self.image = pg.ImageItem(axisOrder="row-major")
+        self.cross = [pg.InfiniteLine(angle=angle) for angle in (0, 90, 0, 90)]
+        """Outlines and lines, so that they contrast with every cell."""
+        self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
+        self.numbers = pg.TextItem()
+        self._legend = {word: (QWidget(), QLabel(), named(QLabel(), "flights_map_word", "small")) for word in _LEGEND}
+        keys = FlowRow()
+        for key, swatch, label in self._legend.values():
+            in_row(swatch, label, of=key, spacing=Space.XS, margins=0)
+            keys.add(key)
+        self.column.addLayout(keys)
+
+    def show_maps(self, shown: FireMap, other: FireMap) -> None:
+        if shown is not self._map:
+            self._map, self._cells = shown, cells_of(shown, other)
+            self.redraw()
+
+    def show_limits(self, limits: TriggerLimits, text: str) -> None:
+        """Moves the cross; `text` is the accessible text."""
+        self._limits = limits
+        self.announce(text)
+        self._move_cross()
+
+    def thresholds_at(self, place: QPointF) -> tuple[float, float]:
+        """Thresholds at a position: whole degrees, steps of 0.05 s."""
+        at = self.view.mapSceneToView(place)
+        return self._bounded(round(at.y()), round(at.x() / _TIME_STEP_S) * _TIME_STEP_S)
+
+    def _bounded(self, tilt_deg: float, time_s: float) -> tuple[float, float]:
+        (first, last), (low, high) = self._edges()
+        half = _TIME_STEP_S / 2
+        tilt = min(max(tilt_deg, low + _EDGE_DEG), high - _EDGE_DEG)
+        return tilt, round(min(max(time_s, first + half), last - half), 2)
+
+    def _edges(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Lower and upper edge of the times and of the tilts."""
+        half = _TIME_STEP_S / 2
+        times = (float(TIMES_S[0]) - half, float(TIMES_S[-1]) + half)
+        return times, (float(TILTS_DEG[0]) - _EDGE_DEG, float(TILTS_DEG[-1]) + _EDGE_DEG)
+
+    # Drawing
+
+    def draw(self, theme: Theme) -> None:
+        (first, last), (low, high) = self._edges()
+        self.set_range((first, last), (low, high))
+        for number, line in enumerate(self.cross):
+            is_outline = number < 2
+            colour, width = (theme.surface, theme.line_px + 3) if is_outline else (theme.text, theme.line_px + 0.5)
+            line.setPen(pg.mkPen(colour, width=width))
+        self.handle.setPen(pg.mkPen(theme.surface, width=2))
+        self.handle.setBrush(QColor(theme.text))
+        self.numbers.setColor(QColor(theme.text))
+        self.numbers.setFont(font(Size.SMALL, is_bold=True))
+        self.numbers.fill = pg.mkBrush(theme.surface)
+        self.add(self.image, *self.cross, self.handle, self.numbers)
+        self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in _TILT_TICKS_DEG], tr("Attitude threshold"))
+        self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in _TIME_TICKS_S], tr("Free-fall time"))
+        self._draw_frame()
+        self.fit_to_view()
+        self._draw_legend(theme)
+        self._move_cross()
+
+    def _draw_frame(self) -> None:
+        theme = current()
+        colour, width = (theme.information.ink, 2) if self.hasFocus() else (theme.border, theme.border_px)
+        self.view.setBorder(pg.mkPen(colour, width=width))
+
+    @property
+    def _has_must(self) -> bool:
+        return self._map is not None and self._map.must_count > 0
+
+    def fit_to_view(self) -> None:
+        ratio = self.devicePixelRatioF()
+        size = (self.view.size() * ratio).toSize()
+        if self._cells is not None and not size.isEmpty():
+            pixels = map_pixels(self._cells, current(), size, ratio, has_must=self._has_must)
+            self.image.setImage(pixels, autoLevels=False)
+            (first, last), (low, high) = self._edges()
+            self.image.setRect(QRectF(first, low, last - first, high - low))
+
+    def _draw_legend(self, theme: Theme) -> None:
+        """The entries that apply to this map."""
+        ratio = self.devicePixelRatioF()
+        side = round(scaled(_SWATCH_PX) * ratio)
+        any_differs = self._cells is not None and bool(self._cells.differs.any())
+        for word, (wrong, missed, differs) in _LEGEND.items():
+            cell = np.ones((1, 1))
+            cells = MapCells(cell * wrong, cell * missed, cell * differs > 0)
+            pixels = map_pixels(cells, theme, QSize(side, side), ratio, has_must=not differs)
+            pixels[[0, -1]] = pixels[:, [0, -1]] = _rgb(theme.border)
+            picture = QPixmap(QImage(pixels.tobytes(), side, side, 3 * side, QImage.Format.Format_RGB888))
+            picture.setDevicePixelRatio(ratio)
+            key, swatch, label = self._legend[word]
+            swatch.setPixmap(picture)
+            label.setText(tr(word))
+            key.setVisible((self._has_must or wrong > 0) and any_differs >= differs)
+
+    def _move_cross(self) -> None:
+        tilt, time_s = self._bounded(self._limits.attitude_threshold_deg, self._limits.freefall_time_s)
+        for line in self.cross:
+            line.setPos(tilt if line.angle == 0 else time_s)
+        self.handle.setPos(time_s, tilt)
+        (first, last), (low, high) = self._edges()
+        self.numbers.setPos(time_s, tilt)
+        self.numbers.setText(f"{self._limits.attitude_threshold_deg:.0f}° · {self._limits.freefall_time_s:.2f} s")
+        # Beside the handle, towards the middle of the map.
+        self.numbers.setAnchor((1.1 if time_s > (first + last) / 2 else -0.1, -0.2 if tilt > (low + high) / 2 else 1.2))
+
+    # Mouse and keyboard
+
+    def hasHeightForWidth(self) -> bool:
+        """The lines of the legend are taken from the map, whose size hint would grow with each size it gets."""
+        return False
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
+            self._draw_frame()
+        return super().event(event)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.setFocus(Qt.FocusReason.MouseFocusReason)
+            self.chosen.emit(*self.thresholds_at(event.position()))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self.chosen.emit(*self.thresholds_at(event.position()))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        steps = {
+            Qt.Key.Key_Up: (1, 0), Qt.Key.Key_Down: (-1, 0), Qt.Key.Key_Right: (0, 1), Qt.Key.Key_Left: (0, -1),
+            Qt.Key.Key_PageUp: (_FAST, 0), Qt.Key.Key_PageDown: (-_FAST, 0),
+        }.get(Qt.Key(event.key()))  # fmt: skip
+        if steps is not None:
+            tilt = self._limits.attitude_threshold_deg + steps[0]
+            self.chosen.emit(*self._bounded(tilt, self._limits.freefall_time_s + steps[1] * _TIME_STEP_S))
+        else:
+            super().keyPressEvent(event)

@@ -16,10 +16,9 @@ from tests.support.window.steps import choosing, drop, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from ui.core.background_task import ExportCancelled, Running
-from ui.pages.diagnosis.capture_files import SUFFIX, Opened, load_capture
-from ui.pages.diagnosis.traffic import MAX_COPIED
+from ui.pages.diagnosis.files import SUFFIX, Opened, load_capture
+from ui.pages.diagnosis.traffic import MAX_COPIED, hex_part, matches
 from ui.pages.diagnosis.traffic_model import MAX_MARKS, MAX_ROWS, Column, Filter, TrafficModel
-from ui.pages.diagnosis.traffic_search import hex_part, matches
 
 # Search and marks
 
@@ -238,7 +237,7 @@ def test_opening_shows_progress_and_can_be_cancelled(
         may_go_on.wait(WAIT_MS / 1000)
         return load_capture(path, running)
 
-    monkeypatch.setattr("ui.pages.diagnosis.capture_files.load_capture", held)
+    monkeypatch.setattr("ui.pages.diagnosis.files.load_capture", held)
     path = write_capture(tmp_path / f"cancelled{SUFFIX}", seconds=100)
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
@@ -262,7 +261,7 @@ def test_opening_ends_with_the_window(
         still_wanted.append(running.is_requested)
         raise ExportCancelled
 
-    monkeypatch.setattr("ui.pages.diagnosis.capture_files.load_capture", held)
+    monkeypatch.setattr("ui.pages.diagnosis.files.load_capture", held)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         page.open_file(tmp_path / f"any{SUFFIX}")
         assert begun.wait(WAIT_MS / 1000)

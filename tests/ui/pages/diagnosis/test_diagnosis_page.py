@@ -142,7 +142,7 @@ def test_a_command_is_shown_and_copied(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     facts = AdapterFacts(access=Access(group="dialout"))
-    monkeypatch.setattr("ui.pages.diagnosis.why_panel.facts_about", lambda _port: facts)
+    monkeypatch.setattr("ui.pages.diagnosis.page.facts_about", lambda _port: facts)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         target = Target(str(tmp_path / "tty"), 115200)
         assembly.connector.connect_to(target)
@@ -162,7 +162,7 @@ def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_s
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = [AdapterFacts(latency_ms=16), AdapterFacts(latency_ms=1)]
-    monkeypatch.setattr("ui.pages.diagnosis.why_panel.facts_about", lambda _port: found[0])
+    monkeypatch.setattr("ui.pages.diagnosis.page.facts_about", lambda _port: found[0])
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         for adapter in ("0403:6001", "0403:6015"):
             assembly.connector.connect_to(Target(str(tmp_path / "tty"), 115200, adapter))

@@ -18,7 +18,7 @@ from protocol.messages import Status
 from tests.support.records.recordings_made import explained
 from tests.support.window.fakes_ui import window
 from tests.support.window.steps import show_page
-from ui.pages.diagnosis import traffic_search
+from ui.pages.diagnosis import traffic
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import Filter, TrafficModel
 
@@ -45,26 +45,26 @@ def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPa
 def test_a_slice_of_the_search_ends_on_time(page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     looked_at: list[int] = []
     monkeypatch.setattr(page.model, "same_text_key", looked_at.append)  # None: the row itself is compared
-    clock = count(0.0, traffic_search._SLICE_S / 2)
+    clock = count(0.0, traffic._SLICE_S / 2)
     monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
     page.search.field.setText("nowhere")
     page.search.find_next()
     page.search._timer.stop()
     page.search._search_slice()
-    assert len(looked_at) == traffic_search._ROWS_AT_ONCE
-    assert page.search.share == pytest.approx(traffic_search._ROWS_AT_ONCE / ROWS)
+    assert len(looked_at) == traffic._ROWS_AT_ONCE
+    assert page.search.share == pytest.approx(traffic._ROWS_AT_ONCE / ROWS)
 
 
 def test_repeated_texts_are_formatted_once(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
     """A search in a million rows takes seconds, not a minute."""
     looked_at: list[object] = []
-    matches = traffic_search.matches
+    matches = traffic.matches
 
     def counted(row: Explained, wanted: str, wanted_hex: str) -> bool:
         looked_at.append(row)
         return matches(row, wanted, wanted_hex)
 
-    monkeypatch.setattr(traffic_search, "matches", counted)
+    monkeypatch.setattr(traffic, "matches", counted)
     page.search.field.setText("nowhere")
     page.search.find_next()
     qtbot.waitUntil(lambda: not page.search.is_searching)
@@ -86,7 +86,7 @@ def test_a_search_backwards_selects_what_it_found_alone(qtbot: QtBot, page: Traf
 
 
 def test_the_cache_of_the_search_is_bounded(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(traffic_search, "_MAX_KNOWN", 3)
+    monkeypatch.setattr(traffic, "_MAX_KNOWN", 3)
     page.search.field.setText("query")
     page.search.find_next()
     while page.search.is_searching:

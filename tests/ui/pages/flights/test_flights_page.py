@@ -30,9 +30,9 @@ from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly
 from ui.pages.flights import controller
 from ui.pages.flights.controller import Flight
-from ui.pages.flights.fire_map import cells_of
 from ui.pages.flights.lists import FlightColumn
 from ui.pages.flights.page import FlightsPage
+from ui.pages.flights.thresholds import cells_of
 
 ROOM = Path(controller.__file__).parent
 MUST_NOT, MUST = FlightGroup.MUST_NOT, FlightGroup.MUST

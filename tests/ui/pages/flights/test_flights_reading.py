@@ -15,7 +15,7 @@ from protocol.messages import Source
 from tests.support.flights.made_flights import write_csv, write_logs
 from tests.support.window.steps import press
 from tests.ui.pages.flights.test_flights_page import MUST, MUST_NOT, Desk, desk, opened, tilted
-from ui.pages.flights import controller, texts
+from ui.pages.flights import controller, lists
 
 __all__ = ["desk"]
 
@@ -33,7 +33,7 @@ __all__ = ["desk"]
     ],
 )
 def test_only_the_triggers_that_fire_are_named(fire: FirstFire, said: str) -> None:
-    assert texts.fire_text(fire) == said
+    assert lists.fire_text(fire) == said
 
 
 def test_cancel_is_immediate_and_late_results_change_nothing(

@@ -10,7 +10,7 @@ from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.window.preflight_window import OnBench, name_module
 from tests.support.window.steps import notice_text
 from ui.files.file_dialogs import ThenPath
-from ui.pages.triggers.beside_log import RecordBesideLog
+from ui.pages.triggers.page import RecordBesideLog
 
 ATTITUDE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 C8".replace(" ", ""))
 """D4 to D14: boot 1, 108 s, attitude, 60°, 0.5 g, 1.6 s."""

@@ -1,19 +1,78 @@
-"""Shows the user guide `ui/help/guide/<language>.md`, which is installed with the program."""
+"""Windows of the help: the user guide, the list of all shortcuts, the about box."""
 
+import platform
 from collections.abc import Iterator
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt, QUrl
-from PySide6.QtGui import QDesktopServices, QImage, QTextBlock, QTextCursor, QTextDocument
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QObject, QSize, Qt, QUrl
+from PySide6.QtGui import (
+    QAction,
+    QDesktopServices,
+    QImage,
+    QKeySequence,
+    QTextBlock,
+    QTextBlockFormat,
+    QTextCursor,
+    QTextDocument,
+)
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QMainWindow, QMessageBox, QTextBrowser, QWidget
 
-from app.text.i18n import ENGLISH, language
+from app import version
+from app.text.i18n import ENGLISH, language, tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
+from ui.files.file_dialogs import bring_to_front
+from ui.services.page import Page
+from ui.style.icons import app_icon
 from ui.style.theme import Space, current, scaled
-from ui.widgets.document_window import DocumentWindow
+from ui.widgets.controls import Shortcut, control, name_of, named
+from ui.widgets.layouts import in_column
 from ui.widgets.visibility_timer import VisibilityTimer
+
+_SIZE = QSize(760, 520)
+
+
+class DocumentWindow(QDialog):
+    """`title` is English, marked. Shown again it is where the reader left it."""
+
+    def __init__(self, name: str, title: str, texts: Texts, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.resize(_SIZE)
+        self.text = control(QTextBrowser(), texts, f"{name}_text", says=title)
+        self.text.setOpenExternalLinks(False)
+        self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), f"{name}_buttons")
+        self.buttons.rejected.connect(self.reject)
+        texts.bind(self.setWindowTitle, title)
+        texts.bind(self.setAccessibleName, title)
+        close = self.buttons.button(QDialogButtonBox.StandardButton.Close)
+        control(close, texts, f"{name}_close", "Close", key="Esc")
+        in_column((self.text, 1), self.buttons, of=self, spacing=Space.S, margins=Space.M)
+
+    def show_markdown(self, text: str, base: QUrl | None = None) -> None:
+        """`base`: the URL of the folder with pictures and other pages, with a trailing slash."""
+        document = self.text.document()
+        if base is not None:
+            document.setBaseUrl(base)
+        document.setMarkdown(text)
+        document.setDocumentMargin(Space.M)
+        cursor, block = QTextCursor(document), document.begin()
+        while block.isValid():
+            cursor.setPosition(block.position())
+            if cursor.currentTable() is None:
+                room = QTextBlockFormat()
+                room.setTopMargin(Space.L if block.blockFormat().headingLevel() > 1 else 0)
+                room.setBottomMargin(Space.XS if block.textList() is not None else Space.S)
+                cursor.mergeBlockFormat(room)
+            block = block.next()
+
+    def bring_up(self) -> None:
+        bring_to_front(self)
+
 
 GUIDE: Final = Path(__file__).parent / "guide"
 _WIDEST_PX: Final = 660
@@ -124,3 +183,78 @@ def anchor_of(heading: str) -> str:
     """The anchor of a heading as on GitHub: lower case, hyphens for spaces, no punctuation."""
     hyphened = heading.lower().replace(" ", "-")
     return "".join(letter for letter in hyphened if letter.isalnum() or letter in "-_")
+
+
+_ALWAYS: Final = (
+    ("Esc", marked("Close or cancel; never sends anything")),
+    ("Tab", marked("Next control")),
+    ("Alt", marked("Menu")),
+)
+
+
+def keys_of(window: QMainWindow) -> list[tuple[str, str, str]]:
+    """Where each shortcut works (a page, or ""), the shortcut, and what it does, in the language in use."""
+    keys = {("", key, tr(does)): None for key, does in _ALWAYS}
+    for action in window.findChildren(QAction):
+        shortcuts = QKeySequence.listToString(action.shortcuts(), QKeySequence.SequenceFormat.NativeText)
+        if shortcuts and _words(action):
+            keys[_page_of(action), shortcuts.replace("; ", ", "), _words(action)] = None
+    return sorted(keys, key=lambda key: key[0])
+
+
+def _words(action: QAction) -> str:
+    """The text of a menu entry, or the name of the control that a page's shortcut clicks."""
+    if isinstance(action, Shortcut):
+        return name_of(action.control)
+    return action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
+
+
+def _page_of(action: QAction) -> str:
+    """The title of the page that it is of; "" for one that works everywhere."""
+    around: QObject | None = action.parent()
+    while around is not None and not isinstance(around, Page):
+        around = around.parent()
+    return "" if around is None else around.accessibleName()
+
+
+class ShortcutsView(DocumentWindow):
+    """One table, first what works everywhere."""
+
+    def __init__(self, window: QMainWindow, texts: Texts) -> None:
+        super().__init__("keys_view", marked("Keyboard shortcuts"), texts, window)
+        self._window = window
+        VisibilityTimer(self, self.refresh)
+
+    def refresh(self) -> None:
+        rows = [(place or tr("Everywhere"), f"**{keys}**", does) for place, keys, does in keys_of(self._window)]
+        cells = [(tr("Pages"), tr("Key"), tr("Action")), ("---",) * 3, *rows]
+        self.show_markdown("\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in cells))
+
+
+_PARTS: Final = {
+    "PySide6-Essentials": "LGPL-3.0-only",
+    "shiboken6": "LGPL-3.0-only",
+    "numpy": "BSD-3-Clause",
+    "pyqtgraph": "MIT",
+    "pyserial": "BSD-3-Clause",
+    "platformdirs": "MIT",
+    "mcap": "MIT",
+}
+"""Each with its licence."""
+
+
+def show_about(window: QWidget) -> QMessageBox:
+    box = QMessageBox(window)
+    box.setObjectName("about_box")
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.setWindowModality(Qt.WindowModality.NonModal)
+    box.setWindowTitle(tr("About"))
+    box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
+    box.setText(f"{tr('DPS-S Configurator')} {version()}")
+    lines = [tr("MIT licence. Made with:"), f"Python {platform.python_version()} (PSF-2.0)"]
+    for name, licence in _PARTS.items():
+        with suppress(PackageNotFoundError):  # some bundles leave the metadata out
+            lines.append(f"{name} {version_of(name)} ({licence})")
+    box.setInformativeText("\n".join(lines))
+    box.show()
+    return box

@@ -1,26 +1,115 @@
-"""Form in which a person says which column of a CSV file holds what."""
+"""In place of the overview: one flight with its plots, or the form for the columns of a CSV file."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QStringListModel, Signal
+from PySide6.QtCore import QStringListModel, Qt, Signal
 from PySide6.QtWidgets import QComboBox, QFormLayout, QFrame, QLabel, QPushButton, QWidget
 
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.fire_map import FlightOutcome
 from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole
 from app.text.i18n import tr
+from app.text.messages import clean
 from app.text.sentences import in_brackets, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.pages.flights.texts import short_name
+from ui.pages.flights.lists import appearance_of, outcome_lines, short_name, verdict_of
+from ui.plots.flight_plot import FlightPlot
+from ui.plots.lanes import Mark
 from ui.services.page import HEIGHT_PX
 from ui.style.icons import Icon
-from ui.style.theme import Space
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
-from ui.widgets.labels import ElidedLabel, text_label
+from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
+
+_ICON_PX: Final = 20
+_PROBLEMS_SHOWN: Final = 3
+_SAME_S: Final = 0.05
+"""Closer marks are shown as one."""
+
+
+class FlightView(QWidget):
+    closed = Signal()
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("flight_view")
+        self._outcome: FlightOutcome | None = None
+        self.back = control(QPushButton(), texts, "flight_back", "All flights", key="Esc", picture=Icon.CHEVRON_LEFT,
+                            slot=self.close_flight)  # fmt: skip
+        self.name = named(ElidedLabel(), "flight_name", "title")
+        self.picture = IconLabel("flight_icon", _ICON_PX)
+        self.verdict = text_label("flight_verdict", "strong", is_selectable=True)
+        self.problems = text_label("flight_problems", "small", is_selectable=True)
+        self.chart = FlightPlot("flight", texts)
+        self.chart.shown.connect(self._mark)
+        head = in_row((self.name, 1), self.back, spacing=Space.M)
+        head.addStrut(HEIGHT_PX)
+        verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1), spacing=Space.S)
+        in_column(head, verdict, self.problems, (self.chart, 1), of=self, spacing=Space.XS, margins=0)
+        VisibilityTimer(self, retranslate=self._write)
+
+    def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
+        """The file is read again in the background."""
+        self._outcome = outcome
+        self._write()
+        self.chart.open(Path(outcome.flight.name), limits, lambda log: log.resets_s, columns)
+
+    def close_flight(self) -> None:
+        self.chart.close_log()
+        self._outcome = None
+        self.closed.emit()
+
+    def _write(self) -> None:
+        outcome = self._outcome
+        if outcome is None:
+            return
+        appearance = appearance_of(outcome.group, verdict_of(outcome))
+        self.picture.show_icon(appearance.icon, appearance.meaning)
+        self.name.setText(f"{short_name(outcome.flight.name)} · {tr(outcome.group.value)}")
+        self.verdict.setText("\n".join(outcome_lines(outcome)))
+        problems = [problem.translated() for problem in outcome.flight.problems]
+        shown = problems[:_PROBLEMS_SHOWN]
+        if len(problems) > len(shown):
+            shown.append(tr("and {count} more", count=len(problems) - len(shown)))
+        self.problems.setText("\n".join(clean(problem) for problem in shown))
+        self.problems.setToolTip("\n".join(problems))
+        self.problems.setVisible(bool(problems))
+        self.chart.retranslate()
+
+    def _mark(self, resets_s: Sequence[float]) -> None:
+        if self._outcome is None or self.chart.plot is None:
+            return
+        self.chart.plot.add_marks(marks_of(self._outcome, resets_s))
+        fires_s = [fire.at_s for fire in (self._outcome.direct, self._outcome.damped) if fire.sources]
+        moment_s = min(fires_s, default=self._outcome.flight.loss_s)
+        if moment_s is not None:
+            self.chart.look_at(moment_s)
+
+
+def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mark]:
+    flight = outcome.flight
+    meaning = appearance_of(outcome.group, verdict_of(outcome)).meaning
+    marks = [Mark(at_s, marked("restarted"), Icon.RESTART, Meaning.ATTENTION) for at_s in resets_s]
+    direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
+    is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S
+    if outcome.direct.sources:
+        word = marked("fires") if is_one else marked("Triggers at once")
+        marks.append(Mark(direct_s, word, Icon.PARACHUTE, meaning))
+    if outcome.damped.sources and not is_one:
+        marks.append(Mark(damped_s, marked("Triggers after 0.2 s"), Icon.PARACHUTE, meaning))
+    if flight.loss_s is not None:
+        marks.append(Mark(flight.loss_s, marked("control lost (estimate)"), Icon.WARNING, Meaning.ATTENTION))
+    if flight.impact_s is not None:
+        marks.append(Mark(flight.impact_s, marked("impact"), Icon.DROP, None))
+    return sorted(marks, key=lambda mark: mark.time_s)
+
 
 _WORDS: Final = {
     "time": marked("Time"), "tilt": marked("Tilt"), "roll": marked("Roll"), "pitch": marked("Pitch"),
