@@ -1,6 +1,7 @@
 """The state of all modules of all stations today: last check, trigger records, guided tests and what is due."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import Enum
@@ -85,14 +86,14 @@ def fleet_state(
         state.checks = len(mine[FactKind.CHECK])
         last = _last_check(mine[FactKind.CHECK])
         state.last_check = line_of(last) if last is not None else None
-        records = {fact.content.get("raw") for fact in mine[FactKind.TRIGGER_RECORD]}
-        state.trigger_records = len(records)
-        state.unjudged = len(records - _judged(mine[FactKind.JUDGEMENT]))
+        records = _records(mine[FactKind.TRIGGER_RECORD])
+        state.trigger_records = len(set(records.values()))
+        state.unjudged = len(set(records.values()) - _judged(mine[FactKind.JUDGEMENT], records))
         state.tests = _last_tests(mine[FactKind.GUIDED_TEST])
         state.due = _due(state, names, now, check_days, test_days)
         done = sorted(mine[FactKind.SERVICE], key=lambda fact: (fact.content["on"], fact.made_at, fact.id))
         due = due_services((fact.content for fact in done), now.astimezone().date())
-        state.since_repack = _since_repack(mine[FactKind.TRIGGER_RECORD], done)
+        state.since_repack = _since_repack(mine[FactKind.TRIGGER_RECORD], records, done)
         state.due += [Due(DueKind.SERVICE, service.text) for service in due]
     return states
 
@@ -128,13 +129,30 @@ def _last_check(checks: Sequence[Fact]) -> Fact | None:
     return _last(sorted(real, key=lambda fact: number_of(fact.record)), lambda _fact: None).get(None)
 
 
-def _judged(judgements: Sequence[Fact]) -> set[object]:
+_Records = Mapping[tuple[str | None, ...], tuple[str, int]]
+"""By station, name and place there: the bytes of a trigger record, and which of those of equal bytes it is."""
+
+
+def _records(facts: Sequence[Fact]) -> _Records:
+    """Two triggers may have equal bytes; what two stations read of one module is the same record."""
+    records, counts = dict[tuple[str | None, ...], tuple[str, int]](), Counter[object]()
+    for place, raw in {_place(fact): str(fact.content["raw"]) for fact in facts}.items():
+        records[place] = raw, counts[*place[:-1], raw]
+        counts[*place[:-1], raw] += 1
+    return records
+
+
+def _place(fact: Fact) -> tuple[str | None, ...]:
+    return fact.station, fact.module, str(fact.content.get("place"))
+
+
+def _judged(judgements: Sequence[Fact], records: _Records) -> set[object]:
     """The last judgement of each record counts; it may revoke an earlier one."""
-    last = _last(judgements, lambda fact: fact.content.get("raw"))
-    return {raw for raw, fact in last.items() if fact.content.get("judgement") is not None}
+    last = _last(judgements, lambda fact: records.get(_place(fact)))
+    return {record for record, fact in last.items() if fact.content.get("judgement") is not None}
 
 
-def _since_repack(records: Sequence[Fact], services: Sequence[Fact]) -> int | None:
+def _since_repack(facts: Sequence[Fact], records: _Records, services: Sequence[Fact]) -> int | None:
     """By when a record was first read: it has no date of its own. `services`: the oldest first."""
     repack = next((fact for fact in reversed(services) if fact.content["service"] == ServiceKind.REPACK.value), None)
     if repack is None:
@@ -142,8 +160,8 @@ def _since_repack(records: Sequence[Fact], services: Sequence[Fact]) -> int | No
     day = str(repack.content["on"])
     # What was read on that day came before a repack entered on it; of one entered later nobody knows, so it counts.
     after = (day, repack.made_at if _local_day(repack) == day else "")
-    latest_first = sorted(records, key=lambda fact: (fact.made_at, fact.id), reverse=True)
-    first = {fact.content.get("raw"): fact for fact in latest_first}
+    latest_first = sorted(facts, key=lambda fact: (fact.made_at, fact.id), reverse=True)
+    first = {records[_place(fact)]: fact for fact in latest_first}
     return sum((_local_day(fact), fact.made_at) > after for fact in first.values())
 
 

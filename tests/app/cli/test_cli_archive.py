@@ -286,6 +286,23 @@ def test_nothing_is_kept_under_a_name_that_another_module_has_here(
     assert len(here.store.facts.select(FactKind.SERVICE)) == 1
 
 
+def test_two_triggers_of_equal_bytes_are_two_and_one_that_two_stations_read_is_one(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As of a module whose uptime stands at its largest value."""
+    here.visit("M-07", 1, 2, 2, 2)
+    other.visit("M-07", 2, 2)
+    _carry(capsys, other, tmp_path / "stick")
+    (conflict,) = told(capsys, "conflicts", "conflicts")["conflicts"]
+    say(capsys, "settle", *(f"{one['station']}/{one['name']}" for one in conflict["modules"]), "--same", "--who", "Li")
+    checks = CheckStore(here.store.database)
+    checks.judge(checks.records("M-07")[1].id, Judgement.REAL, "")
+    (module,) = told(capsys, "report", "report")["modules"]
+    assert (module["trigger_records"], module["not_judged"]) == (4, 3)
+    say(capsys, "service", "M-07", "--what", "repack", "--who", "Li", "--on", "2020-01-01")
+    assert told(capsys, "report", "report")["modules"][0]["since_repack"] == 4
+
+
 def test_trigger_records_are_counted_from_the_last_repack(
     here: ArchiveStation, capsys: pytest.CaptureFixture[str]
 ) -> None:
