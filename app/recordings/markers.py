@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Iterable
 from enum import Enum
+from math import inf
 from typing import NamedTuple
 
 from app.engine.device import DeviceView
+from app.engine.identity import READ_WITHIN_S
 from app.engine.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
-from protocol.events import Event, Restarted
+from protocol.events import Event, FellSilent, Restarted, WentOffline
 from protocol.fields import Value
 from protocol.link_states import Presence
 
@@ -20,6 +22,8 @@ class MarkerKind(Enum):
     PORT_LOST = "port lost"
     OFFLINE = "offline"
     RESTARTED = "restarted"
+    DOUBTED = "another module?"
+    """From here on, until a person has said which module it is."""
     ACTIVATED = "activated"
     LOCKED = "locked"
     TRIGGERED = "triggered"
@@ -51,7 +55,7 @@ class ModuleLimits(NamedTuple):
 
 
 NO_LIMITS = ModuleLimits()
-STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED})
+STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.DOUBTED})
 """Markers after which the module has lost its state, or is another one."""
 
 
@@ -90,12 +94,16 @@ class MarkerTracker:
         """The next port that opens is the same adapter; another one starts a new session with a new tracker."""
         self._presence = Presence.UNKNOWN
         self._restarts = 0
+        self._was_settled = False
+        self._broke_at = -inf
+        """When the conversation broke last."""
         self._new: list[Marker] = []
 
     def on_batch(self, batch: Batch) -> list[Marker]:
         """Markers of this batch, in the order of detection; times may differ slightly from that order."""
         self._new = []
         self._on_opening(batch.connection, batch.at)
+        self._on_identity(batch)
         self._on_flags(batch)
         # While a port opens, the view is still that of the previous module.
         is_opening = batch.connection.state is PortState.OPENING
@@ -130,6 +138,18 @@ class MarkerTracker:
             # Chosen by a person: another module with unknown state.
             self._triggered = self._active = self._is_charging = None
             self._add(at, MarkerKind.CONNECTED)
+
+    def _on_identity(self, batch: Batch) -> None:
+        """In doubt is what came since the break, also where only a reading after it has shown that."""
+        for event in batch.events:
+            if isinstance(event, FellSilent | Restarted | WentOffline):
+                self._broke_at = event.at - (event.lasted_s if isinstance(event, FellSilent) else 0.0)
+        if batch.connection.state is not PortState.OPEN:
+            return
+        was_settled, self._was_settled = self._was_settled, batch.identity.is_settled
+        if was_settled and not self._was_settled:
+            is_since_break = batch.at - self._broke_at <= READ_WITHIN_S
+            self._add(self._broke_at if is_since_break else batch.at, MarkerKind.DOUBTED)
 
     def _on_loss(self, connection: Connection, at: float) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state

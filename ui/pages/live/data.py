@@ -32,6 +32,7 @@ SLOW_GAP_S: Final = 5.0
 _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
     MarkerKind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
     MarkerKind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
+    MarkerKind.DOUBTED: (marked("another module?"), Icon.UNKNOWN, Meaning.ATTENTION),
     MarkerKind.ACTIVATED: (marked("activated"), Icon.ACTIVE, Meaning.ATTENTION),
     MarkerKind.LOCKED: (marked("locked"), Icon.LOCK, None),
     MarkerKind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),

@@ -361,4 +361,5 @@ def _is_same_state(batch: Batch, other: Batch) -> bool:
         and batch.device.presence is other.device.presence
         and batch.device.restarts == other.device.restarts
         and batch.device.reported == other.device.reported
+        and batch.identity.is_settled is other.identity.is_settled
     )

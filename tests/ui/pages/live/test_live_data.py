@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
+from app.engine.identity import Identity, Trust
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.excerpt import HEAD, csv_parts, part_count, time_cells
 from app.recordings.export import write_parts
 from app.recordings.markers import Marker, MarkerKind
-from protocol.events import Restarted
+from protocol.events import FellSilent, Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
@@ -219,6 +220,24 @@ def test_another_port_is_another_module() -> None:
         (MarkerKind.CONNECTED, "/dev/ttyUSB0"),
         (MarkerKind.CONNECTED, "/dev/ttyUSB1"),
     ]
+
+
+def test_where_another_module_may_answer_is_marked_and_written() -> None:
+    """Until a person has said whose they are, values of two modules may stand in one span."""
+    data, doubt = LiveData(), Identity(Trust.OPEN)
+    silence = batch(2.5)._replace(events=(FellSilent(2.4, 0.3),), identity=doubt)
+    other = batch(3.0, report(2.9, tilt=40))._replace(identity=doubt)
+    named = batch(1.0, report(1.0))._replace(identity=Identity(Trust.PROVEN, is_named=True))
+    assert take(data, batch(0.5)._replace(identity=doubt), named, silence, other) == [(2.1, "another module?")]
+    rows = rows_of(b"".join(csv_parts(data.excerpt(0.9, 9.0), wall_offset_s=NOON)))
+    assert [row["tilt_deg"] or row["event"] for row in rows] == ["3", "another module?", "40"]
+
+
+def test_a_reading_that_refutes_tells_of_the_silence_before_it() -> None:
+    fell, refuted = batch(2.0)._replace(events=(FellSilent(1.9, 0.4),)), Identity(Trust.REFUTED)
+    late = batch(60.0)._replace(identity=refuted)
+    assert take(LiveData(), batch(1.0), fell, batch(2.3)._replace(identity=refuted)) == [(1.5, "another module?")]
+    assert take(LiveData(), batch(1.0), fell, late) == [(60.0, "another module?")]
 
 
 def test_a_port_that_does_not_open_is_not_called_lost() -> None:
