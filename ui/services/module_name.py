@@ -15,6 +15,7 @@ from app.store.database import StoreTrouble
 from app.store.store import Module, Store
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.sentences import capitalised, join_sentences, labelled
 from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
 from ui.services.storage import Storage
@@ -229,3 +230,8 @@ def _store_evidence(store: Store, name: str, evidence: IdentityEvidence) -> bool
 def module_label(name: str) -> str:
     """For sentences, in the language in use."""
     return name or tr("a module without a name")
+
+
+def not_kept(trouble: StoreTrouble, module: str) -> str:
+    """With the name of the module it is of: by the time that a slow store tells, another one may be shown."""
+    return labelled(capitalised(module_label(module)), join_sentences((trouble.sentence, tr("Not kept."))))

@@ -4,6 +4,7 @@ The window is the program's own, on ports without threads. It shows of B what it
 """
 
 import re
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -22,11 +23,14 @@ from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.firing.judge import TriggerLimits
+from app.guided.results import GuidedKind, GuidedResult
 from app.procedures.history import History
 from app.records.filing import Filed
 from app.records.trigger_filing import PossiblyOther, TriggersReading
 from app.safety.acts import Act
 from app.settings.profiles import Profile
+from app.store.database import StoreFault, StoreTrouble
+from app.trigger_records.history import Judgement
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from protocol.fields import Value
@@ -369,6 +373,33 @@ def test_good_news_end_with_their_page_and_trouble_does_not(rig: Rig) -> None:
             is_left = notice.result_notice() is not None
             assert is_left is (meaning is Meaning.ATTENTION), (page.key, notice.objectName(), meaning)
             notice.dismiss()
+
+
+def test_what_a_slow_store_did_not_keep_is_said_of_its_module(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise StoreTrouble(StoreFault.FULL, Path("store.db"))
+
+    monkeypatch.setattr("ui.pages.tests.controller.keep_test", fail)
+    monkeypatch.setattr("ui.pages.triggers.controller.say_new", fail)
+    monkeypatch.setattr("app.records.check_store.CheckStore.judge", fail)
+    store: Any = rig.assembly.storage.store
+    guided, triggers = rig.pages["tests"], rig.pages["triggers"].work
+    for act in (
+        lambda: guided.work._store_result(GuidedResult(GuidedKind.BAY, ())),
+        lambda: triggers.judge(7, Judgement.REVIEWED, ""),
+        lambda: triggers._say_new(NAME_A),
+    ):
+        rig.show_a()
+        gate = threading.Event()
+        store.queue.submit(gate.wait)
+        act()
+        rig.connector.connect_to(PORT_B)
+        rig.answer(B)
+        gate.set()
+        store.queue.submit(int).result(PATIENCE_S)
+        rig.settle()
+        said = [notice.text for notice in (guided._notice(), triggers.notice()) if notice is not None]
+        assert [text for text in said if "Not kept." in text and text.startswith(f"{NAME_A}: ")] == said != []
 
 
 def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(

@@ -6,7 +6,7 @@ Once an activation is confirmed, LOCK is pressed when the test ends, is cancelle
 when the page or the window is left.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
 from functools import partial
 
@@ -30,6 +30,7 @@ from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
+from ui.services.module_name import not_kept
 from ui.services.running_job import RunningJob
 
 CANCELLED = marked("cancelled")
@@ -69,15 +70,14 @@ class GuidedController(QObject):
         self.outcome: GuidedResult | UserError | None = None
         self.tested_as = ""
         """The name under which the last result is kept."""
-        self.trouble: StoreTrouble | None = None
-        """Why the last result was not kept."""
+        self.trouble: Callable[[], str] | None = None
+        """Says why a result was not kept, and whose."""
         self.owes_lock = False
         self.last: Mapping[GuidedKind, StoredTest] = {}
         """The last results of the module `last_of`."""
         self.last_of = ""
         self._shown: Report | None = None
         self._job = RunningJob(services.connector, self)
-        self._storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
         self._loading: BackgroundTask[Mapping[GuidedKind, StoredTest]] = BackgroundTask("dps-s last tests", self)
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(self._on_batch)
@@ -263,18 +263,20 @@ class GuidedController(QObject):
 
     def _store_result(self, result: GuidedResult) -> None:
         store, target = self._services.storage.store, self._connector.current.target
+        name = self.tested_as = self._connector.current.module.name
         if not isinstance(store, Store):
-            self.trouble = store
+            self.trouble = partial(not_kept, store, name)
             return
-        adapter, self.tested_as = "" if target is None else target.key, self._connector.current.module.name
+        adapter = "" if target is None else target.key
         work = partial(
-            _store, store, result, name=self.tested_as, adapter=adapter,
+            _store, store, result, name=name, adapter=adapter,
             who=self._services.preferences.who, is_simulated=self._is_simulated,
         )  # fmt: skip
-        self._storing.run_in(store.queue, work, lambda _number: self.load_last(), self._show_trouble)
+        storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
+        storing.run_in(store.queue, work, lambda _number: self.load_last(), partial(self._show_trouble, name))
 
-    def _show_trouble(self, trouble: StoreTrouble) -> None:
-        self.trouble = trouble
+    def _show_trouble(self, name: str, trouble: StoreTrouble) -> None:
+        self.trouble = partial(not_kept, trouble, name)
         self.changed.emit()
 
 

@@ -226,7 +226,7 @@ class TestsPage(Page):
         if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
             return Notice(Meaning.GOOD, tr(SENTENCES[Outcome.CONFIRMED]))
         if work.trouble is not None:
-            return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('Not kept.')}")
+            return Notice(Meaning.ATTENTION, work.trouble())
         if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
             return None
         if not work.tested_as:

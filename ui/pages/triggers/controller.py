@@ -24,6 +24,7 @@ from protocol.messages import TriggerRecord
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
+from ui.services.module_name import not_kept
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -68,8 +69,6 @@ class TriggersController(QObject):
         self._wording: BackgroundTask[None] = BackgroundTask("dps-s new module", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """Judgements that are not stored yet, by record."""
-        self._judgement_tasks: dict[int, BackgroundTask[None]] = {}
-        """Tasks that store them, by record."""
         self._connector.changed.connect(self._watch_port)
         self._connector.came_online.connect(self._forget)
         self._connector.invalidated.connect(self._forget)
@@ -104,19 +103,27 @@ class TriggersController(QObject):
             self._has_read = True
             self.read()
 
-    def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
-        """Stores a judgement; a failure offers to try again."""
+    def judge(self, record_id: int, judgement: Judgement | None, note: str, *, module: str | None = None) -> None:
+        """Stores a judgement of a record of `module`, by default the shown one; a failure offers to try again."""
         store = self._store
         if store is None:
             return
+        module = self._connector.current.module.name if module is None else module
         judged = self._judging[record_id] = judgement, note
-        keeper = self._judgement_tasks.setdefault(record_id, BackgroundTask("dps-s judgement", self))
+
+        def end(offer: Callable[[], Notice] | None = None) -> None:
+            if self._judging.get(record_id) is judged:  # else it was judged again meanwhile
+                del self._judging[record_id]
+                if offer is not None:
+                    self.job.set_notice(offer)
+                self._show_archive()
 
         def fail(trouble: StoreTrouble) -> None:
-            self._end_judging(record_id, partial(self._offer_to_judge_again, trouble, record_id, judged))
+            end(partial(self._offer_to_judge_again, trouble, module, record_id, judged))
 
         work = partial(CheckStore(store.database).judge, record_id, judgement, note)
-        keeper.run_in(store.queue, work, lambda _none: self._end_judging(record_id), fail)
+        keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self)
+        keeper.run_in(store.queue, work, lambda _none: end(), fail)
         self._show_archive()
 
     @property
@@ -152,7 +159,7 @@ class TriggersController(QObject):
                 file_triggers, store, reading, name, adapter=port.module.adapter, port=port.connection.port,
                 is_same_module=is_same_module, is_compared=True,
             )  # fmt: skip
-            self._filing.run_in(store.queue, work, self._end_filing, self._fail_filing)
+            self._filing.run_in(store.queue, work, self._end_filing, partial(self._fail_filing, name))
         if reading is not None and not reading.history.is_confirmed:
             self.job.notify(Meaning.ATTENTION, lambda: tr("The readings differ: records may be missing. Read again."))
         if reading is not None and not reading.history.is_answered:
@@ -170,14 +177,8 @@ class TriggersController(QObject):
             self._is_stored, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
         self._show_archive()
 
-    def _fail_filing(self, trouble: StoreTrouble) -> None:
-        self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
-        self._show_archive()
-
-    def _end_judging(self, record_id: int, offer: Callable[[], Notice] | None = None) -> None:
-        del self._judging[record_id]
-        if offer is not None:
-            self.job.set_notice(offer)
+    def _fail_filing(self, name: str, trouble: StoreTrouble) -> None:
+        self.job.notify(Meaning.DANGER, partial(not_kept, trouble, name))
         self._show_archive()
 
     def _silent_notice(self) -> Notice:
@@ -190,7 +191,7 @@ class TriggersController(QObject):
         try:
             past = CheckStore(store.database).past(name)
         except StoreTrouble as trouble:
-            return Notice(Meaning.DANGER, _not_stored_text(trouble))
+            return Notice(Meaning.DANGER, not_kept(trouble, name))
         if past.last_answer is not None:
             had = tr("It had {count} on {date}.", count=past.last_answer.count, date=past.last_answer.at[:10])
             return plain._replace(text=join_sentences((text, had)))
@@ -206,8 +207,9 @@ class TriggersController(QObject):
         store = self._store
         if store is not None:
             self._wording.run_in(
-                store.queue, partial(say_new, store, [name]), lambda _none: self.changed.emit(), self._fail_filing
-            )
+                store.queue, partial(say_new, store, [name]), lambda _none: self.changed.emit(),
+                partial(self._fail_filing, name),
+            )  # fmt: skip
 
     def _ask_which_module(self) -> Notice:
         module = self._connector.current.module
@@ -224,14 +226,14 @@ class TriggersController(QObject):
         self._store_reading(is_same_module=True)
 
     def _offer_to_judge_again(
-        self, trouble: StoreTrouble, record_id: int, judged: tuple[Judgement | None, str]
+        self, trouble: StoreTrouble, module: str, record_id: int, judged: tuple[Judgement | None, str]
     ) -> Notice:
         def again() -> None:
             self.job.dismiss()
-            self.judge(record_id, *judged)
+            self.judge(record_id, *judged, module=module)
 
         choices = (Choice("judge_again", tr("Try again"), again),)
-        return Notice(Meaning.DANGER, _not_stored_text(trouble), choices, dismiss=self.job.dismiss)
+        return Notice(Meaning.DANGER, not_kept(trouble, module), choices, dismiss=self.job.dismiss)
 
     def _on_name_changed(self) -> None:
         """The name changed, so the reading belongs to that name."""
@@ -273,7 +275,7 @@ class TriggersController(QObject):
             try:
                 kept = CheckStore(store.database).records(name)
             except StoreTrouble as trouble:
-                self.job.notify(Meaning.DANGER, partial(_not_stored_text, trouble))
+                self.job.notify(Meaning.DANGER, partial(not_kept, trouble, name))
         if not kept and self.reading is not None:
             history, is_filing = self.reading.history, self._filing.is_running
             ordered = [
@@ -306,7 +308,3 @@ def _broken_off(error: BaseException) -> str:
         return error.sentence
     what = tr("Cancelled.") if isinstance(error, Cancelled) else tr("Link lost.")
     return join_sentences((what, tr("Not kept.")))
-
-
-def _not_stored_text(trouble: StoreTrouble) -> str:
-    return join_sentences((trouble.sentence, tr("Not kept.")))
