@@ -38,6 +38,8 @@ class TriggersReading:
     history: History
     boot_count: int | None
     settings: Mapping[str, Value] = field(default_factory=dict)
+    breaks: int = 0
+    """How often the conversation had broken when it ended."""
 
 
 def read_triggers() -> Procedure[TriggersReading]:
@@ -52,7 +54,7 @@ def read_triggers() -> Procedure[TriggersReading]:
     is_asked_about = end.device.breaks != begin.device.breaks and not end.is_settled
     if is_asked_about or end.device.restarts != begin.device.restarts or is_other:
         raise UserError(ANOTHER)
-    return TriggersReading(history, boots)
+    return TriggersReading(history, boots, breaks=end.device.breaks)
 
 
 class PossiblyOther(NamedTuple):

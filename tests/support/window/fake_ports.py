@@ -54,7 +54,7 @@ class FakeWorker:
         self.presence = Presence.UNKNOWN
         self.identity = NO_EXPECTATION
         self.publish_every_s = 0.0
-        self.restarts = 0
+        self.restarts = self.breaks = 0
         self.is_stopped = False
 
     # Called by the window
@@ -120,7 +120,8 @@ class FakeWorker:
         events: tuple[Event, ...] = (),
         link: LinkView | None = None,
     ) -> None:
-        view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts)
+        view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts,
+                          breaks=self.breaks)  # fmt: skip
         batch = Batch(
             self._clock(),
             self.connection,

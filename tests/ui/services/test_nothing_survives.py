@@ -21,7 +21,7 @@ from app.engine.identity import NO_EXPECTATION, Identity, Trust
 from app.engine.procedure import Cancelled, LinkView, Pause, Procedure
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
-from app.engine.worker import Batch
+from app.engine.worker import Batch, Job
 from app.firing.judge import TriggerLimits
 from app.guided.results import GuidedKind, GuidedResult
 from app.procedures.history import History
@@ -400,6 +400,37 @@ def test_what_a_slow_store_did_not_keep_is_said_of_its_module(rig: Rig, monkeypa
         rig.settle()
         said = [notice.text for notice in (guided._notice(), triggers.notice()) if notice is not None]
         assert [text for text in said if "Not kept." in text and text.startswith(f"{NAME_A}: ")] == said != []
+
+
+@pytest.mark.parametrize("is_broken", [False, True])
+def test_records_read_before_a_break_get_no_name_that_was_given_after_it(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, is_broken: bool
+) -> None:
+    """A module without a name may be exchanged within a second, and nothing tells."""
+    filed: list[str] = []
+
+    def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
+        filed.append(name)
+        return PossiblyOther()
+
+    def read() -> Procedure[TriggersReading]:
+        yield Pause(0.0)
+        return TriggersReading(History(is_answered=True, is_confirmed=True), 147)
+
+    monkeypatch.setattr("ui.pages.triggers.controller.file_triggers", file)
+    rig.connector.connect_to(PORT_A)
+    rig.answer(A)
+    job = Job(read())
+    job.run.start(0.0)
+    job.run.tick(1.0)
+    rig.pages["triggers"].work._end(job)
+    rig.worker.breaks += is_broken
+    rig.answer(A)
+    rig.connector.current.module.choose("BETA")
+    rig.settle()
+    store: Any = rig.assembly.storage.store
+    store.queue.submit(int).result(PATIENCE_S)
+    assert filed == ([] if is_broken else ["BETA"])
 
 
 def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(

@@ -236,9 +236,12 @@ class TriggersController(QObject):
         return Notice(Meaning.DANGER, not_kept(trouble, module), choices, dismiss=self.job.dismiss)
 
     def _on_name_changed(self) -> None:
-        """The name changed, so the reading belongs to that name."""
+        """The reading belongs to that name, unless a module without one may have been exchanged since."""
         self.job.dismiss()
-        self._store_reading()
+        if self.reading is not None and self.reading.breaks != self._connector.current.device.breaks:
+            self._forget()
+        else:
+            self._store_reading()
 
     def _watch_port(self) -> None:
         port = self._connector.current
