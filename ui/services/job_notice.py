@@ -24,7 +24,7 @@ PROGRESS_EVERY_MS: Final = 100
 class JobNotice(QObject):
     """`changed`: a job began, went on or ended, or the notice changed.
 
-    One that reads and one that writes may run in the background."""
+    One that reads and one that writes may run in the background, and any number of small files be written."""
 
     changed = Signal()
 
@@ -35,6 +35,10 @@ class JobNotice(QObject):
         self._notice: Callable[[], Notice | None] | None = None
         self._reading: BackgroundTask[Any] = BackgroundTask("dps-s read", self)
         self._writing: BackgroundTask[Any] = BackgroundTask("dps-s save", self, finished_at_close=True)
+        self._files = 0
+        """How many are being written by `write_file`."""
+        self._outcomes: list[tuple[Meaning, Callable[[], str]]] = []
+        """Of those that were written at the same time."""
         self._ticking = QTimer(self, interval=PROGRESS_EVERY_MS)
         self._ticking.timeout.connect(self._tick)
 
@@ -88,22 +92,37 @@ class JobNotice(QObject):
         self.changed.emit()
 
     def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str]) -> None:
-        """Writes a small file, and says what came of it; `saved` is given what `write` returned."""
+        """Writes a small file, and says what came of it, and of each other one that is written meanwhile; `saved` is
+        given what `write` returned."""
+        if not self._files:
+            self._outcomes = []
+        self._files += 1
+        self.set_notice(lambda: progress_notice(tr("Saving…"), None))
 
-        def tell(result: Result) -> None:
-            self.notify(Meaning.GOOD, partial(saved, result))
+        def end(meaning: Meaning, text: Callable[[], str]) -> None:
+            self._files -= 1
+            outcomes = self._outcomes
+            outcomes.append((meaning, text))
+            if not self._files:
+                worst = max((meaning for meaning, _ in outcomes), key=_WRITTEN.index)
+                self.notify(worst, lambda: join_sentences(text() for _, text in outcomes))
 
-        unwritten = partial(not_written, path)
-        self.begin(lambda: tr("Saving…"), lambda _running: write(), tell, unwritten, can_cancel=False)
+        def fail(error: Exception) -> None:
+            end(_meaning_of(error), partial(not_written, path, error))
+            if not isinstance(error, UserError | OSError | RuntimeError | ValueError):
+                raise error
+
+        writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True)
+        writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, partial(saved, result)), fail)
 
     @property
     def is_writing(self) -> bool:
-        return self._writing.is_running
+        return bool(self._files) or self._writing.is_running
 
     @property
     def is_busy(self) -> bool:
         """In the background."""
-        return self._reading.is_running or self._writing.is_running
+        return self._reading.is_running or self.is_writing
 
     def cancel_files(self) -> None:
         self._writing.stop()
@@ -115,8 +134,7 @@ class JobNotice(QObject):
         if not isinstance(error, UserError | OSError | RuntimeError | ValueError):
             self.dismiss()
             raise error
-        meaning = Meaning.ATTENTION if isinstance(error, UserError) else Meaning.DANGER
-        self.notify(Meaning.INFORMATION if isinstance(error, ExportCancelled) else meaning, partial(text, error))
+        self.notify(_meaning_of(error), partial(text, error))
 
     def _tick(self) -> None:
         if self.is_busy:
@@ -141,6 +159,16 @@ class JobNotice(QObject):
         closed."""
         notice = None if self._notice is None else self._notice()
         return notice if notice is None or notice.choices else notice._replace(dismiss=self.dismiss)
+
+
+_WRITTEN: Final = (Meaning.GOOD, Meaning.ATTENTION, Meaning.DANGER)
+"""The worst last."""
+
+
+def _meaning_of(error: Exception) -> Meaning:
+    if isinstance(error, ExportCancelled):
+        return Meaning.INFORMATION
+    return Meaning.ATTENTION if isinstance(error, UserError) else Meaning.DANGER
 
 
 def progress_notice(text: str, cancel: Callable[[], None] | None) -> Notice:

@@ -37,7 +37,6 @@ class LabelActions(QObject):
         super().__init__(window)
         self._window, self._services = window, services
         self.ask_path: AskPath = ask_path
-        self._printing: BackgroundTask[None] = BackgroundTask("dps-s label", self, finished_at_close=True)
         self._folder = Path.home()
         menu = window.menus.add_menu("label", marked("Print label"))
         for key, title in _TITLES.items():
@@ -75,7 +74,8 @@ class LabelActions(QObject):
         from ui.files.report_printer import print_pages
 
         self._folder = path.parent
-        self._printing.run(
+        printing: BackgroundTask[None] = BackgroundTask("dps-s label", self, finished_at_close=True)
+        printing.run(
             lambda _running: write_labels(path, find(), paper, print_pages),
             lambda _none: self._window.show_message(tr("Saved to {path}.", path=path)),
             partial(self._fail, path),

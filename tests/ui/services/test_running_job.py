@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 from unittest.mock import Mock
@@ -18,12 +19,14 @@ from app.recordings.export import Exported
 from app.recordings.library import RecordingEntry
 from app.store.database import StoreTrouble
 from app.store.store import Store, open_store
+from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import WAIT_MS, page_entries, window
 from tests.support.window.steps import find
 from ui.pages.flights.page import FlightsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.settings.row import EDITOR_PX
 from ui.services import storage as storage_module
+from ui.services.job_notice import JobNotice
 from ui.services.page import HEIGHT_PX
 from ui.services.port import Ports
 from ui.services.recording_jobs import ExportKind, RecordingJobs
@@ -241,3 +244,29 @@ def test_a_store_that_is_opened_while_the_storage_closes_is_closed(
     assert isinstance(trouble, StoreTrouble)
     with pytest.raises(StoreTrouble):
         opened[0].modules()
+
+
+def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) -> None:
+    notice, first, second = JobNotice(), threading.Event(), threading.Event()
+
+    def fail() -> None:
+        first.wait(PATIENCE_S)
+        raise OSError(28, "No space left on device")
+
+    def shown() -> Notice:
+        said = notice.result_notice()
+        assert said is not None
+        return said
+
+    notice.write_file(Path("M-07.pdf"), fail, lambda _none: "")
+    notice.write_file(Path("M-12.pdf"), partial(second.wait, PATIENCE_S), lambda _true: "Saved to M-12.pdf.")
+    first.set()
+    qtbot.wait_until(lambda: bool(notice._outcomes))
+    assert (notice.is_writing, shown().text) == (True, "Saving…")
+    second.set()
+    qtbot.wait_until(lambda: not notice.is_writing)
+    assert shown().meaning is Meaning.DANGER
+    assert shown().text == "M-07.pdf cannot be written: No space left on device. Saved to M-12.pdf."
+    notice.write_file(Path("M-12.pdf"), lambda: None, lambda _none: "Saved once more.")
+    qtbot.wait_until(lambda: not notice.is_writing)
+    assert (shown().meaning, shown().text) == (Meaning.GOOD, "Saved once more.")

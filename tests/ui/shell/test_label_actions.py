@@ -83,16 +83,16 @@ def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
         naming.choose("M-07/../<b>")
         menus.refresh()
         menus["label_24"].trigger()
-        qtbot.waitUntil(lambda: not actions._printing.is_running)
+        qtbot.waitUntil(lambda: asked[-1].name in main.status_bar.passing.text())
         menus["label_A4"].trigger()
-        qtbot.waitUntil(lambda: not actions._printing.is_running)
+        qtbot.waitUntil(lambda: asked[-1].name in main.status_bar.passing.text())
         assert [path.name for path in asked] == ["M-07_b label.pdf", "DPS-S label.pdf"]
         assert all(path.read_bytes().startswith(b"%PDF-") for path in asked)
         store.register_module("W" * 61)
         asked[-1].unlink()
         menus["label_A4"].trigger()
-        qtbot.waitUntil(lambda: not actions._printing.is_running)
-        assert "A label takes a name, of this length at most: 60" in main.status_bar.passing.text()
+        refused = "A label takes a name, of this length at most: 60"
+        qtbot.waitUntil(lambda: refused in main.status_bar.passing.text())
         assert not asked[-1].exists()
 
 
