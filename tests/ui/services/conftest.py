@@ -1,0 +1,16 @@
+"""The window on two modules."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from tests.support.two_modules import Rig, two_modules
+
+
+@pytest.fixture
+def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
+    with two_modules(qtbot, qapp, tmp_path, monkeypatch) as made:
+        yield made

@@ -1,0 +1,104 @@
+"""What is kept of a module, and what is said of it later, is kept and said under its own name."""
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.engine.procedure import Pause, Procedure
+from app.engine.worker import Job
+from app.guided.results import GuidedKind, GuidedResult
+from app.procedures.history import History
+from app.records.trigger_filing import PossiblyOther, TriggersReading
+from app.store.database import StoreFault, StoreTrouble
+from app.trigger_records.history import Judgement
+from tests.support.patience import PATIENCE_S
+from tests.support.two_modules import NAME_A, PORT_A, PORT_B, A, B, Rig
+from tests.support.window.fake_ports import VALUES
+
+
+def test_what_a_slow_store_did_not_keep_is_said_of_its_module(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise StoreTrouble(StoreFault.FULL, Path("store.db"))
+
+    monkeypatch.setattr("ui.pages.tests.controller.keep_test", fail)
+    monkeypatch.setattr("ui.pages.triggers.controller.say_new", fail)
+    monkeypatch.setattr("app.records.check_store.CheckStore.judge", fail)
+    store: Any = rig.assembly.storage.store
+    guided, triggers = rig.pages["tests"], rig.pages["triggers"].work
+    for act in (
+        lambda: guided.work._store_result(GuidedResult(GuidedKind.BAY, ())),
+        lambda: triggers.judge(7, Judgement.REVIEWED, ""),
+        lambda: triggers._say_new(NAME_A),
+    ):
+        rig.show_a()
+        gate = threading.Event()
+        store.queue.submit(gate.wait)
+        act()
+        rig.connector.connect_to(PORT_B)
+        rig.answer(B)
+        gate.set()
+        store.queue.submit(int).result(PATIENCE_S)
+        rig.settle()
+        said = [notice.text for notice in (guided._notice(), triggers.notice()) if notice is not None]
+        assert [text for text in said if "Not kept." in text and text.startswith(f"{NAME_A}: ")] == said != []
+
+
+@pytest.mark.parametrize("is_broken", [False, True])
+def test_records_read_before_a_break_get_no_name_that_was_given_after_it(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, is_broken: bool
+) -> None:
+    """A module without a name may be exchanged within a second, and nothing tells."""
+    filed: list[str] = []
+
+    def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
+        filed.append(name)
+        return PossiblyOther()
+
+    def read() -> Procedure[TriggersReading]:
+        yield Pause(0.0)
+        return TriggersReading(History(is_answered=True, is_confirmed=True), 147)
+
+    monkeypatch.setattr("ui.pages.triggers.controller.file_triggers", file)
+    rig.connector.connect_to(PORT_A)
+    rig.answer(A)
+    job = Job(read())
+    job.run.start(0.0)
+    job.run.tick(1.0)
+    rig.pages["triggers"].work._end(job)
+    rig.worker.breaks += is_broken
+    rig.answer(A)
+    rig.connector.current.module.choose("BETA")
+    rig.settle()
+    store: Any = rig.assembly.storage.store
+    store.queue.submit(int).result(PATIENCE_S)
+    assert filed == ([] if is_broken else ["BETA"])
+
+
+def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    filed: list[str] = []
+
+    def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
+        filed.append(name)
+        return PossiblyOther()
+
+    monkeypatch.setattr("ui.pages.triggers.controller.file_triggers", file)
+    rig.show_a()
+    work = rig.pages["triggers"].work
+    work.reading = TriggersReading(History(is_answered=True, is_confirmed=True), 147)
+    work._store_reading()
+    second = rig.connector.add(rig.ports.make)
+    second.connect_to(PORT_B)
+    rig.ports.workers[-1].say(**VALUES | B)
+    rig.settle()
+    second.module.choose("BETA")
+    rig.connector.choose(second)
+    rig.connector._switch()
+    rig.settle()
+    assert rig.connector.current.module.name == "BETA"
+    store: Any = rig.assembly.storage.store
+    store.queue.submit(int).result(PATIENCE_S)
+    assert filed == [NAME_A]
