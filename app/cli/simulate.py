@@ -9,12 +9,11 @@ from typing import Any
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
-from app.simulator.setup import OPTIONS, Group, Option, Setup, default_text, parse_value
+from app.simulator.setup import OPTIONS, YES_OR_NO, Group, Setup, default_text, parse_options
 from app.terminal import console
 from app.terminal.arguments import expected
 from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
-from app.text.user_error import UserError
 
 _EXAMPLES = """\
   dps-s simulate --link /tmp/dps-s --rate 1440
@@ -35,28 +34,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT")
     groups = {group: parser.add_argument_group(tr(group.value)) for group in Group}
     for option in OPTIONS:
-        _add_option(groups[option.group], option)
-
-
-def _add_option(group: "argparse._ArgumentGroup", option: Option) -> None:
-    def parse(text: str) -> Any:
-        try:
-            return parse_value(option, text)
-        except UserError as error:
-            raise argparse.ArgumentTypeError(error.sentence) from error
-
-    metavar = option.metavar or ("yes|no" if option.is_flag else "{" + ",".join(option.choices) + "}")
-    default = default_text(option)
-    text = tr(option.text) + (f" [{default}]" if default else "")
-    group.add_argument(
-        option.flag,
-        dest=option.name,
-        type=parse,
-        metavar=metavar,
-        default=argparse.SUPPRESS,
-        help=text.replace("%", "%%"),
-        **({"nargs": "?", "const": True} if option.is_flag else {}),  # type: ignore[arg-type]
-    )
+        default = default_text(option)
+        way_of: dict[str, Any] = {"nargs": "?", "const": ""} if option.metavar == YES_OR_NO else {}
+        groups[option.group].add_argument(
+            "--" + option.name.replace("_", "-"), dest=option.name, metavar=option.metavar, default=argparse.SUPPRESS,
+            help=(tr(option.text) + (f" [{default}]" if default else "")).replace("%", "%%"), **way_of,
+        )  # fmt: skip
 
 
 def _tcp_address(text: str) -> tuple[str, int]:
@@ -69,8 +52,8 @@ def _tcp_address(text: str) -> tuple[str, int]:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM. Exit code 0; 2 for wrong usage; 3 if the port cannot be made."""
-    values = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
-    bench = SimulatedBench(Setup(**values))
+    texts = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
+    bench = SimulatedBench(Setup(**parse_options(texts)))
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:

@@ -22,7 +22,7 @@ _SHARE: Final = ("SHARE", 0.0, 1.0)
 
 
 class Group(Enum):
-    """Heading in the help and on the panel; the value is its text."""
+    """Heading in the help; the value is its text."""
 
     MODULE = marked("Module")
     QUIRKS = marked("Protocol differences")
@@ -42,22 +42,17 @@ class Option:
     parse: Callable[[str], Any]
     """Raises `ValueError` with the expected form."""
     default: Any
-    metavar: str | None = None
-    choices: tuple[str, ...] = ()
-    is_flag: bool = False
-
-    @property
-    def flag(self) -> str:
-        return "--" + self.name.replace("_", "-")
+    metavar: str
 
 
+YES_OR_NO: Final = "yes|no"
 _YES_NO = {"": True, "yes": True, "true": True, "on": True, "1": True,
            "no": False, "false": False, "off": False, "0": False}  # fmt: skip
 
 
 def _yes_or_no(text: str) -> bool:
     if text.lower() not in _YES_NO:
-        raise ValueError("yes|no")
+        raise ValueError(YES_OR_NO)
     return _YES_NO[text.lower()]
 
 
@@ -103,14 +98,14 @@ def _option(group: Group, default: Any, text: str, kind: Kind = None) -> Any:
         kind = {str(member.value): member for member in type(default)}
     match kind:
         case None:
-            option = make(parse=_yes_or_no, is_flag=True)
+            option = make(parse=_yes_or_no, metavar=YES_OR_NO)
         case (metavar, least, most):
             number = int if isinstance(default, int) else float
             option = make(parse=_between(number, least, most), metavar=metavar)
         case (metavar, parse):
             option = make(parse=parse, metavar=metavar)
         case words:
-            option = make(parse=_among(words), choices=tuple(words))
+            option = make(parse=_among(words), metavar=f"{{{','.join(words)}}}")
     return field(default=default, metadata={"option": option})
 
 
@@ -194,15 +189,6 @@ OPTIONS: tuple[Option, ...] = tuple(
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 
 
-def parse_value(option: Option, text: str) -> Any:
-    """Parse the value of an option; raises `UserError`."""
-    try:
-        return option.parse(text)
-    except ValueError as error:
-        refused = marked("{option}={text}: expected {expected}")
-        raise UserError(refused, option=option.name, text=text, expected=error) from error
-
-
 def as_text(value: object) -> str:
     """A value in the form in which it is typed."""
     if isinstance(value, bool):
@@ -226,5 +212,9 @@ def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[
         option = BY_NAME.get(name.replace("-", "_"))
         if option is None:
             raise UserError(marked("No option {name}."), name=name)
-        values[option.name] = parse_value(option, text)
+        try:
+            values[option.name] = option.parse(text)
+        except ValueError as error:
+            refused = marked("{option}={text}: expected {expected}")
+            raise UserError(refused, option=option.name, text=text, expected=error) from error
     return values

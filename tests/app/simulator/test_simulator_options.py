@@ -16,7 +16,6 @@ from app.simulator.setup import (
     Setup,
     default_text,
     parse_options,
-    parse_value,
 )
 from app.text.user_error import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
@@ -39,7 +38,7 @@ def bench(clock: FakeClock) -> SimulatedBench:
 
 def test_defaults_read_back_as_themselves() -> None:
     for option in OPTIONS:
-        assert parse_value(option, default_text(option)) == option.default, option.name
+        assert parse_options({option.name: default_text(option)}) == {option.name: option.default}
         assert option.text
 
 
