@@ -26,7 +26,7 @@ from app.records.filing import local_now
 from app.stations.station import fingerprint_of, shown_station
 from app.store.store import open_store
 from app.system.folders import data_folder
-from app.system.wall_clock import local_time
+from app.system.wall_clock import MINUTE, local_time
 from app.terminal import console
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
@@ -235,7 +235,7 @@ def _print_fleet(args: argparse.Namespace, states: list[ModuleToday], now: datet
 
 def _fleet_row(state: ModuleToday) -> tuple[str, ...]:
     check = state.last_check
-    at, verdict = (check.at[:16].replace("T", " "), check.words.translated()) if check else ("", tr("none"))
+    at, verdict = (local_time(check.at, MINUTE), check.words.translated()) if check else ("", tr("none"))
     return (state.module.name, at, verdict, state.counted.translated(), state.due_words)
 
 
@@ -250,7 +250,7 @@ def _print_histories(args: argparse.Namespace, lives: list[ModuleHistory]) -> in
 
 def _life_page(life: ModuleHistory) -> list[str]:
     rows = [
-        (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.translated())
+        (local_time(event.fact.made_at), shown_station(event.fact.station)[:9], event.text.translated())
         for event in life.events
     ]
     return [life.module.name, *console.columns([(tr("Time"), tr("Station"), ""), *rows])]

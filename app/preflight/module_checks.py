@@ -16,6 +16,7 @@ from app.preflight.evidence import FlagState
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.identity_words import known_by
 from app.settings.setting_texts import value_text
+from app.system.wall_clock import DAY, local_time
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
@@ -101,7 +102,7 @@ def _silent_records(case: Case, limit: UserMessage) -> Finding:
         return Finding(CheckResult.FAIL, None, shown, limit)
     if past.last_answer is not None:
         text = marked("no reply; had {count} on {date}")
-        shown = message(text, count=past.last_answer.count, date=past.last_answer.at[:10])
+        shown = message(text, count=past.last_answer.count, date=local_time(past.last_answer.at, DAY))
         do = message(marked("It answered before: read its label, restart it and check again."))
         return Finding(CheckResult.FAIL, None, shown, limit, do)
     is_all_else_answered = not evidence.faults and evidence.disturbance is None

@@ -6,7 +6,7 @@ control characters made visible. Uses only what Qt's rich text supports: tables,
 
 import html
 from collections.abc import Iterable, Mapping
-from datetime import datetime
+from datetime import datetime, tzinfo
 from itertools import zip_longest
 
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict, StoredTest, stored_test
@@ -15,6 +15,7 @@ from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.record import NOT_STORED, Record, activated_by, caveats, list_in, recorded_verdict
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, message_from_json
 from app.text.sentences import in_brackets, join_sentences, labelled
@@ -180,15 +181,19 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
 def _tests(record: Record) -> str:
     """The last guided tests at the time of the check."""
     tests = [test for test in list_in(record, "tests") if isinstance(test, Mapping)][: len(GuidedKind)]
-    rows = [_test_row(test) for fields in tests if (test := stored_test(fields, str(fields.get("at")))) is not None]
+    made_at = _made_at(record)
+    zone = None if made_at is None else made_at.tzinfo
+    rows = [
+        _test_row(test, zone) for fields in tests if (test := stored_test(fields, str(fields.get("at")))) is not None
+    ]
     if not rows:
         return ""
     return _table([_title(tr("Guided tests"), 4), *rows])
 
 
-def _test_row(test: StoredTest) -> str:
+def _test_row(test: StoredTest, zone: tzinfo | None) -> str:
     mark, colour = _TEST_MARKS[test.verdict]
-    when = f"{test.at[:10]}, {test.who or '—'}"
+    when = f"{local_time(test.at, DAY, zone)}, {test.who or '—'}"
     if test.is_simulated:
         when = f"{when}, {tr('simulated')}"
     word, title = tr(VERDICT_WORDS[test.verdict]), tr(TITLES[test.kind])
@@ -237,10 +242,16 @@ def _number(record: Record) -> str:
     return tr("No. {number}", number=number)
 
 
-def _time(record: Record) -> str:
+def _made_at(record: Record) -> datetime | None:
     try:
-        at = datetime.fromisoformat(str(record.get("at")))
+        return datetime.fromisoformat(str(record.get("at")))
     except ValueError:
+        return None
+
+
+def _time(record: Record) -> str:
+    at = _made_at(record)
+    if at is None:
         return str(record.get("at"))
     offset = f"{at:%z}"
     zone = f" UTC{offset[:3]}:{offset[3:5]}" if offset.strip("+-0") else " UTC" if offset else ""

@@ -1,6 +1,5 @@
 """Modules that the audit log leaves ACTIVE: activated or not confirmed as locked, and not reported LOCKED since."""
 
-from datetime import datetime
 from typing import NamedTuple
 
 from app.engine.target import is_simulated
@@ -9,6 +8,7 @@ from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.store.store import Store
 from app.store.store_journal import KnownAs, detail_of
+from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 
@@ -36,7 +36,7 @@ class LeftActive(NamedTuple):
     @property
     def sentence(self) -> str:
         """In the language in use."""
-        when = datetime.fromisoformat(self.at).astimezone().strftime("%Y-%m-%d %H:%M")
+        when = local_time(self.at, MINUTE)
         module = self.known_as.name or tr("The module at {port}", port=self.port)
         text = (
             tr("{module}: LOCK not confirmed on {time}.", module=module, time=when)

@@ -7,10 +7,11 @@ therefore depends on the time.
 import math
 import time
 from bisect import bisect_left
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime, timedelta, tzinfo
 
 from app.system.sleep_detector import Clock
 
+SECOND, MINUTE, DAY = "%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M", "%Y-%m-%d"
 JUMP_S = 2.0
 """A larger difference counts as a jump; smaller ones are corrections by a time server."""
 
@@ -56,11 +57,11 @@ def age_days(at: str, now: datetime) -> float | None:
     return None if days < -1 else max(0.0, days)
 
 
-def local_time(text: str) -> str:
-    """An ISO 8601 time of the store in this computer's time zone; anything else unchanged."""
+def local_time(text: str, form: str = SECOND, zone: tzinfo | None = None) -> str:
+    """An ISO 8601 time of the store in this zone, by default that of this computer; anything else unchanged."""
     try:
-        return f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M:%S}"
-    except ValueError:
+        return datetime.fromisoformat(text).astimezone(zone).strftime(form)
+    except (ValueError, OverflowError, OSError):  # some are of no year in this zone
         return text
 
 

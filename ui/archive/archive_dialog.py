@@ -24,6 +24,7 @@ from app.archive.module_history import HistoryEvent, module_history
 from app.archive.module_names import Conflict, KnownModule, keep_service, names_of, settle
 from app.limits.service import Service
 from app.stations.station import shown_station
+from app.system.wall_clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_sentences
@@ -60,18 +61,18 @@ def _is_no_go(row: ModuleToday) -> bool:
     return row.last_check is not None and not row.last_check.holds
 
 
+def _checked_at(row: ModuleToday) -> str:
+    return "" if row.last_check is None else local_time(row.last_check.at, MINUTE)
+
+
 def _accessible_text(row: ModuleToday) -> str:
     return f"{clean(row.module.name)}: " + (row.due_words or tr("nothing due"))
-
-
-def _local(at: str) -> str:
-    return f"{datetime.fromisoformat(at).astimezone():%Y-%m-%d %H:%M}"
 
 
 _MODULE_COLUMNS: Final = (
     TableColumn[ModuleToday](marked("Module"), lambda row: clean(row.module.name)),
     TableColumn[ModuleToday](marked("Stations"), lambda row: str(len({station for station, _ in row.module.members}))),
-    TableColumn[ModuleToday](marked("Last check"), lambda row: _local(row.last_check.at) if row.last_check else ""),
+    TableColumn[ModuleToday](marked("Last check"), _checked_at),
     TableColumn[ModuleToday](
         marked("Verdict"), _verdict, ink=lambda row: Meaning.DANGER if _is_no_go(row) else None,
         picture=lambda row: icon(Icon.CROSS, Meaning.DANGER) if _is_no_go(row) else None,
@@ -84,7 +85,7 @@ _MODULE_COLUMNS: Final = (
     ),
 )  # fmt: skip
 _HISTORY_COLUMNS: Final = (
-    TableColumn[HistoryEvent](marked("Time"), lambda row: _local(row.fact.made_at)),
+    TableColumn[HistoryEvent](marked("Time"), lambda row: local_time(row.fact.made_at, MINUTE)),
     TableColumn[HistoryEvent](marked("Station"), lambda row: short_station(row.fact.station)),
     TableColumn[HistoryEvent](marked("Record"), lambda row: row.text.translated(), stretches=True),
 )

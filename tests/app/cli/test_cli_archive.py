@@ -286,6 +286,15 @@ def test_nothing_is_kept_under_a_name_that_another_module_has_here(
     assert len(here.store.facts.select(FactKind.SERVICE)) == 1
 
 
+def test_people_read_the_time_of_their_own_computer(
+    in_china: None, here: ArchiveStation, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.check("M-07")
+    assert "2026-01-02 20:00" in say(capsys, "report").out
+    assert "2026-01-02 20:00:00" in say(capsys, "report", "--module", "M-07").out
+    assert told(capsys, "report", "report")["modules"][0]["last_at"].startswith("2026-01-02T12:00:00")
+
+
 def test_two_triggers_of_equal_bytes_are_two_and_one_that_two_stations_read_is_one(
     here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

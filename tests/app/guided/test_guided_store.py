@@ -175,3 +175,19 @@ def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
     text = body({"tests": json.loads(json.dumps(rows)), "checks": []})
     assert "<b>," not in text
     assert "&lt;b&gt;" in text
+
+
+@pytest.mark.parametrize(
+    ("of_record", "of_test", "day"),
+    [
+        ("2026-11-23T09:00:00+08:00", "2026-11-21T22:30:00.000+00:00", "2026-11-22"),
+        ("2026-11-23T09:00:00-08:00", "2026-11-22T06:30:00.000+00:00", "2026-11-21"),
+        ("soon", "2026-11-22T12:00:00.000+00:00", "2026-11-22"),
+        ("2026-11-23T09:00:00+08:00", "9999-12-31T23:59:59.999+00:00", "9999-12-31"),
+    ],
+)
+def test_a_test_is_printed_with_the_day_that_it_was_where_the_record_was_made(
+    of_record: str, of_test: str, day: str
+) -> None:
+    tests = [{"test": "tilt", "verdict": "passed", "who": "Li", "at": of_test, "measured": []}]
+    assert f">{day}" in body({"at": of_record, "tests": tests, "checks": []})

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.settings.setting_texts import value_text
-from app.system.wall_clock import local_time
+from app.system.wall_clock import DAY, local_time
 from app.text.durations import duration
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
 from protocol.catalogue import BY_NAME
@@ -190,6 +190,14 @@ def test_an_age_is_in_words(seconds: float, english: str, chinese: str) -> None:
 
 def test_a_date_is_iso_in_both(language: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert re.fullmatch(r"2026-11-(19|20|21) \d\d:\d\d:07", local_time("2026-11-20T14:03:07+00:00"))
+
+
+def test_a_day_is_that_of_this_computer(in_china: None) -> None:
+    assert local_time("2026-11-20T16:03:07+00:00", DAY) == "2026-11-21"
+    assert [local_time(text, DAY) for text in ("soon", "9999-12-31T23:59:59+00:00")] == [
+        "soon",
+        "9999-12-31T23:59:59+00:00",
+    ]
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """Widgets of the Tests page and what they say: picture, list of steps, current value, result."""
 
-from datetime import datetime
 from pathlib import Path
 from typing import ClassVar, Final, NamedTuple
 
@@ -17,6 +16,7 @@ from app.guided.results import (
     MeasuredValue,
     StoredTest,
 )
+from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import UserMessage
 from app.text.sentences import capitalised
@@ -139,12 +139,7 @@ def instruction(work: GuidedController) -> str:
 def last_text(last: StoredTest | None) -> str:
     if last is None:
         return tr("never tested")
-    try:
-        when = f"{datetime.fromisoformat(last.at).astimezone():%Y-%m-%d}"
-    except ValueError:
-        when = last.at
-    verdict = tr(VERDICT_WORDS[last.verdict])
-    return f"{verdict} {when}, {last.who or '—'}"
+    return f"{tr(VERDICT_WORDS[last.verdict])} {local_time(last.at, DAY)}, {last.who or '—'}"
 
 
 class _Watched(NamedTuple):

@@ -15,6 +15,7 @@ from app.records.check_store import CheckStore, SeenRecord, Visit
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, read_triggers, say_new
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
+from app.system.wall_clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
 from app.text.user_error import UserError
@@ -193,7 +194,9 @@ class TriggersController(QObject):
         except StoreTrouble as trouble:
             return Notice(Meaning.DANGER, not_kept(trouble, name))
         if past.last_answer is not None:
-            had = tr("It had {count} on {date}.", count=past.last_answer.count, date=past.last_answer.at[:10])
+            had = tr(
+                "It had {count} on {date}.", count=past.last_answer.count, date=local_time(past.last_answer.at, DAY)
+            )
             return plain._replace(text=join_sentences((text, had)))
         if past.is_said_new:
             sentence = join_sentences((text, tr("A person said that it is new.")))
