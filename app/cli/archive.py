@@ -82,11 +82,11 @@ def run_status(args: argparse.Namespace) -> int:
         *(f"{shown_station(chain.station)} {chain.module or ''}: {fault.translated()}"
           for chain in chains for fault in chain.faults),
     ]  # fmt: skip
-    console.emit(args, status, lambda status: {
+    console.emit(args, {
         "station": fingerprint, "facts": count, "own": own, "stations": stations,
         "server": status.place, "not_shared": status.not_shared, "last_sync_at": status.last_at,
         "conflicts": status.conflicts, "chains": [_chain_json(chain) for chain in chains],
-    }, lambda _: page)  # fmt: skip
+    }, page)  # fmt: skip
     return console.SUCCESS if is_sound else console.ANSWER_NO
 
 
@@ -140,11 +140,11 @@ def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[...,
             console.clear_progress()
             raise console.Refused(error.message, failed) from error
     console.clear_progress()
-    console.emit(args, done, lambda done: {
+    console.emit(args, {
         key: place, "sent": done.sent, "received": done.received,
         "refused": [_refused_json(fact) for fact in done.refused], "refused_count": done.refused_count,
         "damaged": [_refused_json(fact) for fact in done.damaged],
-    }, lambda done: [_counts(done)])  # fmt: skip
+    }, [_counts(done)])  # fmt: skip
     for text, count, facts in (
         (marked("Left out, unreadable or altered: {count}."), done.refused_count, done.refused),
         (marked("Damaged and not sent: {count}."), len(done.damaged), done.damaged),
@@ -158,11 +158,11 @@ def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[...,
 def run_conflicts(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
         conflicts = names_of(archive).conflicts
-    console.emit(args, conflicts, lambda conflicts: {"conflicts": [
+    console.emit(args, {"conflicts": [
         {"kind": conflict.kind.value, "modules": [member_json(module) for module in conflict.pair],
          "proposal": None if conflict.proposal is None else _proposal_json(conflict.proposal)}
         for conflict in conflicts
-    ]}, lambda conflicts: [line for conflict in conflicts for line in _question(conflict)])  # fmt: skip
+    ]}, [line for conflict in conflicts for line in _question(conflict)])  # fmt: skip
     return console.SUCCESS
 
 
@@ -228,8 +228,8 @@ def _print_fleet(args: argparse.Namespace, states: list[ModuleToday], now: datet
         return console.SUCCESS
     at = now.isoformat(timespec="seconds")
     head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
-    console.emit(args, states, lambda states: {"at": at, "modules": [state_json(state) for state in states]},
-                 lambda states: console.columns([head, *map(_fleet_row, states)]))  # fmt: skip
+    console.emit(args, {"at": at, "modules": list(map(state_json, states))},
+                 console.columns([head, *map(_fleet_row, states)]))  # fmt: skip
     return console.SUCCESS
 
 
@@ -243,8 +243,8 @@ def _print_histories(args: argparse.Namespace, lives: list[ModuleHistory]) -> in
     if args.csv:
         console.write(csv_text(LIFE_HEAD, (row for life in lives for row in _life_rows(life))))
     else:
-        console.emit(args, lives, lambda lives: {"lives": [life_json(live) for live in lives]},
-                     lambda lives: [line for life in lives for line in _life_page(life)])  # fmt: skip
+        console.emit(args, {"lives": list(map(life_json, lives))},
+                     [line for life in lives for line in _life_page(life)])  # fmt: skip
     return console.SUCCESS
 
 

@@ -84,7 +84,7 @@ class ReceivedRecords:
 def _print(history: History, args: argparse.Namespace) -> bool:
     """Print or write the records; whether that succeeded."""
     if args.csv is None:
-        console.emit(args, history, json_of, page_of)
+        console.emit(args, json_of(history), page_of(history))
         return True
     if args.csv == STANDARD_OUTPUT:
         console.write(csv_of(history))

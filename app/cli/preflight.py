@@ -210,7 +210,7 @@ def _conclude(args: argparse.Namespace, member: SetMember) -> int:
     filed, trouble = member.filed, member.trouble
     if filed is not None:
         try:
-            console.emit(args, filed, lambda filed: contract_of(filed.assessment), page_of)
+            console.emit(args, contract_of(filed.assessment), page_of(filed))
         finally:  # also where nobody reads
             if filed.trouble is not None:
                 console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))

@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
         findings, trouble = _read(conversation, args.port)
     has_something = any(key != "baud_rate" for key in findings.values)
     if has_something or trouble is None or args.json:
-        console.emit(args, findings, json_of, page_of)
+        console.emit(args, json_of(findings), page_of(findings))
     if trouble is not None:
         console.notify(trouble)
     elif findings.errors:

@@ -30,11 +30,8 @@ def run_list(args: argparse.Namespace) -> int:
         console.note(tr("No recordings yet"))
         return console.SUCCESS
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
-    console.emit(
-        args, entries,
-        lambda entries: {"folder": str(library.folder), "recordings": [json_of(entry) for entry in entries]},
-        lambda entries: console.columns([head, *map(_row, entries)]),
-    )  # fmt: skip
+    console.emit(args, {"folder": str(library.folder), "recordings": list(map(json_of, entries))},
+                 console.columns([head, *map(_row, entries)]))  # fmt: skip
     return console.SUCCESS
 
 

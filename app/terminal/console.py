@@ -12,11 +12,11 @@ import sys
 import threading
 import time
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from functools import partial
-from typing import TextIO, TypeVar
+from typing import TextIO
 
 from app.text.i18n import tr
 from app.text.messages import UserMessage
@@ -33,7 +33,6 @@ NO_LINK = 3
 PARTIAL = 4
 """Done in part."""
 
-Answer = TypeVar("Answer")
 PROGRESS_AFTER_S = 0.5
 """Shorter work shows no progress."""
 
@@ -155,14 +154,9 @@ def write_lines(lines: Iterable[str]) -> None:
     write("".join(f"{line}\n" for line in map(show, lines)))
 
 
-def emit(
-    args: argparse.Namespace,
-    answer: Answer,
-    as_object: Callable[[Answer], object],
-    as_page: Callable[[Answer], Iterable[str]],
-) -> None:
-    """Print the answer as one JSON object where --json was given, else as lines for people."""
-    write_lines([as_json(as_object(answer))] if args.json else as_page(answer))
+def emit(args: argparse.Namespace, answer: object, page: Iterable[str]) -> None:
+    """Print the answer as one JSON object where --json was given, else the page: lines for people."""
+    write_lines([as_json(answer)] if args.json else page)
 
 
 def as_json(value: object) -> str:

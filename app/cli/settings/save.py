@@ -120,10 +120,7 @@ def run_diff(args: argparse.Namespace) -> int:
         (name, *(typed(values[name]) if name in values else missing for values in (first, second))) for name in unequal
     ]
     page = console.columns([("", str(args.file), head), *rows]) if unequal else [tr("The settings are equal.")]
-    console.emit(
-        args, unequal, lambda names: {"differences": {name: [first.get(name), second.get(name)] for name in names}},
-        lambda _: page,
-    )  # fmt: skip
+    console.emit(args, {"differences": {name: [first.get(name), second.get(name)] for name in unequal}}, page)
     if not unequal:
         return console.SUCCESS
     is_only_unknown = args.other is None and all(name not in second for name in unequal)

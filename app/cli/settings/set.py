@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
         return console.refuse_without("--accept-risk")
     with Interruption():  # after the last frame a signal no longer keeps the result from being printed
         report, trouble = _write(wishes, args)
-        console.emit(args, report, json_of, page_of)
+        console.emit(args, json_of(report), page_of(report))
         for sentence in (*_remarks(report), trouble):
             if sentence is not None:
                 console.notify(sentence)
@@ -74,8 +74,7 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
          else labelled(f"{typed(old)} → {typed(target)}", tr("not written (dry run)")))
         for key, old, target in rows
     ]  # fmt: skip
-    console.emit(args, unwritten, lambda results: {"results": results, "changed": {}, "unread": []},
-                 lambda _: console.columns(lines))  # fmt: skip
+    console.emit(args, {"results": unwritten, "changed": {}, "unread": []}, console.columns(lines))
     return notify_missing(module)
 
 
