@@ -13,7 +13,7 @@ from typing import NamedTuple
 from app.diagnosis.symptoms import PortEvidence
 from app.engine.procedure import Slept
 from app.engine.transport import PortError, PortTrouble
-from app.procedures.handshake import NoAnswer, Silence
+from app.procedures.handshake import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_sentences
@@ -113,13 +113,12 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
     return None
 
 
-def explain(error: Exception) -> Diagnosis:
-    """Explains a `PortError`, `NoAnswer` or `Slept`; any other error is reported as unexpected."""
-    evidence = None
+def explain(error: Exception | PortEvidence) -> Diagnosis:
+    """Explains a `PortError`, a `Slept` or what was seen of a silent port; any other error is reported as
+    unexpected."""
+    evidence = error if isinstance(error, PortEvidence) else None
     if isinstance(error, PortError):
         evidence = PortEvidence(port=error.port, trouble=error, platform=sys.platform)
-    elif isinstance(error, NoAnswer):
-        evidence = PortEvidence(port=error.port, baud_rate=error.baud_rate, silence=error.silence)
     explanation = None if evidence is None else diagnose(evidence)
     if explanation is not None:
         return explanation
@@ -243,7 +242,7 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(Cause.DEAF, lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online,
              marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
              is_at_module=True, step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.FELL_SILENT, lambda seen: seen.is_silent() and seen.was_online,
+    CauseRow(Cause.FELL_SILENT, lambda seen: seen.came() is not None and seen.was_online,
              marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
              is_at_module=True),
     CauseRow(Cause.NOTHING, lambda seen: seen.came() is Silence.NOTHING,

@@ -6,11 +6,12 @@ from functools import partial
 from typing import NamedTuple
 
 from app.diagnosis.causes import NextStep, explain
+from app.diagnosis.symptoms import PortEvidence
 from app.engine.device import DeviceView
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
-from app.procedures.handshake import NoAnswer, Silence
+from app.procedures.handshake import Silence
 from app.safety.last_known import keep_away
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -169,7 +170,7 @@ def _progress(word: str) -> LinkText:
 
 def _silent_text(state: LinkState) -> LinkText:
     silence = state.silence or Silence.NOTHING
-    explanation = explain(NoAnswer(state.port, state.baud_rate, silence))
+    explanation = explain(PortEvidence(state.port, state.baud_rate, silence=silence))
     words = {Silence.GARBAGE: tr("Wrong rate?"), Silence.ECHO: capitalised(tr("echo"))}
     return LinkText(words.get(silence, tr("No reply")), explanation.what, explanation.next_step, explanation.step)
 

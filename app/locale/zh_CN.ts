@@ -3698,10 +3698,6 @@
         <translation>{port} 上的模块在发送，但不应答。</translation>
     </message>
     <message>
-        <source>The module on {port} stopped answering.</source>
-        <translation>{port} 上的模块停止响应。</translation>
-    </message>
-    <message>
         <source>The module refused and reports no trigger.</source>
         <translation>模块拒绝执行，且未上报触发。</translation>
     </message>

@@ -22,16 +22,6 @@ class Silence(Enum):
     """The module sends but does not answer: its receive line may be open."""
 
 
-class NoAnswer(Exception):
-    """The port is open, and no module answers on it."""
-
-    def __init__(self, port: str, baud_rate: int, silence: Silence) -> None:
-        super().__init__(f"{port}: no answer at {baud_rate} baud: {silence.value}")
-        self.port = port
-        self.baud_rate = baud_rate
-        self.silence = silence
-
-
 def handshake() -> Procedure[Silence | None]:
     """What came instead of an answer; None if the module answered."""
     before: EngineView = yield Inspect()

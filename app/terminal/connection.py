@@ -9,14 +9,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from functools import partial
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
-from app.procedures.handshake import NoAnswer, handshake
+from app.procedures.handshake import Silence, handshake
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.terminal.arguments import USUAL_RATE
 from app.terminal.console import NO_LINK, Refused, clear_progress, notify, show_progress, verbosity
@@ -182,7 +182,7 @@ def connected(
 ) -> Iterator[Conversation]:
     """Open `port`, make sure that a module answers on it, and close it afterwards. `baud_rate` None tries all rates.
     Without `is_greeted` nothing is sent. `interruption`: that of the main thread, if this is another one. Raises
-    `PortError`, `NoAnswer`, `NoLink`."""
+    `PortError`, `NoLink`."""
     with Interruption() if interruption is None else nullcontext(interruption) as watched:
         conversation = Conversation(watched, on_batch)
         try:
@@ -191,7 +191,7 @@ def connected(
                 if is_greeted:
                     _handshake(conversation, port, baud_rate)
                 yield conversation
-            except (PortError, NoAnswer):
+            except (PortError, NoLink):
                 if was_heard_active(conversation.device):
                     notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
                 raise
@@ -211,7 +211,7 @@ def _handshake(conversation: Conversation, port: str, baud_rate: int | None) -> 
         return
     silence = conversation.run(handshake())
     if silence is not None:
-        raise NoAnswer(port, baud_rate, silence)
+        raise NoLink(_why_silent(port, baud_rate=baud_rate, silence=silence))
 
 
 def no_module_found(port: str) -> str:
@@ -221,10 +221,16 @@ def no_module_found(port: str) -> str:
 
 def module_is_silent(port: str, device: DeviceView) -> str:
     """`device`: what was last heard of it."""
-    what = tr("The module on {port} stopped answering.", port=port)
-    if was_heard_active(device):
-        return join_sentences((what, tr(LAST_HEARD_ACTIVE), keep_away()))
-    return join_sentences((what, tr("Check cable and power.")))
+    was_active = was_heard_active(device)
+    why = _why_silent(port, silence=Silence.NOTHING, was_online=True, was_active=was_active)
+    return join_sentences((tr(LAST_HEARD_ACTIVE) if was_active else "", why))
+
+
+def _why_silent(port: str, **seen: Any) -> str:
+    from app.diagnosis.causes import explain
+    from app.diagnosis.symptoms import PortEvidence
+
+    return explain(PortEvidence(port, **seen)).terminal_sentence
 
 
 class LinkTrouble(AbstractContextManager["LinkTrouble"]):
@@ -241,7 +247,7 @@ def link_trouble(error: BaseException | None) -> str | None:
     """The sentence for an error that means "no link"; None for others."""
     if isinstance(error, NoLink):
         return error.sentence
-    if isinstance(error, PortError | NoAnswer | Slept):
+    if isinstance(error, PortError | Slept):
         from app.diagnosis.causes import explain
 
         return explain(error).terminal_sentence

@@ -11,7 +11,7 @@ from app.engine.run import Run
 from app.engine.setting_changes import changed_settings
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import ROUNDS, SETTLE_S, find_rate, look_for
-from app.procedures.handshake import NoAnswer, Silence, what_came
+from app.procedures.handshake import Silence, what_came
 from app.procedures.light_calibration import (
     ENOUGH_SAMPLES,
     Band,
@@ -75,7 +75,6 @@ def test_a_silence_is_told_by_what_came_since(after: EngineView, silence: Silenc
 @pytest.mark.parametrize(
     ("error", "text"),
     [
-        (NoAnswer("/dev/x", 9600, Silence.ECHO), "/dev/x: no answer at 9600 baud: echo"),
         (PortError(PortTrouble.LOST, "/dev/x", "gone"), "/dev/x: lost: gone"),
         (Slept(90.0), "the computer slept for 90 s"),
     ],
