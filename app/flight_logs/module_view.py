@@ -63,19 +63,8 @@ def lasting(time_s: Floats, tilt_deg: Floats) -> Floats:
     """Minimum of the last `DAMPING_S`; NaN until that much time has passed since a pause."""
     if not len(time_s):
         return tilt_deg
-    starts = _window_starts(time_s, DAMPING_S)
-    places = np.arange(len(time_s))
-    lengths = places - starts + 1
-    # The minimum over two overlapping windows whose length is a power of two.
-    level = np.floor(np.log2(lengths)).astype(np.intp)
-    minima = np.empty_like(tilt_deg)
-    lowest = tilt_deg
-    for power in range(int(level.max()) + 1):
-        if power:
-            half = 1 << (power - 1)
-            lowest = np.minimum(lowest[:-half], lowest[half:])
-        rows = np.flatnonzero(level == power)
-        minima[rows] = np.minimum(lowest[starts[rows]], lowest[places[rows] - (1 << power) + 1])
+    bounds = np.stack((_window_starts(time_s, DAMPING_S), np.arange(1, len(time_s) + 1)), axis=1).ravel()
+    minima: Floats = np.minimum.reduceat(np.append(tilt_deg, np.inf), bounds)[::2]  # of each pair of bounds
     minima[time_s - time_s[_stretch_starts(time_s)] < DAMPING_S - ROUNDING_S] = np.nan
     return minima
 
