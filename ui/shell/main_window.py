@@ -137,7 +137,9 @@ class MainWindow(QMainWindow):
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
         self.panel.flights.dropped.connect(partial(self.files.open_in, "flights"))
         self.navigation.page_wanted.connect(self._show_page)
-        self.closing.connect(LockAbove(connector, self._services.texts, self.top_bar.lock, self).stop)
+        lock_above = LockAbove(connector, self._services.texts, self.top_bar.lock, self)
+        self.closing.connect(lock_above.stop)
+        self._maker.around = lock_above.paused
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done,
                         self._services.storage.recordings.changed):  # fmt: skip

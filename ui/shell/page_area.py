@@ -2,6 +2,7 @@
 sidebar, the room on screen."""
 
 from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
 from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer, Signal
@@ -145,6 +146,8 @@ class PageMaker(QObject):
         self._held = set[Bridge]()
         """Where they are: another port may be shown before the pages are there."""
         self._is_over = False
+        self.around: Callable[[], AbstractContextManager[None]] = nullcontext
+        """Entered while a page is made and placed."""
         self._connector.invalidated.connect(self._end_notices)
         self._connector.disconnected.connect(self._end_notices)
 
@@ -193,9 +196,10 @@ class PageMaker(QObject):
         self.begin()  # first, since making a page may raise
         key = self._unmade.pop(0)
         entry = self._entries[key]
-        page = self.pages[key] = entry.make(self._services)
-        self._services.texts.bind(page.setAccessibleName, entry.title)
-        self._place(key, page)
+        with self.around():
+            page = self.pages[key] = entry.make(self._services)
+            self._services.texts.bind(page.setAccessibleName, entry.title)
+            self._place(key, page)
         self._awaited.discard(key)
         if not self._awaited:
             self._release()

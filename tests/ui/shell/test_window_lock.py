@@ -1,11 +1,14 @@
 """LOCK from the window: one gesture, repeatable, and confirmed only by the module's report."""
 
 from collections.abc import Iterator
+from functools import partial
+from operator import attrgetter
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QApplication, QDialog, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.safety.acts import Act
@@ -13,9 +16,14 @@ from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
 from app.store.store import Store
 from protocol.catalogue import ACTIVATION
-from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated
+from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import notice_text, press
+from ui.main import PAGES
+from ui.services.context import PageEntry, Services
+from ui.services.page import Page
+from ui.services.port import LockControl
+from ui.shell.main_window import MainWindow
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -258,3 +266,27 @@ def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: 
         one.wait(1.0)
         assert other.state().is_active
         assert not lock.is_repeating
+
+
+def test_its_keys_count_while_the_pages_are_made(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None lets a key through that was pressed meanwhile, or shows a dialog or a menu: then the filter is set aside."""
+    pressed, shown = list[str](), list[QWidget]()
+    monkeypatch.setattr(LockControl, "press", lambda _lock: pressed.append("LOCK"))
+
+    def make(entry: PageEntry, services: Services) -> Page:
+        main = next(one for one in QApplication.topLevelWidgets() if isinstance(one, MainWindow))
+        event = QKeyEvent(QEvent.Type.KeyPress, Qt.Key.Key_F12, Qt.KeyboardModifier.NoModifier)
+        QCoreApplication.postEvent(main, event)
+        page = entry.make(services)
+        dialogs = (one for one in QApplication.topLevelWidgets() if isinstance(one, QDialog | QMenu))
+        shown.extend(one for one in dialogs if one.isVisible())
+        return page
+
+    broken = PAGES[0]._replace(key="broken", make=attrgetter("no_page"))
+    entries = tuple(entry._replace(make=partial(make, entry)) for entry in (broken, *PAGES))
+    with qtbot.captureExceptions() as raised, window(qapp, tmp_path, entries=entries) as assembly:
+        qtbot.waitUntil(lambda: assembly.window._maker.is_done and len(pressed) == len(entries))
+        assert [kind for kind, *_ in raised] == [AttributeError]
+    assert shown == []
