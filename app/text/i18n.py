@@ -12,6 +12,7 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final, NamedTuple
@@ -43,6 +44,10 @@ def read_translations(path: Path) -> dict[str, str]:
     texts = read_messages(path)
     capitals_last = sorted(texts.items(), key=lambda pair: pair[0][:1].isupper())
     return {variant: text for pair in capitals_last for variant, text in variants(*pair)} | texts
+
+
+_read_once: Final = cache(read_translations)
+"""For the program's own file, which stays as it is while the program runs; a translator's is read each time."""
 
 
 def read_messages(path: Path) -> dict[str, str]:
@@ -89,7 +94,7 @@ def _read_language(name: str) -> _Language:
     if path.suffix != ".ts":
         raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)} and no path of a .ts file")
     try:
-        texts = read_translations(path)
+        texts = (_read_once if name == CHINESE else read_translations)(path)
     except (OSError, SyntaxError) as error:  # a ParseError is a SyntaxError
         _log.warning("No translations from %s: %s", path, error)
         texts = {}
