@@ -235,7 +235,7 @@ class PortConnection(QObject):
     def shown_as_opening(self) -> Iterator[None]:
         """For pages that begin to show the port: it seems to be just opened, with nothing known."""
         known, at = (self.last, self._last_known), self.connection
-        self.last = Batch(self.clock(), Connection(PortState.OPENING, at.port, at.baud_rate), DeviceView(), None)
+        self.last = Batch(self.last.at, Connection(PortState.OPENING, at.port, at.baud_rate), DeviceView(), None)
         self._last_known = LastKnown()
         try:
             yield

@@ -183,6 +183,24 @@ def _change_at(rig: Rig, change: str, moment: str, page: str) -> None:
     assert left == (None, {}, TriggerLimits()), (change, moment)
 
 
+def test_a_port_that_told_last_some_time_ago_is_drawn_from_then_on(rig: Rig) -> None:
+    """More of what it told is on its way, from before it was chosen."""
+    live, connector = rig.pages["live"], rig.connector
+    rig.show_a()
+    second = connector.add(rig.ports.make)
+    second.connect_to(PORT_B)
+    rig.ports.workers[-1].say(**VALUES | B)
+    rig.settle()
+    rig.assembly.window.go_to("live")
+    rig.ports.now_s += 0.2
+    rig.ports.workers[-1].say(cell_voltage_v=4.03)
+    rig.ports.now_s += 0.2
+    connector.choose(second)
+    rig.settle()
+    live.refresh()
+    assert [round(volts, 2) for volts in live.data.cell.window(0.0, 1e9).value.tolist()] == [4.02, 4.03]
+
+
 def test_nothing_that_was_said_stands_over_a_port_that_is_not_open(rig: Rig) -> None:
     rig.show_a()
     assert any("Said of it" in one for one in _look(rig))
