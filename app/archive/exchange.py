@@ -26,7 +26,7 @@ from app.archive.facts import (
     stored_fact,
     too_long,
 )
-from app.archive.module_names import names_of
+from app.archive.module_names import names_of, note_services
 from app.archive.server_url import server_url
 from app.store.facts import object_in
 from app.system.files import CANNOT_READ, CANNOT_WRITE, file_troubles, whole_file
@@ -100,6 +100,7 @@ def sync(here: Archive, url: str, *, on_page: OnProgress = lambda _done: None) -
         done = exchange(here, there, on_page=on_page)
         if not done.damaged:
             here.note_exchange(there.url.shown, last)
+    note_services(here)
     return done
 
 
@@ -176,6 +177,7 @@ def import_facts(here: Archive, path: Path, *, on_page: OnProgress = lambda _don
             page, length = [], 0
             on_page(done)
     done.received += here.add(page)
+    note_services(here)
     on_page(done)
     return done
 

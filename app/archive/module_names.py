@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 from app.archive.archive import Archive
 from app.archive.facts import Fact
 from app.limits.service import Service
+from app.records.filing import SERVICES
 from app.stations.known import Stations
 from app.stations.station import encoded, shown_station
 from app.store.facts import FactKind
@@ -289,6 +290,20 @@ def _folded(name: str) -> str:
 # What persons enter
 
 
+def note_services(archive: Archive) -> None:
+    """Keep in the store what other stations, of which none is revoked, did to the modules of this one: a pre-flight
+    check opens no archive. Raises `UserError`."""
+    stations = Stations(archive.store.database.path.parent).known()
+    not_theirs = {archive.public, *(encoded(station.public) for station in stations if station.is_revoked)}
+    others = [fact for fact in archive.of_kind(FactKind.SERVICE) if fact.station not in not_theirs]
+    for module in names_of(archive).modules:
+        done = [fact.content for fact in others if module_of_fact(fact) in module.members]
+        for station, name in module.members:
+            key, kept = SERVICES.format(module=name), {"done": done} if done else None
+            if station == archive.public and archive.own.state(key) != kept:
+                archive.own.set_state(key, kept)
+
+
 def keep_service(archive: Archive, module: KnownModule, service: Service) -> None:
     """Keep what a person did to a module, under its name here; one that has none gets that of another station, and the
     person's word that it is the same module. Raises `UserError`."""
@@ -324,4 +339,5 @@ def settle(
         who=clean(who.strip()), revision=1 if settled is None else settled.next_revision,
     )  # fmt: skip
     archive.store.facts.add(FactKind.SETTLEMENT, settlement.content())
+    note_services(archive)
     archive.collect()

@@ -32,6 +32,8 @@ from app.text.messages import clean
 from app.text.user_error import UserError
 
 _log = logging.getLogger(__name__)
+SERVICES = "services:{module}"
+"""Key of a state: what other stations did to this module, "done", as the archive has it."""
 
 
 class Filed(NamedTuple):
@@ -126,8 +128,10 @@ def _past(store: Store, name: str, evidence: Evidence, at: datetime) -> Past:
 def service_due(store: Store, name: str, at: datetime) -> list[DueService]:
     """What a person has to do to the module of this name. Raises `StoreTrouble`."""
     with _damage_as_trouble(store):
-        done = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
-        return due_services(sorted((fact.content for fact in done), key=lambda content: str(content["on"])), at.date())
+        kept = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
+        done = [fact.content for fact in kept]
+        done += (store.facts.state(SERVICES.format(module=name)) or {}).get("done", ())
+        return due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
 
 
 def _store(store: Store, assessment: Assessment, make: MakeRecord, adapter: str) -> Record:

@@ -19,6 +19,9 @@ from app.archive.module_names import keep_service, names_of
 from app.guided.results import GuidedVerdict
 from app.limits.service import Service, ServiceKind
 from app.records.check_store import CheckStore
+from app.records.filing import service_due
+from app.stations.known import Stations
+from app.stations.station import fingerprint_of
 from app.store.facts import FactKind
 from app.system.folders import data_folder
 from app.text.user_error import UserError
@@ -268,6 +271,43 @@ def test_what_was_done_to_a_module_that_is_known_elsewhere_only_is_of_that_modul
     assert [due["kind"] for due in module["due"]] == ["no_check", "service"]
     assert len(module["members"]) == 2
     assert told(capsys, "conflicts", "conflicts")["conflicts"] == []
+
+
+def test_what_another_station_did_to_a_module_counts_in_its_preflight_check_here(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Once a person has said that it is the same module, and as `report` says it."""
+
+    def repacked(on: date, due: date) -> None:
+        other.store.facts.add(
+            FactKind.SERVICE, Service(kind=ServiceKind.REPACK, on=on, due=due).content(), module="M-7"
+        )
+        _carry(capsys, other, tmp_path / "stick")
+
+    def overdue() -> list[bool]:
+        return [due.is_overdue for due in service_due(here.store, "M-07", datetime.now(UTC))]
+
+    here.visit("M-07", 1)
+    other.visit("M-7", 1)
+    repacked(date(2020, 1, 1), date(2020, 6, 1))
+    assert overdue() == []
+    (conflict,) = told(capsys, "conflicts", "conflicts")["conflicts"]
+    pair = [f"{one['station']}/{one['name']}" for one in conflict["modules"]]
+    say(capsys, "settle", *pair, "--same", "--who", "Li")
+    assert overdue() == [True]
+    repacked(date(2021, 1, 1), date(2999, 6, 1))
+    assert overdue() == []
+    say(capsys, "service", "M-07", "--what", "repack", "--who", "Li", "--on", "2020-01-01", "--due", "2020-06-01")
+    assert overdue() == []
+    say(capsys, "settle", *pair, "--different", "--who", "Li")
+    assert overdue() == [True]
+    say(capsys, "settle", *pair, "--same", "--who", "Li")
+    assert overdue() == []
+    known = Stations(data_folder())
+    known.trust(other.station.public, "Hangar")
+    known.remove(fingerprint_of(other.station.public), is_revoked=True)  # who has its key may sign anything
+    _carry(capsys, other, tmp_path / "stick")
+    assert overdue() == [True]
 
 
 def test_nothing_is_kept_under_a_name_that_another_module_has_here(
