@@ -37,6 +37,7 @@ from app.terminal.stored_history import may_be_another
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import in_brackets, join_names, join_sentences, not_written
+from app.text.user_error import UserError
 
 _WAIT_S = 0.1
 
@@ -198,7 +199,7 @@ def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> bo
             written = write_report(args.report, members[0].filed.record, args.printer)
         else:
             written = write_set_reports(args.report, members, args.printer)
-    except (OSError, RuntimeError, ImportError) as error:
+    except (UserError, OSError, RuntimeError, ImportError) as error:
         console.notify(not_written(args.report, error))
         return False
     console.note(join_names(map(str, written)))

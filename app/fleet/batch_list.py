@@ -50,7 +50,8 @@ def check_batch_target(path: Path) -> None:
 
 
 def write_list(path: Path, batch: ModuleBatch, rows: Sequence[BatchRow], printer: Printer) -> None:
-    """As CSV and as PDF. Raises `OSError` or `RuntimeError`."""
+    """As CSV and as PDF. Raises `UserError`, `OSError` or `RuntimeError`."""
+    check_batch_target(path)
     table = csv_text(HEAD, (
         (row.name, row.result.lower(), utc_cell(row.at), row.code, row.boot_count,
          "" if row.why is None else row.why.in_english()) for row in rows
@@ -61,6 +62,7 @@ def write_list(path: Path, batch: ModuleBatch, rows: Sequence[BatchRow], printer
 
 def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, printer: Printer) -> None:
     """Of the names that are given, if any. Raises `UserError`, `OSError` or `RuntimeError`."""
+    check_batch_target(path)
     done = [row for row in rows if row.result == READY]
     labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
     if labels:

@@ -100,7 +100,8 @@ def check_set_target(path: Path) -> None:
 
 def write_set_reports(path: Path, members: Sequence[SetMember], printer: Printer) -> tuple[Path, ...]:
     """Write the report of each module, "FILE 01 M-07 … GO", and FILE.pdf, a first page that names them. Returns what
-    was written. Raises `OSError` or `RuntimeError`; what was written before that stays."""
+    was written. Raises `UserError`, `OSError` or `RuntimeError`; what was written before that stays."""
+    check_set_target(path)
     names, written = list[str](), list[Path]()
     for number, member in enumerate(members, 1):
         names.append("")

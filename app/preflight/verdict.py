@@ -101,9 +101,16 @@ class Assessment(NamedTuple):
 
     case: Case
     checks: tuple[Judged, ...]
-    manual: tuple[ManualLine, ...]
-    softened: tuple[str, ...] = ()
-    """Ids of the checks whose limit is softer in the profile than advised."""
+
+    @property
+    def manual(self) -> tuple[ManualLine, ...]:
+        return self.case.profile.manual
+
+    @property
+    def softened(self) -> tuple[str, ...]:
+        """Ids of the checks whose limit is softer in the profile than advised."""
+        soft = softened(self.case.profile)
+        return tuple(check.id for check in CHECKS if check.id in soft)
 
     @property
     def verdict(self) -> Verdict:
@@ -134,9 +141,7 @@ def blocks_go(item: ManualLine) -> bool:
 
 def assess(case: Case) -> Assessment:
     soft = softened(case.profile)
-    judged = tuple(Judged(check, _shown(check.judge(case), soft.get(check.id))) for check in CHECKS)
-    softer = tuple(check.id for check in CHECKS if check.id in soft)
-    return Assessment(case, judged, tuple(case.profile.manual), softer)
+    return Assessment(case, tuple(Judged(check, _shown(check.judge(case), soft.get(check.id))) for check in CHECKS))
 
 
 def _shown(finding: Finding, advised: UserMessage | None) -> Finding:

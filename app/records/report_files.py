@@ -121,7 +121,8 @@ def _content(path: Path) -> bytes:
 
 def write_report(path: Path, record: Record, printer: Printer) -> tuple[Path, ...]:
     """Writes the record before it prints, so that a failing printer loses nothing; returns the files written. Raises
-    `OSError` or `RuntimeError`; files written before that remain."""
+    `UserError` as `check_target`, `OSError` or `RuntimeError`; files written before that remain."""
+    check_target(path)
     json_path, plain = path.with_suffix(".json"), as_text(record).encode()
     write_whole(json_path, plain)
     write_whole(path, printer([body(record)], A4, plain))

@@ -31,6 +31,7 @@ from app.terminal.interruption import Interruption
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, not_written
+from app.text.user_error import UserError
 
 _LOOKS: Final = 5
 _POLL_EVERY_S: Final = 0.1
@@ -161,7 +162,7 @@ def _write_files(args: argparse.Namespace, batch: ModuleBatch, rows: Sequence[Ba
             continue
         try:
             write(path)
-        except (OSError, RuntimeError) as error:
+        except (UserError, OSError, RuntimeError) as error:
             console.notify(not_written(path, error))
             is_written = False
     return is_written

@@ -195,7 +195,6 @@ def test_a_report_of_each_module_and_a_first_page(tmp_path: Path) -> None:
     assert members[2].why == "The module does not answer."
     assert summary(members) == f"1 READY, 1 NO-GO, 1 {word_of(None)}"
     target = tmp_path / "set.pdf"
-    check_set_target(target)
     written = write_set_reports(target, members, _printed)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in written)
     reports = [path for path in written if path.suffix == ".pdf" and path != target]
@@ -206,7 +205,10 @@ def test_a_report_of_each_module_and_a_first_page(tmp_path: Path) -> None:
         assert words.encode() in page
     with pytest.raises(UserError):  # a first page is no record
         record_in(page)
-    check_set_target(target)  # our own is replaced
+    write_set_reports(target, members, _printed)  # our own is replaced
+    reports[0].write_text("a thesis", encoding="utf-8")
+    with pytest.raises(UserError):
+        write_set_reports(target, members, _printed)
     other = tmp_path / "other.pdf"
     other.write_text("a thesis", encoding="utf-8")
     with pytest.raises(UserError):

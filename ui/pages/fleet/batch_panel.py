@@ -9,8 +9,6 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QFormLayout,
-    QLabel,
     QLineEdit,
     QMenu,
     QPushButton,
@@ -19,13 +17,14 @@ from PySide6.QtWidgets import (
 )
 
 from app.fleet.batch import READY, SET_ASIDE, BatchRow, Bench, ModuleBatch, batch_of
-from app.fleet.batch_list import TITLES, cells, check_batch_target, summary, write_batch_labels, write_list
+from app.fleet.batch_list import TITLES, cells, summary, write_batch_labels, write_list
 from app.fleet.batch_names import EXAMPLE, MAX_NAME_LENGTH, counted_names
 from app.preflight.findings import Person
 from app.procedures.write_all import SettingChange
 from app.records.labels import PAPERS
 from app.store.store import Store
 from app.text.i18n import tr
+from app.text.messages import clean
 from app.text.sentences import error_text, join_names, join_sentences
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -43,7 +42,7 @@ from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area
+from ui.widgets.layouts import FlowRow, captioned_row, in_column, in_row, scroll_area
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -72,10 +71,9 @@ class BatchForm(QWidget):
         self.setObjectName("fleet_batch_form")
         self.path: Path | None = None
         self.choose = control(QPushButton(), texts, "fleet_batch_choose", "Open profile…", picture=Icon.SETTINGS)
-        self.profile = text_label("fleet_batch_profile")
-        self.names = named(QLineEdit(), "fleet_batch_names")
+        self.names = control(QLineEdit(), texts, "fleet_batch_names", says="Names")
         self.names.setPlaceholderText(EXAMPLE)
-        self.who = named(QLineEdit(), "fleet_batch_who")
+        self.who = control(QLineEdit(), texts, "fleet_batch_who", says="Checked by")
         self.enables, self.reviewed, self.all_new = (
             control(QCheckBox(), texts, f"fleet_batch_{name}", text)
             for name, text in (
@@ -85,17 +83,9 @@ class BatchForm(QWidget):
             )
         )
         self.start = control(QPushButton(), texts, "fleet_batch_start", "Start", role="primary")
-        form = QFormLayout()
-        form.setHorizontalSpacing(Space.L)
-        form.setVerticalSpacing(Space.M)
-        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
-        for title, field in ((marked("Profile"), self.choose), (marked("Names"), self.names),
-                             (marked("Checked by"), self.who)):  # fmt: skip
-            caption = control(QLabel(), texts, f"{field.objectName()}_caption", title)
-            caption.setBuddy(field)
-            if isinstance(field, QLineEdit):
-                texts.bind(field.setAccessibleName, title)
-            form.addRow(caption, in_row(field, (self.profile, 1), spacing=Space.M) if field is self.choose else field)
+        form = captioned_row(
+            texts, (marked("Profile"), self.choose), (marked("Names"), self.names), (marked("Checked by"), self.who)
+        )
         in_column(form, self.enables, self.reviewed, self.all_new, in_row(1, self.start), 1, of=self, spacing=Space.M,
                   margins=(Space.M, Space.S))  # fmt: skip
         self.names.textChanged.connect(self.refresh)
@@ -106,7 +96,10 @@ class BatchForm(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        self.profile.setText("" if self.path is None else self.path.name)
+        if self.path is not None:
+            name = clean(self.path.name, longest=40)
+            self.choose.setText(name.replace("&", "&&"))
+            self.choose.setAccessibleName(name)
         self.start.setEnabled(self.path is not None and bool(self.names.text().strip()))
 
 
@@ -280,11 +273,7 @@ class BatchPanel(QWidget):
         return Path.home() / f"{' '.join(filter(None, ('' if bench is None else bench.batch.title, kind)))}.pdf"
 
     def _write(self, path: Path, write: Callable[[], None]) -> None:
-        def work() -> None:
-            check_batch_target(path)
-            write()
-
-        self._result.write_file(path, work, lambda _none: tr("Saved to {path}.", path=path))
+        self._result.write_file(path, write, lambda _none: tr("Saved to {path}.", path=path))
 
     # Qt
 

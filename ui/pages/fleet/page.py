@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QStackedWidget
 
 from app.fleet.card import Card, Need, by_need
-from app.fleet.check_set import SetMember, check_set_target, summary, write_set_reports
+from app.fleet.check_set import SetMember, summary, write_set_reports
 from app.fleet.profile_table import Applied, result_line
 from app.preflight.module_checks import RecordsWord
 from app.procedures.write_all import SettingChange
@@ -336,14 +336,10 @@ class FleetPage(Page):
         self.ask_report(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), export)
 
     def _export(self, members: Sequence[SetMember], path: Path) -> None:
-        def write() -> tuple[Path, ...]:
-            check_set_target(path)
-            return write_set_reports(path, members, print_pages)
-
         def saved(written: tuple[Path, ...]) -> str:
             return tr("Written: {names}.", names=join_names(file.name for file in written))
 
-        self.result.write_file(path, write, saved)
+        self.result.write_file(path, partial(write_set_reports, path, members, print_pages), saved)
 
     def ways_back(self) -> WaysBack:
         return ((self.profile.profile is not None and not self.profile.is_running, self._close_profile),)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QWidget
 from app.preflight.verdict import Verdict
 from app.records.labels import Printer
 from app.records.record import Record, recorded_verdict
-from app.records.report_files import check_target, suggested_name, write_report
+from app.records.report_files import suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import Stations
 from app.stations.station import fingerprint_of
@@ -64,15 +64,11 @@ class RecordFiles(QObject):
     def _write_report(self, record: Record, path: Path) -> None:
         self._folder = path.parent
 
-        def write() -> tuple[Path, ...]:
-            check_target(path)
-            return write_report(path, record, self.printer)
-
         def saved(written: tuple[Path, ...]) -> str:
             names = ", ".join(file.name for file in reversed(written))
             return tr("Written to {folder}: {names}.", folder=path.parent, names=names)
 
-        self._result.write_file(path, write, saved)
+        self._result.write_file(path, partial(write_report, path, record, self.printer), saved)
 
     # Verifying
 
