@@ -10,9 +10,7 @@ from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.device import DeviceView, Known
 from app.engine.identity import Identity
 from app.limits.out_of_limits import LimitsInUse, Outside, value_outside
-from app.preflight.evidence import Disturbance
-from app.preflight.reread import TITLES
-from app.preflight.verdict import Assessment, Verdict, Void, verdict_sentence
+from app.preflight.verdict import Verdict, Void, verdict_sentence
 from app.procedures.lock import Locked, waiting_sentence
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
 from app.settings.identity_words import identity_question
@@ -58,19 +56,6 @@ class HeldVerdict(NamedTuple):
     void: Void | None = None
     against: tuple[UserMessage, ...] = ()
     """Titles of what stands against it."""
-
-
-def held_verdict(assessment: Assessment, void: Void | None, device: DeviceView, now: float) -> HeldVerdict:
-    """What holds of a check at `now`: GO only while the module reports ACTIVE. Of one that was READY before it reported
-    that nothing holds: GO needs another reading of everything."""
-    ended_at, verdict, is_active = assessment.case.evidence.ended_at, assessment.verdict, device.fresh("active", now)
-    if void is None and verdict is Verdict.READY and is_active is True:
-        void = Void(Disturbance.CHANGED, UserMessage(TITLES["active"]))
-    if void is not None:
-        return HeldVerdict(None, ended_at, void)
-    if verdict is Verdict.GO and is_active is not True:
-        verdict = Verdict.READY
-    return HeldVerdict(verdict, ended_at, None, assessment.titles_against)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

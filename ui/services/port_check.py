@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.diagnosis.link_state import Phase
 from app.engine.procedure import PortLost, Report
 from app.engine.worker import Batch, Job
-from app.fleet.card import HeldVerdict, held_verdict
+from app.fleet.card import HeldVerdict
 from app.limits.past import Past
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import CheckResult, Person
@@ -119,9 +119,11 @@ class PortCheck(QObject):
     @property
     def held(self) -> HeldVerdict | None:
         """For the module's card; None while it runs."""
-        if self.filed is None or self.is_running:
+        assessment = self.assessment
+        if assessment is None:
             return None
-        return held_verdict(self.filed.assessment, self.void, self._port.device, self._port.clock())
+        verdict = assessment.verdict if self.void is None else None
+        return HeldVerdict(verdict, self.evidence.ended_at, self.void, assessment.titles_against)
 
     @property
     def expires_in_s(self) -> float | None:

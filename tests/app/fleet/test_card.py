@@ -11,7 +11,7 @@ from app.diagnosis.link_state import LinkState, Phase
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, PortLost
-from app.fleet.card import Card, HeldVerdict, Need, by_need, card_of, held_verdict
+from app.fleet.card import Card, HeldVerdict, Need, by_need, card_of
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.fleet.profile_table import Applied, AppliedProfile, broken_off, column, outcome_of, result_line, settings_in
 from app.limits.out_of_limits import LimitsInUse
@@ -37,7 +37,7 @@ from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig
 from tests.support.line.sim_line import Rig
-from tests.support.records.preflight_rig import Checked, check
+from tests.support.records.preflight_rig import check
 
 NOW = 100.0
 FAILED = Locked(outcome=Outcome.UNKNOWN, sent=50)
@@ -128,24 +128,6 @@ def test_old_numbers_are_not_shown_although_the_link_stands() -> None:
 # Verdicts
 
 
-def checked(**options: str) -> tuple[Checked, Filed]:
-    found = check(options=options)
-    return found, Filed(found.assessment, {})
-
-
-def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_locked() -> None:
-    found, filed = checked()
-    device, now = found.rig.session.device.view(found.rig.clock()), found.rig.clock()
-    active = device._replace(values=MappingProxyType({**device.values, "active": Known(True, How.READ, now)}))
-    case = filed.assessment.case
-    assert case.evidence.status is not None
-    seen_active = replace(case, evidence=replace(case.evidence, status=case.evidence.status._replace(active=True)))
-    for judged, verdicts in ((case, [None, Verdict.READY]), (seen_active, [Verdict.GO, Verdict.READY])):
-        held = [held_verdict(assess(judged), None, seen, now) for seen in (active, device)]
-        assert [one.verdict for one in held] == verdicts
-    assert held_verdict(assess(case), VOID.void, active, now).void is VOID.void
-
-
 @pytest.mark.parametrize(
     ("options", "manual", "why"),
     [
@@ -155,12 +137,9 @@ def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_loc
     ],
 )
 def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tuple[ManualLine, ...], why: str) -> None:
-    found, filed = checked(**options)
-    case = filed.assessment.case
+    case = check(options=options).assessment.case
     assessment = assess(replace(case, profile=case.profile._replace(manual=manual)))
-    now = found.rig.clock()
-    device = found.rig.session.device.view(now)
-    held = held_verdict(assessment, None, device, now)
+    held = HeldVerdict(assessment.verdict, NOW, against=assessment.titles_against)
     card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
     assert card.need is Need.NO_GO
     assert card.next_step(NOW) == f"Not met: {why}"
