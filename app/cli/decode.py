@@ -6,7 +6,7 @@
 
 In a capture each direction is decoded by itself, so frames that crossed on the wire stay whole; `offset` counts the
 bytes of that direction, and each line has its time. Exit code 0; 2 for text that is neither; 4 if some bytes were no
-frame, or lines of the file could not be read.
+frame, or some of the file is missing or could not be read.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from app.captures.entries import CaptureEntry, Way
+from app.captures.entries import Way
 from app.captures.explain import meaning, sentence
 from app.captures.explained import Explained, Explainer
 from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
@@ -44,8 +44,7 @@ def run(args: argparse.Namespace) -> int:
     path = Path(words[0])
     try:
         if is_file and path.suffix.lower() == ".mcap":
-            explainer = Explainer(asked)
-            is_whole = _print_rows(map(explainer.feed, _traffic_in(path)), explainer, args, at_once=ROWS_AT_ONCE)
+            is_whole = _decode_session(path, asked, args)
         elif is_file:
             with path.open(encoding="utf-8-sig") as file:
                 at_once = ROWS_AT_ONCE if path.is_file() else 1
@@ -63,11 +62,15 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
-def _traffic_in(path: Path) -> Iterable[CaptureEntry]:
-    from app.recordings.library import entry_of
-    from app.recordings.recording import traffic_of
+def _decode_session(path: Path, asked: Command | None, args: argparse.Namespace) -> bool:
+    """Whether every byte is part of a frame, and nothing is missing."""
+    from app.recordings.recording import RecordedTraffic
 
-    return traffic_of(entry_of(path))
+    explainer, traffic = Explainer(asked), RecordedTraffic(path)
+    is_whole = _print_rows(map(explainer.feed, traffic), explainer, args, at_once=ROWS_AT_ONCE)
+    if traffic.damage is not None:
+        console.notify(traffic.damage.translated())
+    return is_whole and traffic.damage is None
 
 
 def _decode_text(lines: Iterable[str], asked: Command | None, args: argparse.Namespace, *, at_once: int = 1) -> bool:

@@ -1,8 +1,9 @@
 """Opens a recording for reading."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from operator import itemgetter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,18 +90,7 @@ class Recording(Measured):
 
     @property
     def damage(self) -> UserMessage | None:
-        """What is missing: damaged or altered, or never written; None for a whole recording."""
-        missing = []
-        if self.damaged:
-            first, last = (
-                f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
-                for at_s in (self.damaged[0][0], self.damaged[-1][1])
-            )
-            missing.append(message(marked("Damaged or altered; left out: {first} – {last}."), first=first, last=last))
-        if self.missing_count:
-            text = marked("Not recorded, the disk was too slow; reports and frames: {count}.")
-            missing.append(message(text, count=f"{self.missing_count:,}"))
-        return joined(missing, " ") if missing else None
+        return _damage(self.damaged, self.missing_count, self.wall_offset_s)
 
     def _read_events(
         self, file: SessionFile, messages: Iterable[FileMessage], markers: list[Marker], limits: list[LimitsAt]
@@ -117,8 +107,7 @@ class Recording(Measured):
                     values = (_number(fields.get(key)) for key in ModuleLimits._fields)
                     limits.append((at_s, ModuleLimits(*values)))
                 case word:
-                    if word == MarkerKind.MISSING.value:
-                        self.missing_count += int(_number(fields.get("count")) or 0)
+                    self.missing_count += _missing_in(fields)
                     if str(word) in _MARKED and is_time(at_s):
                         markers.append(Marker(at_s, MarkerKind(str(word)), str(fields.get("port", ""))))
 
@@ -151,11 +140,40 @@ class _Columns:
         return (times, *others)
 
 
-def traffic_of(entry: RecordingEntry) -> Iterator[CaptureEntry]:
-    """The bytes on the line in order; times count from the beginning of the session. Raises OSError, `UserError`."""
-    for file, messages in read_blocks(entry.path, at_once=100):
-        start_ns = file.opening.wall_ns(file.opening.start_s)
-        yield from LineBytes(_line_part(messages, RX), _line_part(messages, TX)).entries(start_ns)
+class RecordedTraffic:
+    """The bytes on the line in order; times count from the beginning of the session. Raises OSError, `UserError`.
+    `damage`: what was missing, known when all were read."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.damage: UserMessage | None = None
+
+    def __iter__(self) -> Iterator[CaptureEntry]:
+        missing = 0
+        for file, messages in read_blocks(self.path, at_once=100):
+            start_ns = file.opening.wall_ns(file.opening.start_s)
+            missing += sum(_missing_in(object_in(message.data)) for message in messages if message.topic == EVENTS)
+            yield from LineBytes(_line_part(messages, RX), _line_part(messages, TX)).entries(start_ns)
+            self.damage = _damage(file.gaps, missing, file.opening.wall_offset_ns / NANOSECONDS)
+
+
+def _missing_in(event: Mapping[str, object]) -> int:
+    return int(_number(event.get("count")) or 0) if event.get("event") == MarkerKind.MISSING.value else 0
+
+
+def _damage(gaps: Sequence[tuple[float, float]], missing_count: int, wall_offset_s: float) -> UserMessage | None:
+    """What is missing: damaged or altered, or never written; None for a whole recording."""
+    missing = []
+    if gaps:
+        first, last = (
+            f"{datetime.fromtimestamp(at_s + wall_offset_s).astimezone():%H:%M:%S}"
+            for at_s in (gaps[0][0], gaps[-1][1])
+        )
+        missing.append(message(marked("Damaged or altered; left out: {first} – {last}."), first=first, last=last))
+    if missing_count:
+        text = marked("Not recorded, the disk was too slow; reports and frames: {count}.")
+        missing.append(message(text, count=f"{missing_count:,}"))
+    return joined(missing, " ") if missing else None
 
 
 def _line_part(messages: Iterable[FileMessage], topic: str) -> LinePart:

@@ -21,7 +21,7 @@ from app.captures.line import LinePart
 from app.recordings.library import RecordingLibrary, entry_of, recordings_folder
 from app.recordings.markers import MarkerKind
 from app.recordings.old_recordings import convert, convert_in, entries_in, old_recordings
-from app.recordings.recording import Recording, traffic_of
+from app.recordings.recording import RecordedTraffic, Recording
 from app.recordings.reports import ReportFinder
 from app.text.user_error import UserError
 from protocol.frame import Frame
@@ -68,7 +68,7 @@ def changed(whole: Whole, folder: Path, raw: bytes) -> Iterator[Recording | None
     known = dict(zip(whole.times, whole.tilts, strict=True))
     window = recording.tilt.window(0.0, 1e9)
     assert all(known[at] == tilt for at, tilt in zip(window.time_s.tolist(), window.value.tolist(), strict=True))
-    sent = b"".join(entry.raw for entry in traffic_of(recording.entry))
+    sent = b"".join(entry.raw for entry in RecordedTraffic(recording.entry.path))
     assert len(sent) == 8 * len(window.time_s)
     yield recording
 
@@ -299,7 +299,7 @@ def test_every_sample_and_every_byte_is_converted(library: Path, name: str) -> N
     assert len(columns["status.time_s.f8"]) > 30
     assert excerpt.is_active[: len(flags)].tolist() == (flags & 1 != 0).tolist()
     assert excerpt.is_triggered[: len(flags)].tolist() == (flags & 2 != 0).tolist()
-    found_traffic = list(traffic_of(recording.entry))
+    found_traffic = list(RecordedTraffic(recording.entry.path))
     assert [(entry.way, entry.raw) for entry in found_traffic] == [(entry.way, entry.raw) for entry in traffic]
     assert [entry.at_s for entry in found_traffic] == pytest.approx([entry.at_s for entry in traffic], abs=2e-6)
     assert [mark.kind for mark in recording.markers] == [
@@ -320,7 +320,7 @@ def test_a_capture_is_converted(library: Path) -> None:
     recording = opened(library / "session.mcap")
     assert f"# port: {recording.opening.port}" in lines
     assert f"# started: {recording.opening.started_at.isoformat()}" in lines
-    traffic = list(traffic_of(recording.entry))
+    traffic = list(RecordedTraffic(recording.entry.path))
     assert [(entry.way, entry.raw) for entry in traffic] == [(entry.way, entry.raw) for entry in expected]
     assert [entry.at_s for entry in traffic] == pytest.approx([entry.at_s for entry in expected], abs=2e-6)
     pieces = (row.piece for row in explained(expected) if row.way is Way.IN)
@@ -343,7 +343,8 @@ def test_an_mcap_export_is_converted_with_all_that_it_holds(library: Path) -> No
     for name in ("tilt.value", "acceleration.value", "flags", "cell.value", "light.value"):
         assert attrgetter(name)(first) == pytest.approx(attrgetter(name)(second), abs=2e-6), name
     assert [mark.kind for mark in export.markers] == [mark.kind for mark in folder.markers]
-    assert [one.raw for one in traffic_of(export.entry)] == [one.raw for one in traffic_of(folder.entry)]
+    exported, kept = ([part.raw for part in RecordedTraffic(one.entry.path)] for one in (export, folder))
+    assert exported == kept
     assert [limits.fires_deg for _, limits in export.limits] == [limits.fires_deg for _, limits in folder.limits]
     assert not export.entry.was_cut_off
     (library / "broken.mcap").write_bytes(path.read_bytes()[:3000])

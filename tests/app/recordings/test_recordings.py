@@ -16,7 +16,7 @@ from app.engine.device import How, Known
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState, Worker
 from app.recordings.markers import MarkerKind
-from app.recordings.recording import traffic_of
+from app.recordings.recording import RecordedTraffic
 from app.recordings.session_format import CHANNELS, Opening, opening_of, with_checksum
 from app.samples.ring_buffers import RecordedSeries, Series, bucket_firsts
 from app.simulator import bench as simulated
@@ -61,7 +61,7 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     assert excerpt.cell.time_s.tolist() == [1000.0, 1001.0, 1002.0]
     assert excerpt.cell.value.tolist() == pytest.approx([3.0, 3.01, 3.02])
     assert excerpt.light.value.tolist() == pytest.approx([1.0, 1.1, 1.2])
-    traffic = list(traffic_of(recording.entry))
+    traffic = list(RecordedTraffic(recording.entry.path))
     bytes_of = directions([(one.way, one.raw) for one in traffic])
     assert bytes_of[Way.OUT] == asked(1000.0).raw
     frames = [event.frame.raw for each in batches[1:] for event in each.events]  # type: ignore[union-attr]
@@ -308,7 +308,7 @@ def test_a_worker_on_a_simulated_line_is_recorded(tmp_path: Path) -> None:
         events = [event for one in heard.all for event in one.events]
         # The stream was running when the port was opened: it may begin with half a frame, which is rejected.
         came = [one.frame if isinstance(one, Received) else one.noise for one in events if isinstance(one, INWARDS)]
-        found = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])
+        found = directions([(one.way, one.raw) for one in RecordedTraffic(recording.entry.path)])
         assert found[Way.IN] == b"".join(one.raw for one in came)
         assert found[Way.OUT] == b"".join(one.raw for one in events if isinstance(one, Sent))
         assert recording.entry.is_simulated
@@ -321,7 +321,7 @@ def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
     found: dict[str, object] = {}
     exec(code.replace("20261121T014905Z-3f9a1c.mcap", path.as_posix()), found)
     recording = opened(path)
-    traffic = list(traffic_of(recording.entry))
+    traffic = list(RecordedTraffic(recording.entry.path))
     assert found["received"] == [
         (pytest.approx(recording.opening.started_at.timestamp() + one.at_s, abs=1e-6), one.raw)
         for one in traffic if one.way is Way.IN

@@ -12,7 +12,7 @@ from app.recordings import library as library_module
 from app.recordings import writer as writer_module
 from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import CLOCK_JUMP_S, DISK_CHECK_EVERY_S, MAX_SESSION_S, SYNC_EVERY_S, Recorder
-from app.recordings.recording import traffic_of
+from app.recordings.recording import RecordedTraffic
 from app.recordings.writer import SessionWriter
 from tests.support.records.recordings_made import (
     HEADING,
@@ -44,7 +44,7 @@ def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Pat
             recording = opened(entry.path)
             times += recording.tilt.window(0, 1e9).time_s.tolist()
             polled += recording.cell.window(0, 1e9).time_s.tolist()
-            sent += sum(len(piece.raw) for piece in traffic_of(entry))
+            sent += sum(len(piece.raw) for piece in RecordedTraffic(entry.path))
             assert recording.fires.between(0, 1e9)[0].value == 60.0, "each says what is in force"
         assert times == [sample.at for one in batches for sample in one.samples]
         assert sent == 8 * len(times)
@@ -193,6 +193,6 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
         bench.feed(*(batch(sample.at, sample) for sample in samples))
         bench.finish()
         recording = opened(bench.path)
-        traffic = list(traffic_of(recording.entry))
+        traffic = list(RecordedTraffic(recording.entry.path))
         assert b"".join(one.raw for one in traffic) == b"".join(received(sample).frame.raw for sample in samples)
         assert len(traffic) == 15

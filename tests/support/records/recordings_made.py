@@ -16,7 +16,7 @@ from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Recorder
-from app.recordings.recording import Recording, open_recording, traffic_of
+from app.recordings.recording import RecordedTraffic, Recording, open_recording
 from app.recordings.session_format import Opening
 from app.recordings.writer import write_session
 from protocol.catalogue import STATUS
@@ -209,7 +209,7 @@ class Whole(NamedTuple):
 def whole_of(path: Path) -> Whole:
     recording = opened(path)
     window = recording.tilt.window(0.0, 1e9)
-    raw = directions([(one.way, one.raw) for one in traffic_of(recording.entry)])[Way.IN]
+    raw = directions([(one.way, one.raw) for one in RecordedTraffic(recording.entry.path)])[Way.IN]
     return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)
 
 
@@ -218,7 +218,7 @@ def whole_of(path: Path) -> Whole:
 
 def read_session(path: Path) -> Sequence[CaptureEntry]:
     """What went over the line in a session."""
-    return tuple(traffic_of(entry_of(path)))
+    return tuple(RecordedTraffic(path))
 
 
 def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:

@@ -26,6 +26,7 @@ from app.system.gil_yield import GilYield
 from app.system.logs import text_of
 from app.text import i18n
 from app.text.i18n import tr
+from app.text.messages import UserMessage
 from app.text.sentences import error_text, not_written, saved_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
@@ -53,6 +54,7 @@ class Opened(NamedTuple):
     rows: CaptureRows
     statistics: LinkStatistics
     faults: tuple[LineFault, ...]
+    damage: UserMessage | None
     is_timed: bool
 
 
@@ -62,11 +64,10 @@ def load_capture(path: Path, running: Running) -> Opened:
     is_session = path.suffix.lower() == SUFFIX
     with ExitStack() as stack:
         if is_session:
-            from app.recordings.library import entry_of
-            from app.recordings.recording import traffic_of
+            from app.recordings.recording import RecordedTraffic
 
             explainer: Explainer | TextReader = (session := Explainer())
-            steps = map(session.feed, traffic_of(entry_of(path)))
+            steps = map(session.feed, traffic := RecordedTraffic(path))
         else:
             explainer = text
             file = stack.enter_context(path.open(encoding="utf-8", errors="replace"))
@@ -81,7 +82,8 @@ def load_capture(path: Path, running: Running) -> Opened:
             yield from explainer.end()
 
         statistics.count(map(rows.append, explained()))
-    return Opened(path, rows, statistics, tuple(text.faults), is_timed=is_session or text.is_timed)
+    damage = traffic.damage if is_session else None
+    return Opened(path, rows, statistics, tuple(text.faults), damage, is_timed=is_session or text.is_timed)
 
 
 class CaptureFiles(QWidget):

@@ -334,8 +334,11 @@ class DiagnosisPage(StreamPage):
             many = f"{len(faults)}+" if len(faults) == MAX_FAULTS else str(len(faults))
             parts.append(tr("Unreadable lines: {count}.", count=many))
             parts.append(tr("Line {line}: {what}", line=faults[0].line, what=tr(faults[0].text)))
+        if opened.damage is not None:
+            parts.append(opened.damage.translated())
         back = Choice("capture_leave", tr("Back to live"), self._close_capture)
-        return Notice(Meaning.INFORMATION, join_sentences(parts), (back,))
+        meaning = Meaning.INFORMATION if opened.damage is None else Meaning.ATTENTION
+        return Notice(meaning, join_sentences(parts), (back,))
 
     def _refresh_strip(self) -> None:
         notice = self.result.result_notice()

@@ -9,12 +9,14 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.recordings.library import entry_of
+from tests.support.records.recordings_desk import record
 from tests.support.records.recordings_made import explained, read_session
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
 from tests.support.window.steps import choosing, drop, press
 from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
+from tests.ui.pages.recordings.test_recordings_looks import damage
 from ui.core.background_task import ExportCancelled, Running
 from ui.pages.diagnosis.files import SUFFIX, Opened, load_capture
 from ui.pages.diagnosis.traffic import MAX_COPIED, hex_part, matches
@@ -119,6 +121,14 @@ def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplica
         page.files.ask_save = choosing(tmp_path / "none" / "x.dpscap")
         press(qtbot, page.files.save)
         qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName())
+
+
+def test_what_a_damaged_session_lacks_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    damage(path := record(tmp_path / "kept"))
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.files.ask_open = lambda _parent, _folder, then: then(path)
+        press(qtbot, page.files.open)
+        qtbot.waitUntil(lambda: "Damaged or altered; left out" in page.strip.accessibleName())
 
 
 def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

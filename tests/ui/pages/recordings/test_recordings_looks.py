@@ -156,7 +156,9 @@ def damage(path: Path) -> None:
 
 
 def test_the_command_line_reports_damage(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    damage(record(recordings_folder()))
+    damage(path := record(recordings_folder()))
+    assert program.main(["decode", str(path)]) == 4
+    assert "Damaged or altered" in Printed(capsys).err
     for name in ("x.csv", "x.mcap"):
         assert program.main(["recordings", "export", "latest", str(tmp_path / name)]) == 4
         printed = Printed(capsys)
