@@ -12,8 +12,8 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
-from app.trigger_records.fields import JsonValue, record_values, source_message
-from app.trigger_records.history import uptime_message
+from app.trigger_records.fields import JsonValue, record_values
+from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
 from protocol.fields import Choice, Done, Field, Flag, Quantity
 from protocol.frame import Direction, Frame, Noise, decode_request
@@ -181,7 +181,7 @@ def _message_text(message: Message, asked: Asked) -> str:
             )
             return labelled(_inside(STATUS.title), join_names(words))
         case TriggerRecord():
-            return labelled(_inside(TRIGGER_RECORDS.title), _record_text(message))
+            return labelled(_inside(TRIGGER_RECORDS.title), told(message).translated())
         case EmptySlot():
             return labelled(_inside(TRIGGER_RECORDS.title), tr("none"))
         case Reading():
@@ -214,13 +214,3 @@ def _value_text(command: Command, field: Field | None, raw: int) -> str:
     if isinstance(field, Flag) and command.is_setting:
         return f"{title} {_inside(marked('Enabled') if field.decode(raw) else marked('Disabled'))}"
     return f"{title} {_value(field, raw)}"
-
-
-def _record_text(record: TriggerRecord) -> str:
-    cell = f"{record.cell_voltage_v:.2f} V"
-    return join_names((
-        f"{_inside(BY_NAME['boot_count'].title)} {record.boot_count}",
-        uptime_message(record).translated(),
-        *([source_message(source).translated() for source in record.sources] or (tr("unknown"),)),
-        tr("{text} (implausible)", text=cell) if record.implausible else cell,
-    ))  # fmt: skip

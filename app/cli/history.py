@@ -23,7 +23,7 @@ from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written
 from app.text.user_error import UserError
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
-from app.trigger_records.history import uptime_message
+from app.trigger_records.history import cell_text, uptime_message
 from protocol.catalogue import TRIGGER_RECORDS
 from protocol.events import Received, Role, Sent
 from protocol.messages import EmptySlot, TriggerRecord
@@ -133,9 +133,6 @@ def page_of(history: History) -> list[str]:
 
 
 def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
-    cell, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
-    if outside is not None:
-        cell = f"{cell}{in_brackets(tr(outside.fault.value))}"
     return (
         str(record.boot_count) if is_certain else f"{record.boot_count}{in_brackets('?')}",
         uptime_message(record).translated(),
@@ -145,7 +142,7 @@ def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
         tr("yes") if record.serial_connected else tr("no"),
         tr("yes") if record.charging else tr("no"),
         f"{record.light_v:.1f} V",
-        tr("{text} (implausible)", text=cell) if "cell_voltage_v" in record.implausible else cell,
+        cell_text(record),
     )
 
 

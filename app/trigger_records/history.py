@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 from app.engine.setting_changes import BOOTS
 from app.limits.out_of_limits import record_outside
+from app.text.i18n import tr
 from app.text.messages import UserMessage, joined, message
+from app.text.sentences import in_brackets
 from app.trigger_records.fields import source_message
 from protocol.catalogue import MAX_RECORDS, RECORD_PART
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
@@ -183,3 +185,11 @@ def _voltage(record: TriggerRecord) -> UserMessage:
     if outside is None:
         return UserMessage(volts)
     return message(marked("{value}, {fault}"), value=volts, fault=message(outside.fault.value))
+
+
+def cell_text(record: TriggerRecord) -> str:
+    """Its cell voltage with what is wrong with it, in the language in use."""
+    volts, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
+    if outside is not None:
+        return f"{volts}{in_brackets(tr(outside.fault.value))}"
+    return tr("{text} (implausible)", text=volts) if record.implausible else volts

@@ -9,9 +9,9 @@ from PySide6.QtGui import QIcon
 from app.limits.out_of_limits import record_outside
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import capitalised, in_brackets, labelled
+from app.text.sentences import capitalised, labelled
 from app.trigger_records.fields import source_message
-from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_message
+from app.trigger_records.history import JUDGEMENT_WORDS, cell_text, sentence, uptime_message
 from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
 from ui.pages.triggers.controller import TriggerRow, TriggersController
@@ -51,13 +51,6 @@ def _settings(row: TriggerRow) -> str:
     record = row.record
     fall = f"{record.freefall_acceleration_g:.1f} g {record.freefall_time_s:.2f} s"
     return f"{record.attitude_threshold_deg}° {fall}"
-
-
-def _cell(row: TriggerRow) -> str:
-    volts, outside = f"{row.record.cell_voltage_v:.2f} V", record_outside(row.record)
-    if outside is not None:
-        return f"{volts}{in_brackets(tr(outside.fault.value))}"
-    return tr("{text} (implausible)", text=volts) if row.record.implausible else volts
 
 
 def _judged(row: TriggerRow) -> str:
@@ -109,7 +102,7 @@ COLUMNS: Final = (
     ),
     TableColumn[TriggerRow](
         marked("Cell"),
-        _cell,
+        lambda row: cell_text(row.record),
         lambda row: row.record.cell_voltage_v,
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if _cell_meaning(row) else None,
         ink=_cell_meaning,
