@@ -14,6 +14,7 @@ from app.records.check_store import SIMULATED, measured_in
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY
+from app.settings.setting_texts import value_message
 from app.settings.values import field_of, fitting
 from app.store.facts import FORMER_ENTRY, FactKind
 from app.store.store import AuditEntry, audit_entry, former_entry
@@ -21,7 +22,6 @@ from app.text.messages import UserMessage, clean, joined, message
 from app.text.user_error import UserError
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from app.trigger_records.history import record_of as trigger_record_of
-from protocol.fields import Flag
 from protocol.frame import decode_request
 from protocol.translatable import marked
 
@@ -170,12 +170,8 @@ def _setting(key: str, value: object) -> UserMessage:
     command = SETTINGS_BY_KEY.get(key)
     if command is None:
         return UserMessage(clean(f"{key} {value}"))
-    field = field_of(command)
-    if isinstance(field, Flag):
-        shown = marked("Enabled") if value is True else marked("Disabled")
-    else:
-        shown = field.text(field.encode(fitting(field, value)))
-    return message("{name} {value}", name=message(command.title), value=message(shown))
+    shown = value_message(command, fitting(field_of(command), value))
+    return message("{name} {value}", name=message(command.title), value=shown)
 
 
 def _judgement(fact: Fact) -> UserMessage:

@@ -10,12 +10,13 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 16 or 17, so both are named (E4).
 """
 
+from app.settings.setting_texts import value_text
 from app.text.i18n import tr
 from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values
 from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
-from protocol.fields import Choice, Done, Field, Flag, Quantity
+from protocol.fields import Done, Field
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.messages import (
     Acknowledgement,
@@ -152,13 +153,6 @@ def _inside(title: str) -> str:
     return words[:1].lower() + words[1:]
 
 
-def _value(field: Field, raw: int) -> str:
-    if isinstance(field, Choice):
-        return f"{field.decode(raw)} {tr(field.unit)}"
-    text = field.text(raw)
-    return text if isinstance(field, Quantity) else tr(text)
-
-
 def _request_text(request: Request) -> str:
     command = request.command
     if command.name == "heartbeat":
@@ -211,6 +205,6 @@ def _value_text(command: Command, field: Field | None, raw: int) -> str:
     title = _inside(command.title)
     if field is None or isinstance(field, Done):
         return title
-    if isinstance(field, Flag) and command.is_setting:
-        return f"{title} {_inside(marked('Enabled') if field.decode(raw) else marked('Disabled'))}"
-    return f"{title} {_value(field, raw)}"
+    text = field.text(raw)
+    shown = value_text(command, field.decode(raw)) if command.is_setting else tr(text)
+    return f"{title} {shown[:1].lower()}{shown[1:]}"

@@ -5,6 +5,7 @@ from typing import Final
 
 from app.settings.values import field_of
 from app.text.i18n import tr
+from app.text.messages import UserMessage, message
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
@@ -15,12 +16,20 @@ _TRADE_OFFS: Final[Mapping[Command, str]] = {
 """Where the vendor gives no limit but describes a trade-off."""
 
 
+def value_message(command: Command, value: Value) -> UserMessage:
+    """`value` with its unit: "1.60 s", "Enabled"."""
+    match field_of(command):
+        case Flag():
+            return message(marked("Enabled") if value else marked("Disabled"))
+        case Choice(unit=unit):
+            return message("{value} {unit}", value=value, unit=message(unit))
+        case field:
+            return UserMessage(field.text(field.encode(value)))
+
+
 def value_text(command: Command, value: Value) -> str:
-    """`value` with its unit, in the language in use: "1.60 s", "Enabled"."""
-    if isinstance(command.write, Flag):
-        return tr("Enabled") if value else tr("Disabled")
-    field = field_of(command)
-    return f"{value} {tr(field.unit)}" if isinstance(field, Choice) else field.text(field.encode(value))
+    """The same in the language in use."""
+    return value_message(command, value).translated()
 
 
 def _default(command: Command) -> Value | None:

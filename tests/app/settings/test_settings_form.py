@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.archive.module_history import _setting
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.power_cycle import Retention, SettingRetention
 from app.procedures.write import SetReply, WriteFault, Written
@@ -14,6 +15,7 @@ from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.setting_texts import DEFAULTS, value_text
 from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
+from app.text.i18n import CHINESE, temporary_language
 from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
 from protocol.fields import Value
@@ -319,3 +321,16 @@ def test_numbers_are_sent_as_typed(key: str, text: str, value: float) -> None:
 def test_nothing_is_rounded_to_a_value(text: str) -> None:
     with pytest.raises(UserError):
         parsed("attitude_threshold_deg", text)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("baud_rate", 9600, "波特率 9600 波特"),
+        ("attitude_trigger", False, "姿态触发 禁用"),
+        ("freefall_time_s", 1.6, "失重时间 1.60 s"),
+    ],
+)
+def test_a_setting_of_the_past_is_said_in_the_language_in_use(key: str, value: Value, said: str) -> None:
+    with temporary_language(CHINESE):
+        assert _setting(key, value).translated() == said
