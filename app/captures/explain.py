@@ -16,6 +16,7 @@ from app.text.sentences import join_names, labelled
 from app.trigger_records.fields import JsonValue, record_values
 from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
+from protocol.events import Event, OutcomeUnknown, Restarted, Unanswered, WentOffline, WentOnline
 from protocol.fields import Done, Field
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.messages import (
@@ -58,6 +59,26 @@ def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
     if piece.direction is Direction.HOST_TO_MODULE:
         return _request_text(decode_request(piece.raw))
     return _message_text(read_reply(piece.raw, asked), asked)
+
+
+def link_sentence(event: Event) -> str:
+    """What an event of the link says, in the language in use; "" for traffic."""
+    match event:
+        case Unanswered() if event.attempts == 0:
+            return tr("not sent: heartbeat not answered")
+        case Unanswered():
+            return tr("no answer within {seconds:.2f} s ({n}×)", seconds=event.waited_s, n=event.attempts)
+        case OutcomeUnknown():
+            wait_s = event.waited_s
+            return tr("not confirmed within {seconds:.2f} s; may have been carried out", seconds=wait_s)
+        case Restarted():
+            return tr("the module restarted") if event.is_certain else tr("the module probably restarted")
+        case WentOnline():
+            return tr("the module answers")
+        case WentOffline():
+            return tr("the module does not answer")
+        case _:
+            return ""
 
 
 def read_reply(raw: bytes, asked: Asked) -> Message:

@@ -1,12 +1,12 @@
 """Output of -v on standard error: requests and their outcomes; with -vv every frame."""
 
 from app.captures.entries import entries_of
-from app.captures.explain import sentence
+from app.captures.explain import link_sentence, sentence
 from app.captures.explained import Explainer
 from app.engine.worker import Batch, PortState
 from app.terminal.console import notify
 from app.text.i18n import tr
-from protocol.events import Answered, Event, OutcomeUnknown, Restarted, Unanswered, WentOffline, WentOnline
+from protocol.events import Answered, Event, OutcomeUnknown, Unanswered
 
 
 class Trace:
@@ -35,27 +35,17 @@ class Trace:
                     raw = row.piece.raw.hex(" ").upper()
                     notify(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
             words = _words(event)
-            if words is not None:
+            if words:
                 self._print(event.at, words)
 
     def _print(self, at: float, words: str) -> None:
         notify(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")
 
 
-def _words(event: Event) -> str | None:
-    match event:
-        case Answered(request=request, round_trip_s=seconds):
-            words = "" if seconds is None else f"{1000 * seconds:.1f} ms"
-        case Unanswered(request=request, attempts=attempts):
-            words = f"{tr('no reply')} × {attempts}"
-        case OutcomeUnknown(request=request):
-            words = tr("no reply; may have been carried out")
-        case Restarted():
-            return tr("the module restarted")
-        case WentOnline():
-            return tr("the module answers")
-        case WentOffline():
-            return tr("The module does not answer.")
-        case _:
-            return None
-    return f"{tr(request.command.title)}  {words}".rstrip()
+def _words(event: Event) -> str:
+    words = link_sentence(event)
+    if isinstance(event, Answered):
+        words = "" if event.round_trip_s is None else f"{1000 * event.round_trip_s:.1f} ms"
+    elif not isinstance(event, Unanswered | OutcomeUnknown):
+        return words
+    return f"{tr(event.request.command.title)}  {words}".rstrip()

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from PySide6.QtGui import QColor, QIcon
 
 from app.captures.entries import Way
-from app.captures.explain import Asked, sentence
+from app.captures.explain import Asked, link_sentence, sentence
 from app.captures.explained import Explained
 from app.text import i18n
 from app.text.i18n import tr
@@ -20,7 +20,6 @@ from protocol.events import (
     Sent,
     Unanswered,
     WentOffline,
-    WentOnline,
 )
 from protocol.frame import Direction, Frame, Noise
 from protocol.messages import Acknowledgement, Reading
@@ -93,26 +92,7 @@ def meaning_of(row: Row) -> str:
         case Rejected():
             return sentence(row.noise)
         case _:
-            return _link_sentence(row)
-
-
-def _link_sentence(event: Event) -> str:
-    match event:
-        case Unanswered() if event.attempts == 0:
-            return tr("not sent: heartbeat not answered")
-        case Unanswered():
-            return tr("no answer within {seconds:.2f} s ({n}×)", seconds=event.waited_s, n=event.attempts)
-        case OutcomeUnknown():
-            wait_s = event.waited_s
-            return tr("not confirmed within {seconds:.2f} s; may have been carried out", seconds=wait_s)
-        case Restarted():
-            return tr("the module restarted") if event.is_certain else tr("the module probably restarted")
-        case WentOnline():
-            return tr("the module answers")
-        case WentOffline():
-            return tr("the module does not answer")
-        case _:
-            return ""
+            return link_sentence(row)
 
 
 @lru_cache(maxsize=4096)
