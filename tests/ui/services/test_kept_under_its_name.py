@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from app.engine.identity import Identity, Trust
 from app.engine.procedure import Pause, Procedure
 from app.engine.worker import Job
 from app.guided.results import GuidedKind, GuidedResult
@@ -102,3 +103,24 @@ def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(
     store: Any = rig.assembly.storage.store
     store.queue.submit(int).result(PATIENCE_S)
     assert filed == [NAME_A]
+
+
+@pytest.mark.parametrize("change", ["another port", "its silence"])
+def test_the_aircraft_that_was_entered_for_a_module_comes_back_with_it(rig: Rig, change: str) -> None:
+    rig.show_a()
+    form = rig.pages["preflight"].form
+    form.aircraft.setEditText("Wing 3")
+    form.commit_edits()
+    if change == "another port":
+        rig.connector.connect_to(PORT_B)
+        rig.answer(B)
+        assert form.aircraft.currentText() == ""
+        rig.connector.connect_to(PORT_A)
+        rig.answer(A)
+        rig.connector.current.module.choose(NAME_A)
+    else:
+        for trust in (Trust.UNPROVEN, Trust.PROVEN):
+            rig.worker.identity = Identity(trust, is_named=True)
+            rig.answer(A)
+            rig.settle()
+    assert (rig.connector.current.module.name, form.committed[1]) == (NAME_A, "Wing 3")

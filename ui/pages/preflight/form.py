@@ -93,9 +93,10 @@ class PreflightForm(QWidget):
         self._services.connector.current.module.choose(self.module.currentText())
         self._commit()
 
-    def clear_aircraft(self, module: str = "") -> None:
-        """`module`: the name of that for which it was entered; it may come back."""
-        self._aircraft_of[module] = self.aircraft.currentText()
+    def clear_aircraft(self, module: str) -> None:
+        """`module`: the name of that for which it was entered, or ""; a named one may come back."""
+        if module:
+            self._aircraft_of[module] = self.aircraft.currentText()
         self.aircraft.clearEditText()
         self._commit()
 

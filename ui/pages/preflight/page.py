@@ -278,7 +278,8 @@ class PreflightPage(Page):
     def _reset_check(self) -> None:
         self.list.clear_ticks()
         self.work.reset()
-        self.form.clear_aircraft()
+        self.form.clear_aircraft(self._named)
+        self._named = ""
 
     def _on_work(self) -> None:
         self._timer.refresh_seen()
