@@ -17,6 +17,7 @@ from app.settings.identity_words import same_module_words
 from app.store.database import StoreTrouble
 from app.store.left_active import LeftActive, left_active, note_continued, note_locked, note_report
 from app.store.store import PendingBaud, Store
+from app.store.store_journal import new_run
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
 from ui.core.background_task import BackgroundTask
@@ -38,6 +39,9 @@ class LeftActiveWatch(QObject):
         self._is_loaded = False
         self._logging: BackgroundTask[tuple[LeftActive, ...]] = BackgroundTask("dps-s left active", self)
         self._seen: dict[Port, tuple[LeftActive, bool]] = {}
+        """What each reported last, unless it is in doubt which module it is, and whether it was active."""
+        self._broken: dict[Port, tuple[int, int]] = {}
+        """Breaks and restarts until then."""
         for connection in connector.connections:
             self._add(connection)
         connector.added.connect(self._add)
@@ -93,7 +97,8 @@ class LeftActiveWatch(QObject):
         connection.invalidated.connect(self._on_another_module)
 
     def _on_removed(self, connection: Port) -> None:
-        self._seen.pop(connection, None)
+        for known in (self._seen, self._broken):
+            known.pop(connection, None)
         self._on_another_module()
 
     def _on_another_module(self) -> None:
@@ -104,14 +109,26 @@ class LeftActiveWatch(QObject):
         known, target = batch.device.known("active", batch.at), connection.target
         if known is None or known.is_stale or known.how is How.ACKNOWLEDGED or target is None or target.is_simulated:
             return
+        is_active, broken = known.value is True, (batch.device.breaks, batch.device.restarts)
+        if not is_active and self._may_be_exchanged(connection, *broken):
+            connection.kept.run = new_run()  # what it reports is not the active one's, until a person says so
+        self._broken[connection] = broken
         here = LeftActive(connection.known_as, target.device, target.identity)
-        is_active = known.value is True
         if here.known_as.is_in_doubt:
             self._seen.pop(connection, None)  # LOCK may stay unconfirmed meanwhile
         if here.known_as.is_in_doubt or (here, is_active) == self._seen.get(connection):
             return
         self._seen[connection] = here, is_active
         self._update(partial(note_report, here=here, origin=ORIGIN, is_active=is_active))
+
+    def _may_be_exchanged(self, connection: Port, breaks: int, restarts: int) -> bool:
+        """A module without a name, active before a break of less than a second, reports otherwise: neither a restart
+        nor LOCK explains it."""
+        _here, was_active = self._seen.get(connection, (None, False))
+        seen_breaks, seen_restarts = self._broken.get(connection, (breaks, restarts))
+        is_broken = breaks != seen_breaks and restarts == seen_restarts
+        is_locked = connection.lock.is_repeating or connection.lock.confirmed is not None
+        return was_active and is_broken and not connection.module.name and not is_locked
 
 
 def _after(note: Callable[[Store], object], store: Store) -> tuple[LeftActive, ...]:

@@ -192,6 +192,29 @@ def test_a_person_who_says_that_it_is_the_same_lets_its_report_count(qtbot: QtBo
     qtbot.waitUntil(lambda: bench.left() == ["M-07"])
 
 
+@pytest.mark.parametrize("between", ["a break", "a restart", "nothing"])
+def test_an_active_module_without_a_name_is_not_called_locked_by_what_answers_after_a_break(
+    qtbot: QtBot, bench: Bench, between: str
+) -> None:
+    """Within a second it may have been exchanged, and a module does not lock itself."""
+    _connection, module = bench.ports.plug_in(USB, active=True)
+    qtbot.waitUntil(lambda: "" in bench.left())
+    module.breaks += between != "nothing"
+    module.restarts += between == "a restart"
+    module.say(active=False)
+    if between != "a break":
+        qtbot.waitUntil(lambda: bench.left() == ["M-07"])
+        return
+    qtbot.waitUntil(lambda: (said := bench.watch.notice()) is not None and USB in said.text)
+    assert sorted(bench.left()) == ["", "M-07"]
+    said = bench.watch.notice()
+    assert said is not None
+    assert [choice.text for choice in said.choices] == ["Same module", "It is locked"]
+    said.choices[0].act()
+    module.say(active=False)
+    qtbot.waitUntil(lambda: bench.left() == ["M-07"])
+
+
 def test_that_it_reports_locked_after_a_doubt_ends_an_unconfirmed_lock(qtbot: QtBot, bench: Bench) -> None:
     """Of a module without a name, which was locked before, too, so that nothing had changed."""
     connection, module = bench.ports.plug_in(USB, active=False)
