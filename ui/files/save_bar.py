@@ -156,8 +156,8 @@ class SaveBar(QWidget):
         self.note = SaveNote("live_note")
         retain_size(self.note)  # the row knows by it when it needs two lines
         self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
-                           key="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
-        self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", key="Ctrl+Shift+S",
+                           keys="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
+        self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", keys="Ctrl+Shift+S",
                            picture=Icon.CAMERA, slot=self.save_png)  # fmt: skip
         self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", picture=Icon.CROSS,
                             slot=self.note.job.cancel_files)  # fmt: skip

@@ -135,7 +135,7 @@ class SearchedRows(QStackedWidget):
     def __init__(self, texts: Texts, page: str, table: RowsTable[Row], picture: Icon, *words: str) -> None:
         super().__init__()
         self._table: RowsTable[Any] = table
-        self.search = control(QLineEdit(), texts, f"{page}_search", says="Search", key="Ctrl+F")
+        self.search = control(QLineEdit(), texts, f"{page}_search", says="Search", keys="Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         texts.bind(self.search.setPlaceholderText, "Search")

@@ -6,7 +6,7 @@ from typing import ClassVar, Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
 
 from app.engine.worker import Batch
 from ui.core.texts import Texts
@@ -79,9 +79,9 @@ class Page(QWidget):
     """The key of a page."""
     shows_link: bool = False
     """The page itself says that nothing is connected, and leads on."""
-    saving: QAction | None = None
-    """What "Save…" of the file menu does on this page; `exporting`: "Export…"."""
-    exporting: QAction | None = None
+    saving: QAbstractButton | None = None
+    """What "Save…" of the file menu presses on this page; `exporting`: "Export…"."""
+    exporting: QAbstractButton | None = None
     suffixes: tuple[str, ...] = ()
     """Of the files that may be dropped on the window for this page."""
 

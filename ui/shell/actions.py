@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu, QStackedWidget
+from PySide6.QtWidgets import QAbstractButton, QMainWindow, QMenu, QStackedWidget
 
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -85,19 +85,19 @@ class Actions:
         for action, when in self._conditions.items():
             action.setEnabled(when())
 
-    def of_page(self, name: str, text: str, find: Callable[[Page], QAction | None]) -> MenuEntry:
+    def of_page(self, name: str, text: str, find: Callable[[Page], QAbstractButton | None]) -> MenuEntry:
         """An entry for what the page shown offers, if it does."""
 
-        def offered() -> QAction | None:
+        def offered() -> QAbstractButton | None:
             page = self._pages.currentWidget()
             return find(page) if isinstance(page, Page) else None
 
         def act() -> None:
-            action = offered()
-            if action is not None:
-                action.trigger()
+            button = offered()
+            if button is not None:
+                button.click()
 
-        return MenuEntry(name, text, act, when=lambda: (action := offered()) is not None and action.isEnabled())
+        return MenuEntry(name, text, act, when=lambda: (button := offered()) is not None and button.isEnabled())
 
     def _fill_page(self) -> None:
         self.page.clear()

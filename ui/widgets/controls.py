@@ -61,6 +61,7 @@ def control(
     tip: str = "",
     about: str = "",
     key: str = "",
+    keys: str = "",
     picture: Icon | None = None,
     role: str = "",
     is_checkable: bool = False,
@@ -71,12 +72,15 @@ def control(
     `text`, `says`, `tip` and `about` are English; without `texts` they are in the language in use, for a control that
     lives no longer than its text. `says` is the accessible name. The accessible name of a button with a text is that
     text, which is what users of voice control say; `says` then describes it. `tip` is needed only where it adds
-    something; `about` is the text of "What's this?" where the tooltip does not say it all. `key` is the shortcut that
-    the tooltip names, `role` one of the style sheet's. `slot` is called when a button is clicked, or when the press of
-    a `StepButton` counted.
+    something; `about` is the text of "What's this?" where the tooltip does not say it all. `keys`, such as "F5; Ctrl+R"
+    press it, see `Shortcut`; the tooltip names the first, or a `key` that something else handles. `role` is one of the
+    style sheet's. `slot` is called when a button is clicked, or when the press of a `StepButton` counted.
     """
     bind = _apply if texts is None else texts.bind
     named(widget, name, role)
+    if keys:
+        key = keys.partition(";")[0]
+        Shortcut(widget, keys)
     if isinstance(widget, QAbstractButton):
         if text:
             says, description = text, says
@@ -135,23 +139,36 @@ def name_of(widget: QWidget) -> str:
 
 
 class Shortcut(QAction):
-    """A shortcut of a page, which by default clicks a control. It is enabled as the control is, and described by its
-    accessible name."""
+    """Clicks a control, or gives a field the focus, by its keys, while what it lies in is in sight; or calls `slot`
+    while `holder` is. It is enabled as the control is, and described by its accessible name."""
 
-    def __init__(
-        self, name: str, page: QWidget, of: QWidget, slot: object = None, *, keys: tuple[str, ...] = ()
-    ) -> None:
-        super().__init__(page)
-        self.setObjectName(name)
+    def __init__(self, of: QWidget, keys: str, slot: object = None, *, holder: QWidget | None = None) -> None:
+        super().__init__(of)
+        self.setObjectName(f"{of.objectName()}_key")
         self.control = of
         self.setAutoRepeat(False)  # the next step needs another press
-        self.setShortcuts([QKeySequence(key) for key in keys or (of.property(_KEY),)])
-        self.triggered.connect(of.click if slot is None and isinstance(of, QAbstractButton) else slot)
+        self.setShortcuts(QKeySequence.listFromString(keys))
+        self.triggered.connect(slot or self._press)
         self.setEnabled(of.isEnabled())
+        self._follows = holder is None
+        self._holder = holder
+        if holder is not None:
+            holder.addAction(self)
         of.installEventFilter(self)
-        page.addAction(self)
+
+    def _press(self) -> None:
+        if isinstance(self.control, QAbstractButton):
+            self.control.click()
+        else:
+            self.control.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         if event.type() == QEvent.Type.EnabledChange:
             self.setEnabled(self.control.isEnabled())
+        elif event.type() == QEvent.Type.ParentChange and self._follows:
+            if self._holder is not None:
+                self._holder.removeAction(self)
+            self._holder = self.control.parentWidget()
+            if self._holder is not None:
+                self._holder.addAction(self)
         return False

@@ -10,8 +10,9 @@ from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import goes_back, tab_chain
 from tests.support.window.fakes_ui import window
+from tests.support.window.settings_bench import desk, type_into
 from tests.support.window.steps import let_lay_out
-from tests.support.window.walk import walking
+from tests.support.window.walk import PROFILE, walking
 from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.services.context import PageEntry, Services
@@ -96,6 +97,19 @@ def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
             assert len(set(letters)) == len(letters) >= 4
 
 
+def test_no_key_writes_edits_that_are_not_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, "settings") as one:
+        type_into(one, "attitude_threshold", "75")
+        path = tmp_path / "H6.toml"
+        path.write_text(PROFILE, encoding="utf-8")
+        one.settings.open_file(path)
+        for is_written in (False, True):
+            qtbot.keyClick(one.settings, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
+            assert one.settings.work.job.is_running is is_written
+            one.settings.on_escape()
+        one.until(lambda: one.held("attitude_threshold") == 75)
+
+
 def keys_of(widget: QWidget) -> dict[str, str]:
     """The shortcuts of what belongs to this widget itself, each once."""
     keys: dict[str, str] = {}
@@ -131,8 +145,8 @@ class Saver(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("saver")
         self.saved = 0
-        self.save = control(QPushButton(), Texts(), "saver_save", "Save values…", key="Ctrl+S", slot=self._save)
-        self.saving = Shortcut("saver_save_key", self, self.save)
+        self.save = control(QPushButton(), Texts(), "saver_save", "Save values…", keys="Ctrl+S", slot=self._save)
+        self.saving = self.save
         in_column(self.save, of=self)
 
     def _save(self) -> None:

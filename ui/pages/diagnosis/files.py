@@ -99,9 +99,9 @@ class CaptureFiles(QWidget):
         self._connector, self._buffer, self._result = services.connector, buffer, result
         self._folder = Path.home()
         texts = services.texts
-        self.open = control(QPushButton(), texts, "capture_open", "Open traffic…", key="Ctrl+O", picture=Icon.FOLDER,
+        self.open = control(QPushButton(), texts, "capture_open", "Open traffic…", keys="Ctrl+O", picture=Icon.FOLDER,
                             slot=self.choose)  # fmt: skip
-        self.save = control(QPushButton(), texts, "capture_save", "Save traffic…", key="Ctrl+S", picture=Icon.SAVE,
+        self.save = control(QPushButton(), texts, "capture_save", "Save traffic…", keys="Ctrl+S", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
         in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
         result.changed.connect(self.refresh)

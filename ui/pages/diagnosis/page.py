@@ -280,8 +280,7 @@ class DiagnosisPage(StreamPage):
         self.why.choose_wanted.connect(self.ports_wanted)
         self._connector.changed.connect(self._refresh_strip)
         self._connector.invalidated.connect(self._begin_again)
-        Shortcut("capture_open_key", self, self.files.open, self.files.choose, keys=("Ctrl+O",))
-        self.saving = Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
+        self.saving = self.files.save
         self.files.refresh()
         self.go_to("why")
         VisibilityTimer(self, self._refresh_strip)
@@ -369,7 +368,7 @@ class DiagnosisPage(StreamPage):
             self._texts.bind(view.setAccessibleName, title)
             self._texts.bind(partial(tabs.setTabText, number), title)
             tabs.setTabToolTip(number, shortcut)
-            Shortcut(f"diagnosis_{key}_key", self, view, partial(self._choose, key), keys=(shortcut,))
+            Shortcut(view, shortcut, partial(self._choose, key), holder=self)
         return tabs
 
     def _choose(self, key: str) -> None:

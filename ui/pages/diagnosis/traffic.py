@@ -20,7 +20,7 @@ from ui.pages.diagnosis.traffic_texts import Row, hex_of, meaning_of, shown
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import Size, Space, fixed_font, font
-from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.sliders import WheelGuard
@@ -63,7 +63,7 @@ class TrafficSearch(QWidget):
         self.setObjectName("traffic_search")
         self._model, self._find_start, self._show_row, self._say = model, find_start, show_row, say
         self.field = control(QLineEdit(), texts, "traffic_search_text", says="Search",
-                             tip="Bytes (41 75) or words", key="Ctrl+F")  # fmt: skip
+                             tip="Bytes (41 75) or words", keys="Ctrl+F")  # fmt: skip
         self.field.setClearButtonEnabled(True)
         self.clear = self.field.findChild(QToolButton)
         self.field.setMinimumWidth(120)
@@ -192,22 +192,17 @@ class TrafficPage(QWidget):
             say=self._on_search_end,
         )
         texts = self._texts
-        self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", key="Ctrl+P", picture=Icon.PAUSE,
+        self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", keys="Ctrl+P", picture=Icon.PAUSE,
                              is_checkable=True)  # fmt: skip
-        self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", key="Ctrl+M", picture=Icon.BOOKMARK,
+        self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", keys="Ctrl+M", picture=Icon.BOOKMARK,
                             slot=self.mark_rows)  # fmt: skip
-        self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", key="Ctrl+C", picture=Icon.COPY,
+        self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", keys="Ctrl+C", picture=Icon.COPY,
                             slot=self.copy_rows)  # fmt: skip
-        self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", key="Ctrl+Shift+X", picture=Icon.ERASE,
+        self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", keys="Ctrl+Shift+X", picture=Icon.ERASE,
                              slot=self.model.clear)  # fmt: skip
         for button in (self.mark, self.copy, self.clear):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         self.pause.toggled.connect(self._pause)
-        Shortcut("traffic_pause_key", self, self.pause, self.pause.toggle)
-        Shortcut("traffic_mark_key", self, self.mark)
-        Shortcut("traffic_search_key", self, self.search.field, self._go_to_search)
-        Shortcut("traffic_copy_key", self, self.copy)
-        Shortcut("traffic_clear_key", self, self.clear)
         foot = in_row((self.detail, 1), (self._count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
         bar = FlowRow(self.filter, self.search, right=(self.pause, self.mark, self.copy, self.clear))
         in_column(bar, (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
@@ -326,10 +321,6 @@ class TrafficPage(QWidget):
     def _on_search_end(self, is_found: bool) -> None:
         self._is_not_found = not is_found
         self._show_count()
-
-    def _go_to_search(self) -> None:
-        self.search.field.setFocus()
-        self.search.field.selectAll()
 
     def _use_filter(self, number: int) -> None:
         self.model.use_filter(_FILTERS[number][0])

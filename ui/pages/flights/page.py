@@ -34,7 +34,7 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.controls import control, named
 from ui.widgets.labels import EmptyState
 from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Choice, Notice
@@ -61,7 +61,7 @@ class FlightsPage(Page):
         self._folder = Path.home()
         self.result = JobNotice(self, is_of_module=False)
         texts = services.texts
-        self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", key="Ctrl+O",
+        self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", keys="Ctrl+O",
                                   picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
         self.thresholds = ThresholdPanel(texts)
         self.map = FireMapView()
@@ -279,7 +279,6 @@ class FlightsPage(Page):
         self._services.exchange.tried.connect(self._try)
         self._services.exchange.forgotten.connect(self._forget_tried)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
-        Shortcut("flights_open_key", self, self.open_files, self.choose_files)
 
     def _make_overview(self) -> QWidget:
         content = named(QWidget(), "flights_content")

@@ -118,7 +118,7 @@ class LivePage(StreamPage):
         self.wall = WallClock()
         self.data = LiveData()
         self.panel = LivePanel(texts)
-        self.try_out = control(QToolButton(), texts, "live_would_fire", "Would it have fired?", key="Ctrl+T",
+        self.try_out = control(QToolButton(), texts, "live_would_fire", "Would it have fired?", keys="Ctrl+T",
                                tip="With other thresholds, on Flight logs", picture=Icon.PARACHUTE,
                                slot=self._try_out)  # fmt: skip
         drawn = lanes(self.data, self._in_use, self.data.stale)
@@ -142,10 +142,8 @@ class LivePage(StreamPage):
         # What is out of sight is disabled, and its shortcuts with it.
         self._stack.currentChanged.connect(lambda: self._content.setEnabled(not self.is_empty))
         self._content.setEnabled(False)
-        self.saving = Shortcut("live_save_csv_key", self, self.save.csv)
-        self.exporting = Shortcut("live_save_png_key", self, self.save.png)
-        Shortcut("live_pause_key", self, self._live_plot.pause, self._toggle_pause, keys=("Ctrl+P",))
-        Shortcut("live_would_fire_key", self, self.try_out)
+        self.saving, self.exporting = self.save.csv, self.save.png
+        Shortcut(self._live_plot.pause, "Ctrl+P", self._toggle_pause, holder=self._content)
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
         self._last: Batch | None = None

@@ -58,9 +58,11 @@ class PreflightButtons(QWidget):
         self.cancel = control(
             StepButton(is_safe=True), texts, "preflight_cancel", "Cancel", key="Esc", picture=Icon.CROSS
         )
-        self.print = control(QPushButton(), texts, "preflight_print", "Export report…", key="Ctrl+P", picture=Icon.SAVE)
+        self.print = control(
+            QPushButton(), texts, "preflight_print", "Export report…", keys="Ctrl+P", picture=Icon.SAVE
+        )
         self.history = control(QPushButton(), texts, "preflight_history", "Past checks",
-                               key="Ctrl+H", picture=Icon.HISTORY)  # fmt: skip
+                               keys="Ctrl+H", picture=Icon.HISTORY)  # fmt: skip
         header.add(self.history)
         self.verify = header.add_rare("preflight_verify", marked("Verify a file…"), lambda: None)
         buttons = self.cancel, self.run, self.enable, self.print
@@ -330,9 +332,7 @@ class PreflightPage(Page):
         self._connector.renamed.connect(self._reset_module)
         self._connector.changed.connect(self._timer.refresh_seen)
         self._connector.invalidated.connect(self._reset_check)
-        Shortcut("preflight_run_key", self, buttons.run, buttons.press_main)
-        Shortcut("preflight_print_key", self, buttons.print)
-        Shortcut("preflight_history_key", self, buttons.history, self.show_history)
+        Shortcut(buttons.run, "Ctrl+Return", buttons.press_main, holder=buttons)
 
     def _lay_out(self) -> QWidget:
         head = in_column(self.header, self.banner, self.form, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))

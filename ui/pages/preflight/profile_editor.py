@@ -32,7 +32,7 @@ from ui.files.file_dialogs import AskPath, ask_path
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, captioned_row, in_column, in_row, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -172,9 +172,8 @@ class ProfileEditor(QWidget):
         self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", key="Esc",
                               slot=self.close_editor)  # fmt: skip
         self.save_as = control(QPushButton(), texts, "profile_editor_save_as", "Save as…", slot=self.choose_and_save)
-        self.save = control(QPushButton(), texts, "profile_editor_save", "Save", key="Ctrl+S",
+        self.save = control(QPushButton(), texts, "profile_editor_save", "Save", keys="Ctrl+S",
                             picture=Icon.SAVE, role="primary", slot=self._save)  # fmt: skip
-        Shortcut("profile_editor_save_key", self, self.save)
         self._lay_out()
         VisibilityTimer(self, self.refresh)
 

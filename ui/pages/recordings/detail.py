@@ -34,9 +34,9 @@ class RecordingsDetail(QFrame):
         super().__init__()
         named(self, "recordings_detail", "card")
         self._texts = texts
-        self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", key="Ctrl+S", picture=Icon.TABLE)
+        self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", keys="Ctrl+S", picture=Icon.TABLE)
         self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
-                            tip="For PlotJuggler and Foxglove", key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
+                            tip="For PlotJuggler and Foxglove", keys="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
         self.pin = control(QPushButton(), texts, "recordings_keep", "Pin", tip="Never delete automatically",
                             picture=Icon.BOOKMARK)  # fmt: skip
         self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…", key="Del",

@@ -25,7 +25,7 @@ from ui.services.page import Page, WaysBack
 from ui.services.recording_jobs import ExportKind
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, current
-from ui.widgets.controls import Shortcut, named
+from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import fold_beside, in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
@@ -199,9 +199,7 @@ class RecordingsPage(Page):
         self.table.opened.connect(self._open_chosen)
         self.table.remove_wanted.connect(self._ask_to_delete)
         self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
-        self.saving = Shortcut("recordings_csv_key", self, self.detail.csv)
-        self.exporting = Shortcut("recordings_mcap_key", self, self.detail.mcap)
-        Shortcut("recordings_search_key", self, self.list.search, self.list.search.setFocus)
+        self.saving, self.exporting = self.detail.csv, self.detail.mcap
 
     def _lay_out(self) -> None:
         head = self.make_header(self._services.texts, marked("Recordings"), self.list.search)

@@ -52,7 +52,7 @@ from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large, scaled
-from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -211,14 +211,15 @@ class SettingsPage(Page):
 
     def _make_buttons(self) -> None:
         texts, work, form = self._services.texts, self.work, self.work.form
-        self.write = control(QPushButton(), texts, "settings_write", tip="Write and verify", key="Ctrl+Return",
+        self.write = control(QPushButton(), texts, "settings_write", tip="Write and verify",
+                             keys="Ctrl+Return; Ctrl+Enter",
                              about="Sends each edited row once and reads it back; never to an ACTIVE module.",
                              picture=Icon.DROP, role="primary", slot=work.write)  # fmt: skip
-        self.read = control(QPushButton(), texts, "settings_read", "Read all", key="F5",
+        self.read = control(QPushButton(), texts, "settings_read", "Read all", keys="F5",
                             picture=Icon.AGAIN, slot=self.work.read_all)  # fmt: skip
-        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", key="Ctrl+Z",
+        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", keys="Ctrl+Z",
                             picture=Icon.UNDO, role="quiet", slot=lambda: work.edit(form.undo))  # fmt: skip
-        self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", key="Ctrl+Shift+Z",
+        self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", keys="Ctrl+Shift+Z; Ctrl+Y",
                             picture=Icon.REDO, role="quiet", slot=lambda: work.edit(form.redo))  # fmt: skip
         self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits",
                               slot=lambda: work.edit(form.revert))  # fmt: skip
@@ -247,11 +248,6 @@ class SettingsPage(Page):
         if isinstance(application, QApplication):
             application.focusChanged.connect(self._on_focus)
         work.job.changed.connect(self._choose_wrong)
-        Shortcut("settings_undo_key", self, self.undo)
-        Shortcut("settings_redo_key", self, self.redo, keys=("Ctrl+Shift+Z", "Ctrl+Y"))
-        Shortcut("settings_write_key", self, self.write, keys=("Ctrl+Return", "Ctrl+Enter"))
-        Shortcut("settings_read_key", self, self.read)
-        Shortcut("settings_open_key", self, self.files.open)
         self.files.opened.connect(self.compare.show_profile)
         self.files.refused.connect(self.compare.show_faults)
         self.compare.shown.connect(self._show_compare)

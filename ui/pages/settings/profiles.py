@@ -184,7 +184,7 @@ class ProfileFiles(QObject):
         self._connector, self._remembered = services.connector, services.preferences
         texts = services.texts
         self.title = control(QLabel(), texts, "profile_title_label", "Profile", role="small")
-        self.open = control(QPushButton(), texts, "profile_open", "Open…", key="Ctrl+O", slot=self.choose)
+        self.open = control(QPushButton(), texts, "profile_open", "Open…", keys="Ctrl+O", slot=self.choose)
         self.recent = control(QPushButton(), texts, "profile_recent", "Compare", tip="Recent profiles")
         self.menu = named(QMenu(page), "profile_recent_menu")
         self.recent.setMenu(self.menu)

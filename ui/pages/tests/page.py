@@ -62,7 +62,7 @@ from ui.services.module_field import ModuleField
 from ui.services.page import Page, WaysBack
 from ui.style.icons import MEANING_ICONS, Icon, icon, set_icon_size
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import Shortcut, control, named, rename, set_role
+from ui.widgets.controls import control, named, rename, set_role
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -105,12 +105,12 @@ class TestsPage(Page):
         self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
                               tip="Locks an activated module", key="Esc",
                               slot=self.work.cancel)  # fmt: skip
-        self.primary = control(StepButton(is_safe=True), texts, "tests_run", "Start", key="Ctrl+Return", role="primary",
-                               slot=self._continue)  # fmt: skip
+        self.primary = control(StepButton(is_safe=True), texts, "tests_run", "Start", keys="Ctrl+Return",
+                               role="primary", slot=self._continue)  # fmt: skip
         self.ask_path: AskPath = ask_path
-        self.export = control(QPushButton(), texts, "tests_export", "Export report…", key="Ctrl+P", picture=Icon.SAVE,
+        self.export = control(QPushButton(), texts, "tests_export", "Export report…", keys="Ctrl+P", picture=Icon.SAVE,
                               slot=self._export)  # fmt: skip
-        self.exporting = Shortcut("tests_export_key", self, self.export)
+        self.exporting = self.export
         self.exported = JobNotice(self)
         self._timer = VisibilityTimer(
             self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self.work.cancel
@@ -313,7 +313,6 @@ class TestsPage(Page):
         self.activate.ended.connect(work.act_ended)
         self._guard.broken.connect(self._on_broken)
         work.changed.connect(self._on_work)
-        Shortcut("tests_run_key", self, self.primary)
 
     def _lay_out(self) -> None:
         set_icon_size(self.list, 18)

@@ -57,7 +57,7 @@ from ui.services.module_field import ModuleField
 from ui.services.page import HEIGHT_PX, Page, WaysBack
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, font
-from ui.widgets.controls import Shortcut, control, named
+from ui.widgets.controls import control, named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import FlowRow, fold_beside, in_column, in_row, scroll_area, stacked
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
@@ -322,13 +322,13 @@ class TriggersPage(Page):
 
     def _make_buttons(self) -> None:
         texts = self._services.texts
-        self.read = control(QPushButton(), texts, "triggers_read", "Read", key="F5", picture=Icon.HISTORY,
+        self.read = control(QPushButton(), texts, "triggers_read", "Read", keys="F5", picture=Icon.HISTORY,
                             role="primary", slot=self.work.read)  # fmt: skip
-        self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", key="Ctrl+C", picture=Icon.TABLE,
+        self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", keys="Ctrl+C", picture=Icon.TABLE,
                             slot=self.copy_rows)  # fmt: skip
-        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Export shown…", key="Ctrl+S",
+        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Export shown…", keys="Ctrl+S",
                                  picture=Icon.SAVE, slot=partial(self._save, is_archive=False))  # fmt: skip
-        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", key="Ctrl+Shift+S",
+        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…", keys="Ctrl+Shift+S",
                                     picture=Icon.SAVE, slot=partial(self._save, is_archive=True))  # fmt: skip
 
     def _wire(self) -> None:
@@ -337,11 +337,7 @@ class TriggersPage(Page):
         self.detail.beside.clicked.connect(self.choose_log)
         self.beside.judged.connect(self._judge_beside)
         self.beside.closed.connect(partial(self._views.setCurrentWidget, self._records))
-        Shortcut("triggers_read_key", self, self.read)
-        Shortcut("triggers_copy_key", self, self.copy)
-        self.saving = Shortcut("triggers_save_key", self, self.save_page)
-        self.exporting = Shortcut("triggers_archive_key", self, self.save_archive)
-        Shortcut("triggers_search_key", self, self.list.search, self.list.search.setFocus)
+        self.saving, self.exporting = self.save_page, self.save_archive
 
     def _lay_out(self) -> None:
         texts = self._services.texts
