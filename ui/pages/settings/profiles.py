@@ -22,11 +22,11 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskOpen, AskPath, add_recent, ask_path, ask_profile
 from ui.forms.field_editors import explain_setting
-from ui.forms.value_label import ValueLabel
+from ui.forms.value_label import WIDTH_PX, ValueLabel
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, is_text_large
+from ui.style.theme import Meaning, Size, Space, is_text_large, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row, scroll_area
@@ -34,6 +34,7 @@ from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX: Final = ".toml"
+_LARGE_VALUE_PX: Final = 112
 _CHIPS: Final[Mapping[Match, tuple[Icon, Meaning | None]]] = {
     Match.SAME: (Icon.CHECK, None),
     Match.DIFFERENT: (Icon.SETTINGS, Meaning.INFORMATION),
@@ -147,15 +148,16 @@ class _CompareRow:
     def __init__(self, command: Command, texts: Texts) -> None:
         self.command = command
         self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title)
-        VisibilityTimer(self.tick, self._fit, retranslate=self._fit, restyle=self._fit)
         explain_setting(texts, self.tick, command)
         self.target_label = named(QLabel(), f"profile_wanted_{command.name}", "strong")
         self.value_label = named(ValueLabel(command), f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
+        VisibilityTimer(self.tick, self._fit, retranslate=self._fit, restyle=self._fit)
 
     def _fit(self) -> None:
-        """A check box does not wrap its text: where it is large each word has its line."""
+        """A check box does not wrap its text: where it is large each word has its line, and the value less room."""
         title = tr(self.command.title)
+        self.value_label.setFixedWidth(scaled(_LARGE_VALUE_PX if is_text_large() else WIDTH_PX))
         self.tick.setText(title.replace(" ", "\n") if is_text_large() else title)
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:
