@@ -2,6 +2,7 @@
 
 import argparse
 import re
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -119,12 +120,11 @@ _EXPORT = option("file", type=export_path, metavar="FILE",
                  text=marked(".mcap, .csv, or - for the table on standard output"))  # fmt: skip
 
 
-def _archive(name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:
-    return SubCommand(name, f"archive.run_{name}", summary, f"archive {name} {example}".rstrip(), arguments)
+def _under(command: str, name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:
+    return SubCommand(name, f"{command}.run_{name}", summary, f"{command} {name} {example}".rstrip(), arguments)
 
 
-def _recordings(name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:
-    return SubCommand(name, f"recordings.run_{name}", summary, f"recordings {name} {example}".rstrip(), arguments)
+_archive, _recordings = partial(_under, "archive"), partial(_under, "recordings")
 
 
 def _act(name: str, summary: str, *more: Describe) -> SubCommand:

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterable, Iterator
-from enum import Enum
 from pathlib import Path
 from typing import Final
 
@@ -16,20 +15,9 @@ from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
-
-class LogFormat(Enum):
-    ULOG = "PX4 ULog"
-    DATAFLASH = "ArduPilot DataFlash"
-    CSV = "CSV"
-    RECORDING = "recording"
-
-
 SUFFIXES: Final = (".ulg", ".bin", ".csv", ".mcap")
-_BEGINNINGS: Final = {
-    b"ULog\x01\x12\x35": LogFormat.ULOG,
-    b"\xa3\x95": LogFormat.DATAFLASH,
-    b"\x89MCAP0\r\n": LogFormat.RECORDING,
-}
+_ULOG, _DATAFLASH, _SESSION = b"ULog\x01\x12\x35", b"\xa3\x95", b"\x89MCAP0\r\n"
+"""What their files begin with."""
 
 
 def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: Progress = NO_PROGRESS) -> FlightLog:
@@ -38,21 +26,21 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None, on_progress: 
     Slow for large files: not for the window's thread. Raises only `UserError`, and what `on_progress` raises.
     """
     try:
-        match format_of(path):
-            case LogFormat.CSV:
-                from app.flight_logs.csv_log import read_csv
+        start = _start_of(path)
+        if start.startswith(_ULOG):
+            from app.flight_logs.ulog import read_ulog
 
-                return read_csv(path, columns, on_progress)
-            case LogFormat.ULOG:
-                from app.flight_logs.ulog import read_ulog
+            return assembled(read_ulog(path))
+        if start.startswith(_DATAFLASH):
+            from app.flight_logs.dataflash import read_dataflash
 
-                return assembled(read_ulog(path))
-            case LogFormat.DATAFLASH:
-                from app.flight_logs.dataflash import read_dataflash
+            return assembled(read_dataflash(path))
+        if start.startswith(_SESSION):
+            return _read_session(path)
+        if is_csv(path):
+            from app.flight_logs.csv_log import read_csv
 
-                return assembled(read_dataflash(path))
-            case LogFormat.RECORDING:
-                return _read_session(path)
+            return read_csv(path, columns, on_progress)
     except OSError as error:
         raise unreadable(error_text(error)) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
@@ -82,16 +70,18 @@ def _read_session(path: Path) -> FlightLog:
     return flight_of_reports(str(path), time_s, tilt_deg, acceleration_g, problems, resets_s)
 
 
-def format_of(path: Path) -> LogFormat | None:
-    """Format by the first bytes, else by suffix. Raises OSError."""
-    if path.is_dir():
-        return None
+def is_csv(path: Path) -> bool:
+    """By its name, unless its first bytes are another format's. Raises OSError."""
+    is_named = path.suffix.lower() == ".csv" and path.is_file()
+    return is_named and not _start_of(path).startswith((_ULOG, _DATAFLASH, _SESSION))
+
+
+def _start_of(path: Path) -> bytes:
+    """Its first bytes; none of what is no file. Raises OSError."""
     if path.exists() and not path.is_file():  # opening a pipe or a device may block
-        return None
+        return b""
     with path.open("rb") as file:
-        start = file.read(16)
-    detected = next((kind for begin, kind in _BEGINNINGS.items() if start.startswith(begin)), None)
-    return LogFormat.CSV if detected is None and path.suffix.lower() == ".csv" else detected
+        return file.read(16)
 
 
 def find_logs(paths: Iterable[Path]) -> Iterator[Path]:

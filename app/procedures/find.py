@@ -5,8 +5,9 @@ from itertools import cycle
 from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, UseRate, is_alive
-from protocol.catalogue import BAUD_RATES, BY_NAME, Request
+from protocol.catalogue import BAUD_RATES, Request
 from protocol.events import Answered
+from protocol.stale_replies import FENCES
 from protocol.translatable import marked
 
 WAITS_S = (0.25, 1.0)
@@ -17,7 +18,7 @@ LIKELY_WAITS_S = (0.25, 0.5, 1.0)
 """At a likely rate and for a proof; enough for a line that loses every other frame."""
 ROUNDS = 2
 """At the likely rates."""
-_PROOFS = tuple(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered"))
+_PROOFS = FENCES[1:]  # no heartbeat
 _PROOFS_TRIED = 2
 """In case the module does not know one of them."""
 

@@ -13,12 +13,11 @@ from app.engine.identity import Trust, evidence_of, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
 from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
 from app.procedures.ask_status import ask_status
+from app.procedures.handshake import HANDSHAKE_WAITS_S
 from app.procedures.write import read_back, restarted_since
 from protocol.fields import Value
 from protocol.translatable import marked
 
-HEARTBEAT_WAITS_S = (0.5, 1.0)
-"""For the heartbeat after an unanswered question."""
 MAX_STARTS = 3
 """More in the seconds of one procedure are another module's."""
 REREADINGS = 2
@@ -64,7 +63,7 @@ def read_settings() -> Procedure[SettingsReading]:
         back = yield from read_back(command)
         if back.raw is None:
             faults[command.key] = ReadFault.UNSTEADY if back.is_unsteady else ReadFault.NO_REPLY
-            if not back.is_unsteady and not (yield from is_alive(HEARTBEAT_WAITS_S)):
+            if not back.is_unsteady and not (yield from is_alive(HANDSHAKE_WAITS_S)):
                 is_silent = True
                 break
         if command is BOOT_COUNT:

@@ -15,7 +15,7 @@ from app.flight_analysis.summary import FlightSummary
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.csv_log import read_head
 from app.flight_logs.module_view import RuleReading
-from app.flight_logs.read_log import LogFormat, find_logs, format_of
+from app.flight_logs.read_log import find_logs, is_csv
 from app.text.messages import UserMessage
 from app.text.sentences import error_text
 from app.text.user_error import UserError
@@ -94,7 +94,7 @@ class Reading:
 def _head_of(path: Path) -> tuple[str, ...]:
     """Column names of a CSV file; empty for other files."""
     try:
-        return tuple(read_head(path)) if format_of(path) is LogFormat.CSV else ()
+        return tuple(read_head(path)) if is_csv(path) else ()
     except (UserError, OSError):
         return ()
 
