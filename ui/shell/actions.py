@@ -86,11 +86,12 @@ class Actions:
             action.setEnabled(when())
 
     def of_page(self, name: str, text: str, find: Callable[[Page], QAbstractButton | None]) -> MenuEntry:
-        """An entry for what the page shown offers, if it does."""
+        """An entry for a button of the page shown, while it is in sight."""
 
         def offered() -> QAbstractButton | None:
             page = self._pages.currentWidget()
-            return find(page) if isinstance(page, Page) else None
+            button = find(page) if isinstance(page, Page) else None
+            return button if button is not None and button.isVisible() else None
 
         def act() -> None:
             button = offered()

@@ -139,9 +139,6 @@ class LivePage(StreamPage):
         self._content = self._lay_out()
         self._connect_menu(self._live_plot)
         self._stack = stacked(QStackedLayout(self), self.empty, self._content)
-        # What is out of sight is disabled, and its shortcuts with it.
-        self._stack.currentChanged.connect(lambda: self._content.setEnabled(not self.is_empty))
-        self._content.setEnabled(False)
         self.saving, self.exporting = self.save.csv, self.save.png
         Shortcut(self._live_plot.pause, "Ctrl+P", self._toggle_pause, holder=self._content)
         self._refreshed_at = 0.0
