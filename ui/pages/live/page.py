@@ -36,8 +36,7 @@ from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_footer
 from ui.pages.live.data import LiveData, lanes
-from ui.pages.live.panel import LivePanel
-from ui.pages.live.recorded_view import origin_of, recorded_notice, recorded_plot, show_moment
+from ui.pages.live.panel import LivePanel, origin_of, recorded_notice, recorded_plot, show_moment
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page, StreamPage, WaysBack

@@ -25,7 +25,7 @@ from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
-from ui.pages.live.recorded_view import device_at
+from ui.pages.live.panel import device_at
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.storage import SessionRecording
 from ui.shell.status_bar import RecordingSign
