@@ -10,6 +10,7 @@ import time
 
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked, lock
+from app.procedures.settings_reading import read_settings
 from app.safety.acts import EFFECTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
@@ -35,6 +36,8 @@ def run(args: argparse.Namespace) -> int:
             records_of(args.port, args.run) as records,
             connected(args.port, args.baud, is_greeted=not is_lock) as conversation,
         ):
+            if not is_lock:
+                conversation.run(read_settings())  # by which another module would be noticed
             permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
             try:
                 if is_lock:

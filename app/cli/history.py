@@ -12,12 +12,13 @@ from app.engine.identity import IdentityEvidence
 from app.engine.worker import Batch
 from app.limits.out_of_limits import record_outside
 from app.procedures.history import History, Pass, history_of
+from app.procedures.settings_reading import read_settings
 from app.records.trigger_filing import ANOTHER, TriggersReading, read_triggers
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import LinkTrouble, connected, module_is_silent
 from app.terminal.export_file import STANDARD_OUTPUT
-from app.terminal.stored_history import read_evidence, store_visit
+from app.terminal.stored_history import store_visit
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.sentences import in_brackets, join_names, labelled, not_written
@@ -34,10 +35,11 @@ def run(args: argparse.Namespace) -> int:
     history: History | None = None
     evidence, another = IdentityEvidence(), ""
     with connected(args.port, args.baud, on_batch=received.on_batch) as conversation, LinkTrouble() as link:
-        evidence = conversation.run(read_evidence())
+        evidence = conversation.run(read_settings()).evidence
         try:
             history = conversation.run(read_triggers()).history
-            if args.module is not None and not history.is_line_dead and evidence != conversation.run(read_evidence()):
+            is_kept = args.module is not None and not history.is_line_dead
+            if is_kept and evidence != conversation.run(read_settings()).evidence:
                 raise UserError(ANOTHER)
         except UserError as error:
             history, another = None, error.sentence

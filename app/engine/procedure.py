@@ -27,6 +27,8 @@ from protocol.messages import Reading, Status
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
+ASK_EVERY_S = 0.05
+
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
 MAX_LOCKS = 50
 LOCKS_FOR_S = 10.0
@@ -170,3 +172,11 @@ def ask_report(waits_s: tuple[float, ...] | None = None, *, is_fenced: bool = Fa
     outcome = yield Ask(STATUS.query(), waits_s, is_fenced=is_fenced)
     answer = outcome.messages[0] if isinstance(outcome, Answered) else None
     return StatusSample(outcome.at, *answer) if isinstance(answer, Status) else None
+
+
+def pause_asking(seconds: float) -> Procedure[None]:
+    """A pause in which the module is asked for reports: one that is not asked could be exchanged unseen."""
+    now = begin = yield Pause(0.0)
+    while now < begin + seconds:
+        yield from ask_report()
+        now = yield Pause(ASK_EVERY_S)

@@ -2350,16 +2350,16 @@
         <translation>未确认风险：{what}</translation>
     </message>
     <message>
-        <source>Not acknowledged; the module is silent: check it.</source>
-        <translation>未应答，模块无响应：请现场检查。</translation>
-    </message>
-    <message>
         <source>Not armed and held for 2 s.</source>
         <translation>尚未预备并按住 2 秒。</translation>
     </message>
     <message>
         <source>Not as written: {names}.</source>
         <translation>与写入值不符：{names}。</translation>
+    </message>
+    <message>
+        <source>Not confirmed that it is off: check it.</source>
+        <translation>未确认已关机：请现场检查。</translation>
     </message>
     <message>
         <source>Not confirmed.</source>

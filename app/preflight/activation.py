@@ -4,7 +4,7 @@ from concurrent.futures import Future
 from dataclasses import replace
 from typing import TypeVar
 
-from app.engine.procedure import EngineView, Inspect, Pause, Procedure, ask_report
+from app.engine.procedure import ASK_EVERY_S, EngineView, Inspect, Pause, Procedure, ask_report, pause_asking
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.reread import read_state
 from app.preflight.verdict import Assessment, Void, void_of_reading, void_reason
@@ -16,7 +16,6 @@ from app.safety.permit import Permit
 from app.text.messages import message
 from protocol.translatable import marked
 
-ASK_EVERY_S = 0.05
 SETTLE_S = 0.6
 """A module that restarts when it is activated has said so by then, with two heartbeats."""
 Result = TypeVar("Result")
@@ -44,10 +43,7 @@ def activate_ready(ready: Assessment, journal: Journal, permit: Permit) -> Proce
     performed = yield from perform(Act.ACTIVATE, journal, permit=permit)
     if performed.outcome is Outcome.NOT_SENT:
         return performed, evidence
-    now = sent_at = yield Pause(ASK_EVERY_S)
-    while now < sent_at + SETTLE_S:
-        yield from ask_report()
-        now = yield Pause(ASK_EVERY_S)
+    yield from pause_asking(SETTLE_S)
     state = yield from read_state()
     end: EngineView = yield Inspect()
     void = void_reason(ready, end.device, end.now, opened_at=end.opened_at) or void_of_reading(evidence, state)

@@ -44,7 +44,7 @@ def provision(
     done = Provisioned(presence=presence, boot_count=settings.boot_count)
     if status is None or status.active:
         return replace(done, why=message(marked("It is ACTIVE: it may fire. Lock it first.")))
-    known = find_known(IdentityEvidence(settings.boot_count, settings.values))
+    known = find_known(settings.evidence)
     if known is not None:
         text = marked("It may be {module}, which is known: boot count and settings fit.")
         return replace(done, why=message(text, module=known))

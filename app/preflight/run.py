@@ -12,6 +12,7 @@ frames pass. What may change while a trigger is enabled or during measuring is r
 """
 
 from app.engine.device import How
+from app.engine.identity import Trust, same_module
 from app.engine.procedure import (
     HEARTBEAT_WAITS_S,
     Ask,
@@ -30,6 +31,7 @@ from app.engine.setting_changes import BOOT_COUNT
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.history import read_history
+from app.procedures.settings_reading import read_settings
 from app.procedures.write import SetReply, Written, read_back
 from app.procedures.write_all import SettingChange, WriteContext, settle_writes, write_logged
 from app.safety.journal import Entry, Journal, NoJournal
@@ -89,9 +91,15 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
         raise _Silent
     evidence.history = history
     yield from _step(evidence, 3, marked("Triggers"))
+    is_changed = False
+    if evidence.is_enabling:  # the records end in a silence, in which it may have been exchanged
+        again = yield from read_settings()
+        is_changed = same_module(evidence.first.settings.evidence, again.evidence) is Trust.REFUTED
     for command in TRIGGERS:
         evidence.flags[command.key] = TriggerFlag()
-        if evidence.is_enabling:
+        if evidence.is_enabling and (is_changed or (yield Inspect()).device.breaks != evidence.breaks):
+            evidence.flags[command.key] = TriggerFlag(FlagState.NOT_SENT, message(Disturbance.BROKEN.value))
+        elif evidence.is_enabling:
             evidence.flags[command.key] = yield from _enable(command, WriteContext(journal=journal, begin=start))
     yield from _step(evidence, 4, marked("Cell voltage"))
     for _ in range(VALUE_ROUNDS):

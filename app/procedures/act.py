@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from app.engine.device import StatusSample
 from app.engine.procedure import (
+    ASK_EVERY_S,
     Ask,
     Cancelled,
     EngineView,
@@ -25,6 +26,7 @@ from app.engine.procedure import (
     ask_report,
     ask_value,
     is_alive,
+    pause_asking,
 )
 from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
@@ -37,11 +39,10 @@ from app.text.i18n import tr
 from app.text.messages import joined, message
 from app.text.sentences import join_sentences
 from app.text.user_error import UserError
-from protocol.catalogue import BY_NAME, STATUS, Request
+from protocol.catalogue import BY_NAME, Request
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.lag import QUICK_S
-from protocol.link_states import Presence
 from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
@@ -60,7 +61,7 @@ SENTENCES: Mapping[tuple[Act, Outcome], str] = {
     (Act.ZERO, Outcome.UNKNOWN): marked("Sent, not confirmed."),
     (Act.SHUTDOWN, Outcome.CONFIRMED): marked("Acknowledged; the module is silent."),
     (Act.SHUTDOWN, Outcome.REFUSED): marked("The module still answers: not switched off."),
-    (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Not acknowledged; the module is silent: check it."),
+    (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Not confirmed that it is off: check it."),
     (Act.FORBID_DEPLOY, Outcome.CONFIRMED): marked("Acknowledged; for how long is unknown."),
     (Act.FORBID_DEPLOY, Outcome.REFUSED): marked("The module refused."),
     (Act.FORBID_DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed."),
@@ -70,8 +71,8 @@ SENTENCES: Mapping[tuple[Act, Outcome], str] = {
 }
 ZEROED_WITHIN_DEG = 1
 """The module reports whole degrees."""
-WATCH_S, REPORTS_EVERY_S = 2.0, 0.07
-"""How long, before zeroing, reports are asked for, and how often."""
+WATCH_S = 2.0
+"""How long, before zeroing, reports are asked for."""
 REPORTED_WITHIN_S = 1.5
 """A module that acknowledged the activation may report it late: "still LOCKED" is said only after this time."""
 LOG_FAILED = marked("The audit log cannot be written.")
@@ -202,7 +203,7 @@ def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
     status waits behind another question, so that every late answer has passed and the act itself needs no fence."""
     yield from _ask_threshold(act)
     if act is Act.ZERO:
-        yield from _watch_motion()
+        yield from pause_asking(WATCH_S)  # to judge whether it lies still
     yield from ask_status()
     view: EngineView = yield Inspect()
     if _is_quick(view):  # else the permit would expire meanwhile
@@ -224,16 +225,6 @@ def _ask_threshold(act: Act) -> Procedure[bool]:
     if is_asked:
         yield Ask(BY_NAME["attitude_threshold"].query())
     return is_asked
-
-
-def _watch_motion() -> Procedure[None]:
-    """Ask for reports for two seconds, to judge whether the module lies still."""
-    view: EngineView = yield Inspect()
-    ends_at = view.now + WATCH_S
-    while view.now < ends_at and view.device.presence is not Presence.OFFLINE:
-        yield Ask(STATUS.query())
-        yield Pause(REPORTS_EVERY_S)
-        view = yield Inspect()
 
 
 def _conditions_open(
@@ -275,7 +266,7 @@ def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
         view: EngineView = yield Inspect()
         ends_at = view.now + REPORTED_WITHIN_S
         while reports and not all(report.active for report in reports) and view.now < ends_at:
-            yield Pause(REPORTS_EVERY_S)
+            yield Pause(ASK_EVERY_S)
             reports = yield from _reports(is_fenced=False)
             view = yield Inspect()
     return _Observed(is_acknowledged, raw, reports, has_fired=has_fired)

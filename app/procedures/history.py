@@ -9,6 +9,7 @@ so heartbeats test at the end whether the line loses or doubles frames.
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report, is_alive
@@ -37,6 +38,8 @@ class History(NamedTuple):
     """In a single pass: lost in the others, or damaged."""
     is_answered: bool = False
     """The module answered the query at least once; else nothing is known about its records."""
+    may_be_of_two: bool = False
+    """Two clean passes hold each what the other lacks: lost without a trace, or another module answered."""
 
     @property
     def all(self) -> tuple[TriggerRecord, ...]:
@@ -159,7 +162,9 @@ def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_de
     empty = max((sum(isinstance(message, EmptySlot) for message in answer.messages) for answer in passes), default=0)
     empty = min(empty, max(0, MAX_RECORDS - len(records) - len(seen_once)))  # that pass may lack a record
     is_answered = any(answer.messages for answer in passes)
-    return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered)
+    clean = [answer.counts for answer in passes if answer.is_clean]
+    may_be_of_two = any(not (one <= other or other <= one) for one, other in combinations(clean, 2))
+    return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered, may_be_of_two)
 
 
 def _in_order(passes: Sequence[Pass]) -> tuple[TriggerRecord, ...]:

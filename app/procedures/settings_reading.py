@@ -5,11 +5,11 @@
 Equal boot counts prove that all values were read without a restart between.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.identity import Trust, evidence_of, same_module
+from app.engine.identity import IdentityEvidence, Trust, evidence_of, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
 from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
 from app.procedures.ask_status import ask_status
@@ -50,6 +50,10 @@ class SettingsReading(NamedTuple):
         """Whether all settings and the boot count were read without a restart."""
         return not self.faults and not self.is_silent and self.boot_count is not None
 
+    @property
+    def evidence(self) -> IdentityEvidence:
+        return IdentityEvidence(self.boot_count, self.values)
+
 
 def read_settings() -> Procedure[SettingsReading]:
     """Read all readable settings. Only questions are sent; see `SettingsReading.is_silent` for a silent module."""
@@ -83,15 +87,15 @@ def read_settings() -> Procedure[SettingsReading]:
     )
 
 
-def is_another(begin: EngineView, *, written: Collection[str] = ()) -> Procedure[bool]:
+def is_another(begin: EngineView) -> Procedure[bool]:
     """Whether what is read refutes that the module of `begin` answers. After a break it is read again first, and the
-    status after it. `written`: keys set since."""
+    status after it."""
     for _ in range(REREADINGS):
         if not _is_in_doubt(begin, (yield Inspect())):
             break
         yield from read_settings()
         yield from ask_status()
-    return is_refuted(begin, (yield Inspect()), written=written)
+    return is_refuted(begin, (yield Inspect()))
 
 
 def _is_in_doubt(begin: EngineView, view: EngineView) -> bool:
@@ -102,13 +106,12 @@ def _is_in_doubt(begin: EngineView, view: EngineView) -> bool:
     return view.is_settled and view.device.breaks != begin.device.breaks and is_stale
 
 
-def is_refuted(begin: EngineView, view: EngineView, *, written: Collection[str] = ()) -> bool:
+def is_refuted(begin: EngineView, view: EngineView) -> bool:
     """Without reading anything again; see `is_another`."""
     before = evidence_of(begin.device.values, is_fresh=False)
-    kept = {key: value for key, value in before.settings.items() if key not in written}
     read = {key: known for key, known in view.device.values.items() if known.at >= begin.now}
     now = evidence_of(read, is_fresh=False)
     is_counted = before.boot_count is not None and now.boot_count is not None
     starts = ((now.boot_count or 0) - (before.boot_count or 0)) % BOOTS if is_counted else 0
-    is_other = starts > MAX_STARTS or same_module(before._replace(settings=kept), now) is Trust.REFUTED
+    is_other = starts > MAX_STARTS or same_module(before, now) is Trust.REFUTED
     return view.device.breaks != begin.device.breaks and is_other

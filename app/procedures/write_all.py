@@ -8,18 +8,19 @@ module is active). The baud rate comes last, as it may break the connection. The
 module changed late or unasked.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from app.engine.procedure import Await, EngineView, Inspect, Pause, Procedure, Report
+from app.engine.identity import Trust, same_module
+from app.engine.procedure import Await, EngineView, Inspect, Procedure, Report, pause_asking
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.settings_reading import SettingsReading, is_another, read_settings
+from app.procedures.settings_reading import SettingsReading, is_another, is_refuted, read_settings
 from app.procedures.write import SetReply, WriteFault, Written, write_verified
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
@@ -133,13 +134,18 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
         return WriteReport(results=_all_refused(ordered), refusals=refused)
     begin: EngineView = yield Inspect()
     before = yield from read_settings()
-    if before.is_restarted:  # or another module was plugged in: what was read is not its
+    read: EngineView = yield Inspect()
+    is_other = before.is_restarted or is_refuted(begin, read)
+    if not is_other and read.device.breaks != begin.device.breaks:
+        again = yield from read_settings()
+        is_other = again.is_restarted or same_module(before.evidence, again.evidence) is Trust.REFUTED
+        before, read = again, (yield Inspect())
+    if is_other:  # what was read is not its, or of two modules
         refused = (Refusal(Interlock.IS_IDENTITY_SETTLED, message(marked("The module restarted. Read again."))),)
         return WriteReport(results=_all_refused(ordered), refusals=refused)
     if context.store_snapshot is not None:
         yield from _store_snapshot(context.store_snapshot)
-    begin = context.begin or begin
-    progress = _WriteProgress(replace(context, begin=begin))
+    progress = _WriteProgress(replace(context, begin=read))
     try:
         for done, change in enumerate(ordered):
             yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
@@ -147,10 +153,10 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
             if context.on_written is not None:
                 context.on_written(progress.results[-1])
             view: EngineView = yield Inspect()
-            progress.restarts.append(view.device.restarts)
+            progress.note(view, change.command)
         is_sent = any(written.heard is not SetReply.NOT_SENT for written in progress.results)
         if is_sent:
-            report = yield from _last_reading(progress, begin, before)
+            report = yield from _last_reading(progress, before)
         else:
             report = WriteReport(results=tuple(progress.results), refusals=progress.refused)
     except BaseException:
@@ -171,6 +177,17 @@ class _WriteProgress:
     refused: tuple[Refusal, ...] = ()
     fault: WriteFault | None = None
     """Why nothing more is sent."""
+
+    def note(self, view: EngineView, command: Command) -> None:
+        """What is known of the module now: after a break what was before it, but for what was set since."""
+        self.restarts.append(view.device.restarts)
+        begin = self.context.begin or view
+        if view.device.breaks == begin.device.breaks:
+            begin = view
+        else:
+            values = {key: known for key, known in begin.device.values.items() if key != command.key}
+            begin = begin._replace(device=begin.device._replace(values=values))
+        self.context = replace(self.context, begin=begin)
 
 
 def _write_one(progress: _WriteProgress, change: SettingChange) -> Procedure[None]:
@@ -194,15 +211,14 @@ def write_logged(
 ) -> Procedure[tuple[Written, tuple[Refusal, ...]]]:
     """Write one setting, if that is allowed; the caller settles the intent in `entries`, also where this raises."""
     command, value = change.command, change.value
-    written = {command.key for command in entries}
-    refused = _unaccepted([change], context) or (yield from _refusals(context, written))
+    refused = _unaccepted([change], context) or (yield from _refusals(context))
     if not refused:
         frame = command.set(value).encode()
         entry = entries[command] = context.journal.begin(Act.WRITE, frame, {command.key: value})
         if not entry.done():
             # Unlike an act a set is sent even if the disk takes too long, after checking again whether it is allowed.
             yield from _wait_for_disk(entry)
-            refused = yield from _refusals(context, written)
+            refused = yield from _refusals(context)
     if refused:
         return not_sent(change, WriteFault.NOT_ALLOWED), refused
     if context.on_begun is not None:
@@ -218,19 +234,18 @@ def settle_writes(journal: Journal, entries: Mapping[Command, Entry], results: I
         journal.settle(entry, _outcome(written), {} if written is None else _result(written))
 
 
-def _last_reading(progress: _WriteProgress, begin: EngineView, before: SettingsReading) -> Procedure[WriteReport]:
+def _last_reading(progress: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
     """Read everything once more after a pause: only values that are still there, without a restart, are verified, and
     none that another module may have."""
-    yield Pause(SETTLE_S)
+    yield from pause_asking(SETTLE_S)
     for _ in range(LAST_READINGS):
         last = yield from read_settings()
         is_spoiled = last.boot_count is None or not last.faults.keys() <= before.faults.keys()
         if last.is_silent or not is_spoiled:
             break
     sent = {written.command.key for written in progress.results if written.heard is not SetReply.NOT_SENT}
-    is_other = yield from is_another(begin, written=sent)
     view: EngineView = yield Inspect()
-    if is_other or not view.is_settled:
+    if is_refuted(progress.context.begin or view, view) or not view.is_settled:
         last = last._replace(values={})
         results = [
             _unconfirmed(written) if written.command.reads_back and written.command.key in sent else written
@@ -298,10 +313,10 @@ def _unaccepted(changes: Sequence[SettingChange], context: WriteContext) -> tupl
     return (Refusal(Interlock.RISK_ACCEPTED, message(marked("Not accepted: {what}"), what=risk)),)
 
 
-def _refusals(context: WriteContext, written: Collection[str]) -> Procedure[tuple[Refusal, ...]]:
+def _refusals(context: WriteContext) -> Procedure[tuple[Refusal, ...]]:
     """The conditions that are not met; asks for the status if it is not proven to be recent."""
     for has_been_asked in (False, True):
-        is_other = yield from is_another(context.begin or (yield Inspect()), written=written)
+        is_other = yield from is_another(context.begin or (yield Inspect()))
         view: EngineView = yield Inspect()
         armed = context.armed.act if context.armed is not None else None
         inputs = replace(

@@ -76,6 +76,8 @@ def file_triggers(
     with store.database.transaction():
         if checks.is_kept_apart(name, port):
             return PossiblyOther((tr("simulated"),))
+        if history.may_be_of_two and not is_same_module:
+            return PossiblyOther((tr("readings differ"),))
         if store.module_named(name) is not None and not is_same_module:
             past = checks.past(name, slots, is_confirmed=history.is_confirmed)
             befores = (now,) if is_compared else (IdentityEvidence(past.boot_count), store.evidence(name))

@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from contextlib import closing
 
-from app.engine.identity import IdentityEvidence
-from app.engine.procedure import Procedure
 from app.procedures.settings_reading import read_settings
 from app.records.trigger_filing import PossiblyOther, TriggersReading, file_triggers, refuted_by
 from app.store.database import StoreTrouble
@@ -15,12 +13,6 @@ from app.terminal.console import note, notify
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import join_names, join_sentences
-
-
-def read_evidence() -> Procedure[IdentityEvidence]:
-    """Read boot count and settings, by which modules are told apart."""
-    reading = yield from read_settings()
-    return IdentityEvidence(reading.boot_count, reading.values)
 
 
 def may_be_another(conversation: Conversation, store: Store | None, module: str) -> bool:
@@ -39,7 +31,7 @@ def differences_from(conversation: Conversation, store: Store, module: str) -> l
     """What refutes that it is the module of this name, in the language in use. Raises `StoreTrouble`."""
     name = clean(module.strip())
     known = store.evidence(name) if store.module_named(name) is not None else None
-    return [] if known is None else refuted_by(known, conversation.run(read_evidence()))
+    return [] if known is None else refuted_by(known, conversation.run(read_settings()).evidence)
 
 
 def store_visit(reading: TriggersReading, module: str, *, port: str, is_same_module: bool) -> bool:

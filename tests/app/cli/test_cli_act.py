@@ -181,7 +181,7 @@ def test_a_reading_that_ends_in_silence_is_not_whole(stage: Stage) -> None:
     assert json.loads(printed.out)["settings"]["attitude_threshold_deg"] == 60
 
 
-@pytest.mark.parametrize("frame", [6, 7])
+@pytest.mark.parametrize("frame", [17, 18])
 def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Stage, frame: int) -> None:
     """What answers then is another one, which is locked."""
     bench = stage.bench
@@ -222,6 +222,27 @@ def test_nothing_is_written_to_another_module_than_was_read(stage: Stage, frame:
     assert bench.module.memory.attitude_threshold == 85
 
 
+@pytest.mark.parametrize(("act", "frame"), [("activate", 14), ("activate", 15), ("zero", 20), ("shutdown", 14)])
+def test_no_act_is_done_to_another_module_than_was_there(stage: Stage, act: str, frame: int) -> None:
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        printed = run(stage, [act, "--yes"], 1)
+    assert printed.err.startswith("Nothing was sent. ")
+    assert recorded() == []
+
+
+@pytest.mark.parametrize("boots", [37, 90])
+@pytest.mark.parametrize("frame", [20, 22, 25, 32, 34])
+def test_of_a_module_that_was_written_nobody_says_what_another_one_holds(stage: Stage, frame: int, boots: int) -> None:
+    """What answers then, or after the settings have settled, is another one."""
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench, boot_count=boots, light_threshold=70)):
+        shown = json.loads(run(stage, ["set", "attitude_threshold_deg=75", "--json"], 1).out)
+    written = shown["results"]["attitude_threshold_deg"]
+    assert (written["read_back"], bool(written["verified"]), shown["changed"]) == (None, False, {})
+    assert recorded() == [(Act.WRITE, Outcome.UNKNOWN)]
+
+
 def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stage) -> None:
     bench = stage.bench
     words = ["preflight", "--who", "R. Tanaka", "--module", "M-07", "--json"]
@@ -232,6 +253,14 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stag
     checks = {one["id"]: one for one in json.loads(run(stage, words, 1).out)["checks"]}
     assert checks["undisturbed"]["result"] == "pass"
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
+
+
+@pytest.mark.parametrize("frame", [25, 40, 50])
+def test_no_trigger_is_enabled_on_another_module_than_is_checked(stage: Stage, frame: int) -> None:
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        run(stage, ["preflight", "--enable-triggers"], 1)
+    assert recorded() == []
 
 
 @pytest.mark.parametrize("more", [[], ["--module", "M-07"]])
@@ -256,6 +285,24 @@ def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame
     memory.boot_count, memory.attitude_threshold = 37, 60
     memory.records.clear()
     memory.records.extend(before)
+    run(stage, words)
+
+
+@pytest.mark.parametrize("frame", [15, 16])
+def test_nothing_is_kept_of_two_modules_that_only_their_records_tell_apart(stage: Stage, frame: int) -> None:
+    """While the last records of the first one are waited for, another one takes its place."""
+    bench, memory = stage.bench, stage.bench.module.memory
+    invent_records(memory, 3, seed=5, has_odd_voltage=False)
+
+    def exchange_records() -> None:
+        memory.records.clear()
+        invent_records(memory, 2, seed=9, has_odd_voltage=False)
+
+    words = ["history", "--json", "--module", "M-07"]
+    with falls_after(bench, frame, exchange_records):
+        printed = run(stage, words, 4)
+    assert "this may be another module than M-07 (readings differ)" in printed.err
+    assert len(json.loads(printed.out)["records"]) == 5
     run(stage, words)
 
 

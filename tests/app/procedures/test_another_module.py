@@ -75,7 +75,7 @@ def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin,
     [
         (Act.ACTIVATE, (4, 5), Outcome.UNKNOWN),
         (Act.SHUTDOWN, (4,), Outcome.UNKNOWN),
-        (Act.ZERO, (33, 34), Outcome.CONFIRMED),  # it acknowledged that before it was pulled out
+        (Act.ZERO, (44, 45), Outcome.CONFIRMED),  # it acknowledged that before it was pulled out
     ],
 )
 def test_what_it_reports_after_an_act_is_not_said_of_the_first_one(

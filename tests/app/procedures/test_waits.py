@@ -8,12 +8,11 @@ from typing import Any
 import pytest
 
 from app.engine.device import StatusSample
-from app.engine.procedure import Cancelled, Procedure
+from app.engine.procedure import ASK_EVERY_S, Cancelled, Procedure
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
 from app.procedures.act import (
     READINGS,
-    REPORTS_EVERY_S,
     WATCH_S,
     ZEROED_WITHIN_DEG,
     Performed,
@@ -73,10 +72,10 @@ def write_one(*, is_held: bool = False) -> Procedure[WriteReport]:
         (measure_light, SILENT, 40.6, 40),
         (lambda: write_verified(FREEFALL_TIME, 1.2), SILENT, 6.06, 6),
         (lambda: write_verified(FREEFALL_TIME, 1.2), NO_SETTINGS, 6.07, 9),
-        (write_one, {}, 0.65, 30),
-        (write_one, {"mute-codes": "21"}, 4.11, 34),
-        (write_one, {"mute-codes": "23"}, 8.93, 28),
-        (lambda: write_one(is_held=True), {}, 2.15, 32),
+        (write_one, {}, 0.7, 42),
+        (write_one, {"mute-codes": "21"}, 5.69, 60),
+        (write_one, {"mute-codes": "23"}, 26.73, 100),
+        (lambda: write_one(is_held=True), {}, 2.2, 44),
         (lock, SILENT, 12.07, 33),
         (lambda: survives_power_cycle({}), SILENT, 123.6, 119),
         (lambda: survives_power_cycle({}), {}, 120.25, 242),
@@ -115,7 +114,7 @@ def test_a_disk_is_slow_that_takes_longer_than_a_tenth_of_a_second(took_s: float
         (Act.FORBID_DEPLOY, SILENT, Outcome.UNKNOWN, 4.56, 6),
         (Act.SHUTDOWN, SILENT, Outcome.UNKNOWN, 2.66, 3),
         (Act.DEPLOY, SILENT, Outcome.UNKNOWN, 7.32, 10),
-        (Act.ACTIVATE, {"keeps": False}, Outcome.REFUSED, 1.53, 44),
+        (Act.ACTIVATE, {"keeps": False}, Outcome.REFUSED, 1.53, 60),
         (Act.SHUTDOWN, {"mute_codes": frozenset()}, Outcome.CONFIRMED, 1.65, 3),
         (Act.DEPLOY, {}, Outcome.CONFIRMED, 0.16, 3),
     ],
@@ -237,7 +236,7 @@ def test_before_zeroing_reports_are_asked_for_at_a_steady_pace() -> None:
     rig = Rig({"tilt": 4})
     do(rig, Act.ZERO)
     reports = rig.line.requests.count(STATUS.query())
-    assert 0.9 < reports / (WATCH_S / REPORTS_EVERY_S) < 1.2, reports
+    assert 0.9 < reports / (WATCH_S / ASK_EVERY_S) < 1.2, reports
 
 
 LOCKED = StatusSample(0.0, 0, 1.0, triggered=False, active=False)
