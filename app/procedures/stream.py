@@ -136,7 +136,7 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
         progress.due |= {question: view.now + at * SLOW_EVERY_S / len(_SLOW) for at, question in enumerate(_SLOW)}
         return
     yield from _steer_stream(progress, switch, view)
-    polled = [*_polled(switch, view), *(_SETTINGS if read_all else ())]
+    polled = [*_polled(switch, view), *_SETTINGS]
     is_beginning = progress.listens_briefly and switch.began_at is None and not progress.has_come
     if is_beginning and view.now - view.opened_at < BRIEF_UNPOLLED_S:
         # A streamed report could be mistaken for its answer.

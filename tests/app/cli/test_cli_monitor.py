@@ -47,10 +47,19 @@ def test_monitor_switches_the_stream_on_and_off(
     assert not bench_of(port).state().is_streaming
 
 
-def test_monitor_says_where_another_module_may_answer(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with falls_after(bench_of(port), 7, lambda: exchange(bench_of(port), boot_count=36)):
+@pytest.mark.parametrize(
+    ("memory", "said"),
+    [
+        ({"boot_count": 36, "attitude_threshold": 60}, "boot count 36, was 37."),
+        ({"boot_count": 37}, "attitude threshold 85°, was 60°."),
+    ],
+)
+def test_monitor_says_where_another_module_may_answer(
+    memory: dict[str, int], said: str, port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with falls_after(bench_of(port), 14, lambda: exchange(bench_of(port), **memory)):
         printed = run_here(capsys, ["monitor", "--port", f"{port}?rate=100", "--seconds", "6", "--json"])
-    assert "This may be another module: boot count 36, was 37." in printed.err
+    assert f"This may be another module: {said}" in printed.err
     assert all(json.loads(line)["tilt_deg"] == 0 for line in printed.out.splitlines())
 
 

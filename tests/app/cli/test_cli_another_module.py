@@ -1,0 +1,203 @@
+"""Another module takes the place of the first one in the middle of a command."""
+
+import json
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.settings.profile_file import read_profile
+from app.simulator.memory import invent_records
+from app.store.store import open_store
+from tests.adversary.program import PORT, Ran, Stage
+from tests.app.cli.test_cli_act import recorded
+from tests.support.cli_line import bench_of, exchange, falls_after, run_here
+from tests.support.line.lies import lying_bench
+from tests.support.line.sim_line import FakeClock
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
+
+
+@pytest.fixture
+def stage(user_files: Path) -> Stage:
+    """The command line and a module in one thread, on a clock that only waiting moves."""
+    clock = FakeClock()
+    return Stage(lying_bench({}, clock), clock, user_files)
+
+
+def run(stage: Stage, words: list[str], code: int = 0) -> Ran:
+    ran = stage.run([words[0], "--port", PORT, *words[1:]])
+    assert (ran.code, ran.mishaps) == (code, []), ran.err
+    return ran
+
+
+@pytest.mark.parametrize("frame", [5, 8, 10])
+def test_values_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame: int) -> None:
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
+        shown = json.loads(run(stage, ["read", "--json"]).out)
+    settings = shown["settings"]
+    assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
+
+
+@pytest.mark.parametrize("frame", [6, 8, 10, 12])
+def test_no_profile_is_saved_with_settings_of_two_modules(stage: Stage, frame: int, tmp_path: Path) -> None:
+    """Their boot count is the same."""
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench, boot_count=37, light_threshold=70)):
+        run(stage, ["save", str(tmp_path / "H6.toml")])
+    saved = read_profile(tmp_path / "H6.toml").settings
+    assert (saved["attitude_threshold_deg"], saved["light_threshold_v"]) == (85, 7.0)
+
+
+def test_a_reading_that_ends_in_silence_is_not_whole(stage: Stage) -> None:
+    """Everything was read, after a silence in between, and is read once more."""
+    bench = stage.bench
+    with (
+        falls_after(bench, 14, lambda: bench.change(mute=True)),
+        falls_after(bench, 5, lambda: exchange(bench, boot_count=37, attitude_threshold=60)),
+    ):
+        printed = run(stage, ["read", "--json"], 4)
+    assert "The module does not answer." in printed.err
+    assert json.loads(printed.out)["settings"]["attitude_threshold_deg"] == 60
+
+
+@pytest.mark.parametrize("frame", [17, 18])
+def test_of_a_module_that_was_activated_nobody_says_that_it_is_locked(stage: Stage, frame: int) -> None:
+    """What answers then is another one, which is locked."""
+    bench = stage.bench
+
+    def leave_active() -> None:
+        assert bench.module.state.is_active
+        bench.module.activate(is_active=False)
+        exchange(bench)
+
+    with falls_after(bench, frame, leave_active):
+        printed = run(stage, ["activate", "--yes"], 1)
+    assert printed.err == "Sent, not confirmed: treat the module as ACTIVE.\n"
+
+
+@pytest.mark.parametrize(("frame", "option"), [(1, []), (2, []), (2, ["--same-module"])])
+def test_of_a_module_that_was_sent_lock_nobody_says_that_it_is_locked(
+    stage: Stage, frame: int, option: list[str]
+) -> None:
+    """What answers then is another one, which is locked, and the first one may not have heard it."""
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        printed = run(stage, ["lock", "--yes", *option], 1)
+    assert printed.err.endswith(" not confirmed: treat the module as ACTIVE.\n")
+    assert recorded() == [(Act.LOCK, Outcome.UNKNOWN)]
+
+
+def test_a_slow_line_is_no_silence(stage: Stage) -> None:
+    stage.bench.change(delay_ms=400.0)
+    assert run(stage, ["lock", "--yes"]).out == "The module reports LOCKED.\n"
+
+
+@pytest.mark.parametrize("frame", [4, 8, 12])
+def test_nothing_is_written_to_another_module_than_was_read(stage: Stage, frame: int) -> None:
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        printed = run(stage, ["set", "attitude_threshold_deg=75"], 1)
+    assert "not sent: The module restarted. Read again." in printed.out
+    assert bench.module.memory.attitude_threshold == 85
+
+
+@pytest.mark.parametrize(("act", "frame"), [("activate", 14), ("activate", 15), ("zero", 20), ("shutdown", 14)])
+def test_no_act_is_done_to_another_module_than_was_there(stage: Stage, act: str, frame: int) -> None:
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        printed = run(stage, [act, "--yes"], 1)
+    assert printed.err.startswith("Nothing was sent. ")
+    assert recorded() == []
+
+
+@pytest.mark.parametrize("boots", [37, 90])
+@pytest.mark.parametrize("frame", [20, 22, 25, 32, 34])
+def test_of_a_module_that_was_written_nobody_says_what_another_one_holds(stage: Stage, frame: int, boots: int) -> None:
+    """What answers then, or after the settings have settled, is another one."""
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench, boot_count=boots, light_threshold=70)):
+        shown = json.loads(run(stage, ["set", "attitude_threshold_deg=75", "--json"], 1).out)
+    written = shown["results"]["attitude_threshold_deg"]
+    assert (written["read_back"], bool(written["verified"]), shown["changed"]) == (None, False, {})
+    assert recorded() == [(Act.WRITE, Outcome.UNKNOWN)]
+
+
+def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stage) -> None:
+    bench = stage.bench
+    words = ["preflight", "--who", "R. Tanaka", "--module", "M-07", "--json"]
+    with falls_after(bench, 8, lambda: exchange(bench)):
+        met = json.loads(run(stage, words, 1).out)
+    assert met["read"]["boot_count"] == 90
+    bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 37, 60
+    checks = {one["id"]: one for one in json.loads(run(stage, words, 1).out)["checks"]}
+    assert checks["undisturbed"]["result"] == "pass"
+    assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
+
+
+@pytest.mark.parametrize("frame", [25, 40, 50])
+def test_no_trigger_is_enabled_on_another_module_than_is_checked(stage: Stage, frame: int) -> None:
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench)):
+        run(stage, ["preflight", "--enable-triggers"], 1)
+    assert recorded() == []
+
+
+@pytest.mark.parametrize("more", [[], ["--module", "M-07"]])
+@pytest.mark.parametrize("frame", [15, 20, 30, 38])
+def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame: int, more: list[str]) -> None:
+    """What came is listed, as incomplete, and nothing is kept."""
+    bench, words = stage.bench, ["history", "--json", *more]
+    memory = bench.module.memory
+    invent_records(memory, 3, seed=5, has_odd_voltage=False)
+    before = [*memory.records]
+
+    def exchange_records() -> None:
+        exchange(bench)
+        memory.records.clear()
+        invent_records(memory, 2, seed=9, has_odd_voltage=False)
+
+    with falls_after(bench, frame, exchange_records):
+        printed = run(stage, words, 4)
+    assert printed.err == "The module restarted. Read again.\n"
+    listed = json.loads(printed.out)
+    assert (bool(listed["records"]), listed["complete"]) == (True, False)
+    memory.boot_count, memory.attitude_threshold = 37, 60
+    memory.records.clear()
+    memory.records.extend(before)
+    run(stage, words)
+
+
+@pytest.mark.parametrize("frame", [15, 16])
+def test_nothing_is_kept_of_two_modules_that_only_their_records_tell_apart(stage: Stage, frame: int) -> None:
+    """While the last records of the first one are waited for, another one takes its place."""
+    bench, memory = stage.bench, stage.bench.module.memory
+    invent_records(memory, 3, seed=5, has_odd_voltage=False)
+
+    def exchange_records() -> None:
+        memory.records.clear()
+        invent_records(memory, 2, seed=9, has_odd_voltage=False)
+
+    words = ["history", "--json", "--module", "M-07"]
+    with falls_after(bench, frame, exchange_records):
+        printed = run(stage, words, 4)
+    assert "this may be another module than M-07 (readings differ)" in printed.err
+    assert len(json.loads(printed.out)["records"]) == 5
+    run(stage, words)
+
+
+def test_nothing_is_kept_of_two_modules_where_the_port_is_lost_then(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench, words = bench_of(port), ["history", "--port", port, "--json", "--module", "M-07"]
+    invent_records(bench.module.memory, 3, seed=5, has_odd_voltage=False)
+    with falls_after(bench, 20, lambda: exchange(bench)), falls_after(bench, 34, bench.unplug):
+        printed = run_here(capsys, words, 4)
+    assert json.loads(printed.out)["records"]
+    assert "unplugged" in printed.err
+    with closing(open_store()) as store:
+        assert store.modules() == ()
