@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from itertools import count
 from pathlib import Path
 from time import monotonic
@@ -78,6 +78,17 @@ def no_leaked_thread() -> Iterator[None]:
     if leaked:
         names = ", ".join(f"{one.name}{' (daemon)' if one.daemon else ''}" for one in leaked)
         pytest.fail(f"threads still running after the test: {names}", pytrace=False)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Nothing that is collected is garbage: looking for some takes an eighth of the time, and later as often."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.fixture(autouse=True)

@@ -136,6 +136,7 @@ class CheckRow(QFrame):
         # A step: the end of a check scrolls its rows, and what comes to lie under the pointer then was not chosen.
         self.act = control(StepButton(), texts, f"check_{check.id}_act", slot=self._on_act)
         self._act: Remedy | None = None
+        self._placed: tuple[bool, bool] | None = None
         policy = self.act.sizePolicy()
         policy.setRetainSizeWhenHidden(False)
         self.act.setSizePolicy(policy)
@@ -192,8 +193,11 @@ class CheckRow(QFrame):
     def _place(self) -> None:
         """The button lies beside the reason, below it where the text is large."""
         self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
-        is_below = is_text_large()
-        self._grid.addWidget(self.reason, 1, 1, 1, 2 if self._act is not None and not is_below else 3)
+        has_act, is_below = placed = self._act is not None, is_text_large()
+        if placed == self._placed:
+            return  # placed again, all rows would be laid out anew
+        self._placed = placed
+        self._grid.addWidget(self.reason, 1, 1, 1, 2 if has_act and not is_below else 3)
         side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
         self._grid.addWidget(self.act, *((2, 1, 1, 3) if is_below else (1, 3, 1, 1)), side)
 
