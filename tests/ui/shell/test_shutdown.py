@@ -1,11 +1,13 @@
 """Closing takes at most half a second, whatever the driver, the module and the disk do."""
 
 import errno
+import gc
 import json
 import os
 import shutil
 import sys
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +15,7 @@ from typing import Any
 
 import pytest
 import serial
+from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -26,7 +29,7 @@ from tests.support.processes import ran_code
 from tests.support.terminals import CLOSING_S, Terminal
 from tests.support.window.fakes_ui import ListedPorts, connect, simulated, window
 from ui.core.preferences import Preferences
-from ui.main import Assembly, WindowOptions, _memory
+from ui.main import PAGES, Assembly, WindowOptions, _memory
 from ui.services.storage import Storage
 from ui.shell.shutdown import CLOSE_LIMIT_S, BoundedThread
 
@@ -258,3 +261,15 @@ def test_an_unattended_run_that_ends_early_ends_without_an_error(monkeypatch: py
         monkeypatch.setattr(os, "rmdir", rmdir)
     monkeypatch.undo()
     shutil.rmtree(folder)
+
+
+def test_a_closed_window_is_freed_with_all_its_pages(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    def closed() -> "weakref.ref[object]":
+        with window(qapp, tmp_path, entries=PAGES) as assembly:
+            qtbot.waitUntil(lambda: assembly.window._maker.is_done)
+            return weakref.ref(assembly.window)
+
+    left = closed()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
+    assert left() is None

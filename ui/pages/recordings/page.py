@@ -135,6 +135,10 @@ class RecordingsPage(Page):
         )
         return Notice(Meaning.ATTENTION, text, choices)
 
+    def _show_opened(self) -> None:
+        """Not a lambda, which what is no part of the window would hold, and with it the whole window."""
+        self.page_wanted.emit("live")
+
     def _open_chosen(self) -> None:
         if self.detail.open.isEnabled():
             self.work.open(self.table.chosen()[0])
@@ -190,7 +194,7 @@ class RecordingsPage(Page):
 
     def _wire(self) -> None:
         self.outlines.changed.connect(lambda: self.outlines.read(self.work.entries))
-        self.work.opened.connect(lambda _recording: self.page_wanted.emit("live"))
+        self.work.opened.connect(self._show_opened)
         self.detail.open.clicked.connect(self._open_chosen)
         self.detail.csv.clicked.connect(partial(self._export, ExportKind.CSV))
         self.detail.mcap.clicked.connect(partial(self._export, ExportKind.MCAP))
