@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from app.engine.device import DeviceView
 from app.engine.identity import READ_WITHIN_S
+from app.engine.setting_changes import BOOT_COUNT
 from app.engine.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Event, FellSilent, Restarted, WentOffline
@@ -55,6 +56,8 @@ class ModuleLimits(NamedTuple):
 
 
 NO_LIMITS = ModuleLimits()
+BREAKS = (FellSilent, Restarted, WentOffline)
+"""Events after which another module may answer."""
 STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.DOUBTED})
 """Markers after which the module has lost its state, or is another one."""
 
@@ -95,8 +98,8 @@ class MarkerTracker:
         self._presence = Presence.UNKNOWN
         self._restarts = 0
         self._was_settled = False
-        self._broke_at = -inf
-        """When the conversation broke last."""
+        self._broke_at = self._read_at = -inf
+        """When the conversation broke last, and when the boot count was last read that no doubt followed."""
         self._new: list[Marker] = []
 
     def on_batch(self, batch: Batch) -> list[Marker]:
@@ -140,16 +143,21 @@ class MarkerTracker:
             self._add(at, MarkerKind.CONNECTED)
 
     def _on_identity(self, batch: Batch) -> None:
-        """In doubt is what came since the break, also where only a reading after it has shown that."""
+        """In doubt is what came since the break, also where only a reading after it has shown that; without a break
+        what came since the last reading that did not."""
         for event in batch.events:
-            if isinstance(event, FellSilent | Restarted | WentOffline):
+            if isinstance(event, BREAKS):
                 self._broke_at = event.at - (event.lasted_s if isinstance(event, FellSilent) else 0.0)
         if batch.connection.state is not PortState.OPEN:
             return
         was_settled, self._was_settled = self._was_settled, batch.identity.is_settled
+        boots = batch.device.values.get(BOOT_COUNT.key)
         if was_settled and not self._was_settled:
-            is_since_break = batch.at - self._broke_at <= READ_WITHIN_S
-            self._add(self._broke_at if is_since_break else batch.at, MarkerKind.DOUBTED)
+            is_break_recent = batch.at - self._broke_at <= READ_WITHIN_S
+            since = self._broke_at if is_break_recent else max(self._broke_at, self._read_at)
+            self._add(since if since > -inf else batch.at, MarkerKind.DOUBTED)
+        elif self._was_settled and boots is not None:
+            self._read_at = boots.at
 
     def _on_loss(self, connection: Connection, at: float) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
+from app.engine.device import DeviceView
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState
+from app.recordings.markers import BREAKS
 from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
@@ -27,6 +29,7 @@ from ui.services.recording_jobs import RecordingJobs
 
 if TYPE_CHECKING:
     from app.recordings.recorder import Recorder  # loads numpy, which the window's first paint does not wait for
+
 
 _log = logging.getLogger(__name__)
 
@@ -90,6 +93,8 @@ class SessionRecording:
             if connection.state is PortState.OPEN:
                 # Once a person has settled a doubt, what was recorded since it arose is of the module that they named.
                 if not self._is_in_doubt and (is_in_doubt or connection.opening != self._opening):
+                    if self._recorder is not None and connection.opening == self._opening:
+                        self._recorder.on_batch(_without_content(batch))  # says in its file from where it is in doubt
                     self._begin(connection, "" if is_in_doubt else self._module)
                 self._opening, self._is_in_doubt = connection.opening, is_in_doubt
             else:
@@ -118,6 +123,12 @@ class SessionRecording:
             is_recorded = self._opening == self._port.connection.opening and not self._is_in_doubt
             if name and is_recorded and self._recorder is not None:
                 self._recorder.name_module(name)
+
+
+def _without_content(batch: Batch) -> Batch:
+    """Only when the conversation broke, and that it is in doubt."""
+    breaks = tuple(event for event in batch.events if isinstance(event, BREAKS))
+    return batch._replace(samples=(), events=breaks, finished=(), device=DeviceView())
 
 
 _log = logging.getLogger(__name__)

@@ -235,9 +235,9 @@ def test_where_another_module_may_answer_is_marked_and_written() -> None:
 
 def test_a_reading_that_refutes_tells_of_the_silence_before_it() -> None:
     fell, refuted = batch(2.0)._replace(events=(FellSilent(1.9, 0.4),)), Identity(Trust.REFUTED)
-    late = batch(60.0)._replace(identity=refuted)
+    read, late = batch(50.5, view=device(50.0, boot_count=7)), batch(60.0)._replace(identity=refuted)
     assert take(LiveData(), batch(1.0), fell, batch(2.3)._replace(identity=refuted)) == [(1.5, "another module?")]
-    assert take(LiveData(), batch(1.0), fell, late) == [(60.0, "another module?")]
+    assert take(LiveData(), batch(1.0), fell, read, late) == [(50.0, "another module?")]
 
 
 def test_a_port_that_does_not_open_is_not_called_lost() -> None:

@@ -19,7 +19,9 @@ from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
-from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, opened, recorder_in, report
+from app.recordings.markers import MarkerKind
+from app.recordings.recording import open_recording
+from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, device, opened, recorder_in, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import await_child, find, notice_text
 from ui.core.bridge import Bridge
@@ -145,6 +147,20 @@ def test_what_may_be_another_module_is_recorded_under_no_name(bench: Bench) -> N
     bench.say(some(3.0, is_in_doubt=True))
     assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 3), ("/dev/ttyUSB0", "", 6)]
     assert bench.handed_on[-1].identity.trust is Trust.OPEN
+
+
+def test_the_recording_says_from_where_on_it_may_be_of_another_module(bench: Bench) -> None:
+    """A silence too short to be noticed: only the boot count tells, which was read last before it."""
+    read_at = time.monotonic() + 1.5
+    bench.say(some(1.0)._replace(device=device(read_at, boot_count=7)))
+    bench.say(some(2.0)._replace(device=device(read_at, boot_count=7)))
+    bench.say(some(3.0, is_in_doubt=True)._replace(device=device(read_at + 2.0, boot_count=9)))
+    bench.listed()
+    named, in_doubt = (open_recording(entry) for entry in reversed(bench.library.entries()))
+    (since_s,) = (marker.time_s for marker in named.markers if marker.kind is MarkerKind.DOUBTED)
+    assert since_s == pytest.approx(read_at, abs=0.001)
+    assert MarkerKind.DOUBTED not in [marker.kind for marker in in_doubt.markers]
+    assert (len(named.tilt), len(in_doubt.tilt)) == (6, 3)
 
 
 def test_what_was_recorded_in_doubt_is_of_the_module_that_a_person_names(bench: Bench) -> None:
