@@ -110,7 +110,7 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
 
 def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk: Desk) -> None:
     desk.plug_in(2)
-    second, _ = desk.modules[1]
+    second, worker = desk.modules[1]
     second.begin_check(NO_PROFILE, Person(), is_enabling=True)
     desk.page.checks.check(desk.page.members.connections)
     desk.settle()
@@ -119,6 +119,9 @@ def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk:
     card = desk.page._widgets[second].card
     assert card is not None
     assert card.is_checking
+    second.module.treat_as_new()
+    assert second.check is None
+    assert worker.jobs[-1][0].run.is_cancelled  # it asks, and enables, nothing of another module
 
 
 def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
