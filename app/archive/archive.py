@@ -24,6 +24,7 @@ from app.archive.facts import (
     row_digest,
 )
 from app.records.check_store import KeptRecords
+from app.stations.known import Stations
 from app.stations.station import encoded, own_station
 from app.store.database import Clock, open_database, utc_now
 from app.store.facts import FactKind, fact_hash
@@ -64,6 +65,12 @@ class Archive:
     def public(self) -> str:
         """This station's public key, as used in facts."""
         return encoded(self.station.public)
+
+    @property
+    def revoked(self) -> frozenset[str]:
+        """Public keys of the stations of which nothing counts any more, whatever they signed."""
+        stations = Stations(self.store.database.path.parent).known()
+        return frozenset(encoded(station.public) for station in stations if station.is_revoked)
 
     # The set
 

@@ -108,9 +108,10 @@ def line_of(fact: Fact) -> CheckLine:
 def _by_module(archive: Archive, names: ModuleNames) -> dict[tuple[KnownModule, str], list[Fact]]:
     modules = {member: module for module in names.modules for member in module.members}
     grouped: dict[tuple[KnownModule, str], list[Fact]] = {}
+    revoked = archive.revoked
     for fact in in_chain_order(archive.of_kind(None)):
         member = module_of_fact(fact)
-        if member is not None and member in modules:
+        if member is not None and member in modules and fact.station not in revoked:
             grouped.setdefault((modules[member], fact.kind), []).append(fact)
     return grouped
 

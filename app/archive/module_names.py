@@ -293,8 +293,7 @@ def _folded(name: str) -> str:
 def note_services(archive: Archive) -> None:
     """Keep in the store what other stations, of which none is revoked, did to the modules of this one: a pre-flight
     check opens no archive. Raises `UserError`."""
-    stations = Stations(archive.store.database.path.parent).known()
-    not_theirs = {archive.public, *(encoded(station.public) for station in stations if station.is_revoked)}
+    not_theirs = {archive.public, *archive.revoked}
     others = [fact for fact in archive.of_kind(FactKind.SERVICE) if fact.station not in not_theirs]
     for module in names_of(archive).modules:
         done = [fact.content for fact in others if module_of_fact(fact) in module.members]
