@@ -33,7 +33,7 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Notice
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.sliders import WheelGuard, label_for
 
 
 class Choices(QObject):
@@ -112,18 +112,16 @@ class PreferencesDialog(QDialog):
         form.setHorizontalSpacing(Space.L)
         form.setVerticalSpacing(Space.M)
         # In both languages, for those who read only one.
-        form.addRow(named(QLabel("Language · 语言"), "preferences_language_label"), self.language)
-        for name, box, english in (("theme", self.theme, marked("Theme")), ("zoom", self.zoom, marked("Text size"))):
-            label = control(QLabel(), texts, f"preferences_{name}_label", english)
-            label.setBuddy(box)
+        both = named(QLabel("Language · 语言"), "preferences_language_label")
+        both.setMinimumHeight(self.language.sizeHint().height())
+        form.addRow(both, self.language)
+        for box, english in ((self.theme, marked("Theme")), (self.zoom, marked("Text size"))):
             texts.bind(box.setAccessibleName, english)
-            form.addRow(label, box)
+            form.addRow(label_for(texts, box, english), box)
         texts.bind(self.language.setAccessibleName, "Language")
         self.updates = control(QLineEdit(), texts, "preferences_updates", says="Address for newer versions")
         texts.bind(self.updates.setPlaceholderText, "empty: never asked")
-        caption = control(QLabel(), texts, "preferences_updates_label", "Newer versions")
-        caption.setBuddy(self.updates)
-        form.addRow(caption, self.updates)
+        form.addRow(label_for(texts, self.updates, marked("Newer versions")), self.updates)
         self.unusable = text_label("preferences_updates_unusable", "attention")
         texts.bind(self.unusable.setText, EXPECTED)
         form.addRow(self.unusable)

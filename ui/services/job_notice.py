@@ -70,7 +70,7 @@ class JobNotice(QObject):
 
     def begin(
         self, doing: Callable[[], str], act: Callable[[Running], Result], then: Callable[[Result], object],
-        refused: Callable[[Exception], str], *, writes: bool = True, can_cancel: bool = True,
+        refused: Callable[[Exception], str], *, writes: bool = True,
     ) -> None:  # fmt: skip
         """Does it in the background; `then` says what came of it, `refused` why nothing did. What `writes` goes on when
         the window closes; cancelled, it learns that and says what it had done by then. Reading ends at once."""
@@ -80,7 +80,7 @@ class JobNotice(QObject):
             text, share = doing(), task.share
             if share is not None:
                 text = tr("{what}: {percent} %", what=text, percent=f"{share * 100:.0f}")
-            return progress_notice(text, self.cancel_files if can_cancel else None)
+            return progress_notice(text, self.cancel_files)
 
         def end(result: Result) -> None:
             self.dismiss()

@@ -25,7 +25,7 @@ from ui.style.painted_widget import mixed
 from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.layouts import FlowRow, in_row
-from ui.widgets.sliders import Dial, WheelGuard
+from ui.widgets.sliders import Dial, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
 
@@ -58,10 +58,8 @@ class ThresholdPanel(QWidget):
             ("freefall_time", marked("Free-fall time"), self.time),
         )
         for row, (name, title, dial) in enumerate(rows):
-            label = control(QLabel(), texts, f"{dial.objectName()}_label", title)
-            label.setBuddy(dial)
             dial.describe(texts, BY_NAME[name].title, BY_NAME[name].explanation)
-            grid.addWidget(label, row, 0)
+            grid.addWidget(label_for(texts, dial, title), row, 0)
             grid.addWidget(dial, row, 1)
         grid.setColumnStretch(1, 1)
         self.tilt.turned.connect(lambda value: self._choose(self._limits._replace(attitude_threshold_deg=value)))
