@@ -1,9 +1,8 @@
 """The address of a server, and what is shown of it."""
 
 import re
-from typing import Any, cast
+from typing import Any
 
-import psycopg
 import pytest
 
 from app.archive import postgres
@@ -72,6 +71,8 @@ def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence() -> 
     ],
 )  # fmt: skip
 def test_each_reason_of_libpq_is_told_once(attempts: list[str], why: str) -> None:
+    import psycopg  # 16 MB, only where it is used
+
     raw = "\n".join(f'connection to server at "db" (10.1.2.3), port 5432 failed: {attempt}' for attempt in attempts)
     trouble = postgres._trouble(server_url("postgresql://db/x"), psycopg.OperationalError(f"connection failed: {raw}"))
     assert str(trouble) == f"The archive server postgresql://db/x cannot be used: {why}"
@@ -87,7 +88,9 @@ class _Recorded:
     def execute(self, statement: str, _values: object = ()) -> "_Recorded":
         self.statements.append(statement)
         if statement.startswith("SELECT id FROM") and len(self.statements) == 1:
-            raise psycopg.errors.UndefinedTable
+            from psycopg.errors import UndefinedTable
+
+            raise UndefinedTable
         return self
 
     def fetchall(self) -> list[tuple[object, ...]]:
@@ -97,7 +100,7 @@ class _Recorded:
 def test_the_sql_is_what_distributed_servers_take_too() -> None:
     """CockroachDB, YugabyteDB and Citus: plain statements on a table whose key is the fact's own hash."""
     asked = _Recorded()
-    connection = cast("psycopg.Connection[Any]", asked)
+    connection: Any = asked
     postgres._find_table(connection)
     there = postgres.PostgresFacts(server_url("postgresql://db/x"), connection)
     there.digests()

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from jsonschema import Draft202012Validator
 
 import app.__main__ as program
 from app.cli.commands import ENTRIES, SCHEMAS, complete_parser
@@ -30,6 +29,8 @@ def schema(name: str) -> Any:
 
 
 def faults(name: str, value: object) -> list[str]:
+    from jsonschema import Draft202012Validator  # 4 MB, only where it is used
+
     validator = Draft202012Validator(schema(name), format_checker=Draft202012Validator.FORMAT_CHECKER)
     return [f"{error.json_path}: {error.message}" for error in validator.iter_errors(value)]
 
@@ -40,6 +41,8 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[Any]:
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in SCHEMAS.iterdir()))
 def test_the_command_prints_a_valid_schema(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    from jsonschema import Draft202012Validator
+
     printed = json.loads(run_here(capsys, ["schema", name]).out)
     Draft202012Validator.check_schema(printed)
     assert printed == schema(name)

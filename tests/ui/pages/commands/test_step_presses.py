@@ -247,8 +247,8 @@ def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
             button.setEnabled(False)
             qtbot.wait(7 + number)
             button.setEnabled(True)  # at different times: a timer may be early at some of them
-        appearance.choose(look)
         assert not buttons[-1].is_live
+        appearance.choose(look)
         qtbot.wait(round(DEAD_FOR_S * 1000) + 300)
         assert [button.looks_enabled for button in buttons] == [True] * len(buttons)
         fresh = StepButton()
