@@ -48,7 +48,6 @@ class SettingsController(QObject):
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
         self._connector.changed.connect(self.changed)
-        self._connector.disconnected.connect(self.job.dismiss)
         self._connector.disconnected.connect(self._begin_again)
         self._connector.batch.connect(self._on_batch)
         self._connector.invalidated.connect(self._begin_again)

@@ -61,7 +61,6 @@ class TriggersController(QObject):
         self._is_stored = False
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
-        self._was_requested = False
         self.reads_by_itself = True
         """Reads each module once as soon as the page is visible, and again when it came back or fired."""
         self._has_read = False
@@ -71,8 +70,8 @@ class TriggersController(QObject):
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """Judgements that are not stored yet, by record."""
         self._connector.changed.connect(self._watch_port)
-        self._connector.came_online.connect(self._forget)
-        self._connector.invalidated.connect(self._forget)
+        for is_over in (self._connector.came_online, self._connector.invalidated, self._connector.disconnected):
+            is_over.connect(self._forget)
         self._connector.renamed.connect(self._on_name_changed)
         self._show_archive()
 
@@ -248,15 +247,12 @@ class TriggersController(QObject):
 
     def _watch_port(self) -> None:
         port = self._connector.current
-        is_requested = port.is_requested
         is_settled = not port.is_open or port.identity.is_settled
         has_fired, breaks = port.device.reported[0] is True, port.device.breaks
-        is_over = is_requested != self._was_requested or is_settled < self._was_settled
-        is_over |= not is_settled and breaks != self._breaks  # a third one may have come
+        is_over = not is_settled and (self._was_settled or breaks != self._breaks)  # a third one may have come, too
         if has_fired > self._had_fired:
             self._has_read = False
-        self._was_requested, self._was_settled, self._had_fired = is_requested, is_settled, has_fired
-        self._breaks = breaks
+        self._was_settled, self._had_fired, self._breaks = is_settled, has_fired, breaks
         if is_over:
             self._forget()
         self.changed.emit()
