@@ -5,11 +5,13 @@ when the link is lost. An unknown value is null in JSON and "unknown" with the r
 """
 
 import argparse
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.device import MAX_LAG_S, STATUS_KEYS, StaleReason
+from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.procedures.read import Everything, read_everything, undisturbed
@@ -19,7 +21,7 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage, message
 from app.text.sentences import in_brackets, join_names
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS
-from protocol.events import Unanswered
+from protocol.events import FellSilent, Received, Unanswered
 from protocol.fields import Choice, Quantity, Value
 from protocol.translatable import marked
 
@@ -46,8 +48,9 @@ _WORDS = {
 
 
 def run(args: argparse.Namespace) -> int:
-    with connected(args.port, args.baud) as conversation:
-        findings, trouble = _read(conversation, args.port)
+    silence = _Silence()
+    with connected(args.port, args.baud, on_batch=silence.on_batch) as conversation:
+        findings, trouble = _read(conversation, args.port, silence)
     has_something = any(key != "baud_rate" for key in findings.values)
     if has_something or trouble is None or args.json:
         console.emit(args, json_of(findings), page_of(findings))
@@ -59,6 +62,21 @@ def run(args: argparse.Namespace) -> int:
     if trouble is not None and not has_something:
         return console.NO_LINK
     return console.PARTIAL if findings.errors or trouble is not None else console.SUCCESS
+
+
+class _Silence:
+    """The last one after which something answered again: it may be another module."""
+
+    def __init__(self) -> None:
+        self._is_silent = False
+        self.ended_at = -math.inf
+
+    def on_batch(self, batch: Batch) -> None:
+        for event in batch.events:
+            if isinstance(event, FellSilent):
+                self._is_silent = True
+            elif isinstance(event, Received) and self._is_silent:
+                self._is_silent, self.ended_at = False, event.at
 
 
 class Findings(NamedTuple):
@@ -75,7 +93,7 @@ class Findings(NamedTuple):
     """Invalid bytes were received."""
 
 
-def _read(conversation: Conversation, port: str) -> tuple[Findings, str | None]:
+def _read(conversation: Conversation, port: str, silence: _Silence) -> tuple[Findings, str | None]:
     """What was read, and a sentence if reading ended early."""
     everything: Everything | None = None
     with LinkTrouble() as link:
@@ -83,11 +101,12 @@ def _read(conversation: Conversation, port: str) -> tuple[Findings, str | None]:
         if everything is None:
             raise console.Refused(tr("The module restarted. Read again."), console.NO_LINK)
     if everything is None:
-        return _findings(conversation, port, {}, _PORT_LOST), link.sentence
+        return _findings(conversation, port, {}, _PORT_LOST, since=silence.ended_at), link.sentence
     errors = {key: unanswered_reason(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_silent:
         return _findings(conversation, port, errors, _RESTARTED), None
-    return _findings(conversation, port, errors, _FELL_SILENT), module_is_silent(port, conversation.device)
+    findings = _findings(conversation, port, errors, _FELL_SILENT, since=silence.ended_at)
+    return findings, module_is_silent(port, conversation.device)
 
 
 def unanswered_reason(unanswered: Unanswered) -> UserMessage:
@@ -98,11 +117,12 @@ def unanswered_reason(unanswered: Unanswered) -> UserMessage:
 
 
 def _findings(
-    conversation: Conversation, port: str, errors: dict[str, UserMessage], why_missing: UserMessage
-) -> Findings:
-    """All values that are known now were read in this conversation. `why_missing` is the reason for values that are
-    neither known nor in `errors`."""
-    known = conversation.device.values
+    conversation: Conversation, port: str, errors: dict[str, UserMessage], why_missing: UserMessage,
+    since: float = -math.inf,
+) -> Findings:  # fmt: skip
+    """All values that are known now were read in this conversation, those before `since` perhaps from another module.
+    `why_missing` is the reason for values that are neither known nor in `errors`."""
+    known = {key: reading for key, reading in conversation.device.values.items() if reading.at >= since}
     values = {key: reading.value for key, reading in known.items() if reading.stale_reason is not StaleReason.RESTARTED}
     unreadable = {command.key for command in SETTINGS if not command.reads_back} | {BAUD_RATE.key}
     missing = {*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS} - unreadable - set(values)

@@ -130,7 +130,7 @@ class Bench:
         judged = assess(Case(evidence=evidence, profile=profile, past=Past(module=name), person=person))
         if why is None and judged.verdict is not Verdict.READY:
             why = joined(judged.titles_against)
-        settings = evidence.settings(FINGERPRINT_KEYS)
+        settings = {} if evidence.disturbance is not None else evidence.settings(FINGERPRINT_KEYS)  # may be another's
         with store.database.transaction():
             if why is None and store.module_named(name) is not None:
                 why = message(TAKEN, module=name)

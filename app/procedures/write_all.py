@@ -338,8 +338,8 @@ def _outcome(written: Written | None) -> Outcome:
         return Outcome.NOT_SENT
     if written.is_fine:
         return Outcome.CONFIRMED
-    is_refused = written.read_back is not None or written.fault is WriteFault.REFUSED
-    return Outcome.REFUSED if is_refused else Outcome.UNKNOWN
+    is_read = written.read_back is not None and written.fault is not WriteFault.RESTARTED
+    return Outcome.REFUSED if is_read or written.fault is WriteFault.REFUSED else Outcome.UNKNOWN
 
 
 def _result(written: Written) -> dict[str, object]:

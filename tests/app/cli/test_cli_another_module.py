@@ -10,6 +10,7 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.settings.profile_file import read_profile
 from app.simulator.memory import invent_records
+from app.store.facts import FactKind
 from app.store.store import open_store
 from tests.adversary.program import PORT, Ran, Stage
 from tests.app.cli.test_cli_act import recorded
@@ -41,6 +42,22 @@ def test_values_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame:
         shown = json.loads(run(stage, ["read", "--json"]).out)
     settings = shown["settings"]
     assert (shown["boot_count"], settings["attitude_threshold_deg"], settings["light_threshold_v"]) == (90, 85, 7.0)
+
+
+@pytest.mark.parametrize("ends", ["unplugged", "silent"])
+@pytest.mark.parametrize("frame", [9, 11])
+def test_values_of_two_modules_are_not_read_as_those_of_one_where_reading_ends_then(
+    ends: str, frame: int, port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench = bench_of(port)
+    with (
+        falls_after(bench, frame, bench.unplug if ends == "unplugged" else lambda: bench.change(mute=True)),
+        falls_after(bench, 5, lambda: exchange(bench, light_threshold=70)),
+    ):
+        shown = json.loads(run_here(capsys, ["read", "--port", port, "--json"], 4).out)
+    settings = shown["settings"]
+    assert (settings["light_threshold_v"], settings["attitude_threshold_deg"]) == (None, 85)
+    assert "light_threshold_v" in shown["errors"]
 
 
 @pytest.mark.parametrize("frame", [6, 8, 10, 12])
@@ -125,6 +142,25 @@ def test_of_a_module_that_was_written_nobody_says_what_another_one_holds(stage: 
     written = shown["results"]["attitude_threshold_deg"]
     assert (written["read_back"], bool(written["verified"]), shown["changed"]) == (None, False, {})
     assert recorded() == [(Act.WRITE, Outcome.UNKNOWN)]
+
+
+def test_a_write_before_a_restart_is_not_logged_as_refused(stage: Stage) -> None:
+    """What is read afterwards may be what the restart left, or another module's."""
+    with falls_after(stage.bench, 20, stage.bench.restart):
+        shown = json.loads(run(stage, ["set", "attitude_threshold_deg=75", "--json"], 1).out)
+    assert shown["results"]["attitude_threshold_deg"]["error"] == "the module restarted"
+    assert recorded() == [(Act.WRITE, Outcome.UNKNOWN)]
+
+
+def test_what_is_set_aside_of_a_batch_has_no_settings_of_another_module(stage: Stage, tmp_path: Path) -> None:
+    profile = tmp_path / "batch.toml"
+    profile.write_text('name = "x"\n[settings]\nfreefall_time_s = 1.2\n', encoding="utf-8")
+    words = ["provision", "--profile", str(profile), "--names", "M-001", "--enable-triggers", "--records-reviewed"]
+    with falls_after(stage.bench, 70, lambda: exchange(stage.bench)):
+        run(stage, [*words, "--yes"])
+    with closing(open_store()) as store:
+        aside, ready = (fact.content for fact in store.facts.select(FactKind.PROVISIONED, "ORDER BY number", ()))
+    assert (aside["boot_count"], aside["settings_code"], ready["boot_count"]) == (37, None, 90)
 
 
 def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stage) -> None:
