@@ -170,6 +170,7 @@ class Session:
     def close(self, *, why: Exception | None = None) -> None:
         """End all procedures and close the port. Idempotent, never raises."""
         now = self.clock()
+        self._return_unsent(now)
         for run in self._runs():
             run.throw(why or PortLost(), now)
             for _ in range(8):  # its cleaning up may yield several times
@@ -178,6 +179,15 @@ class Session:
         self.background = None
         self.device.mark_all_stale(StaleReason.LINK_LOST)
         self.line.close()
+
+    def _return_unsent(self, now: float) -> None:
+        """A set or an act that waits for a quiet line is not sent any more, and its procedure knows it."""
+        run = self._asking
+        ask = run.pending_ask if run is not None else None
+        if run is not None and ask is not None and not (ask.request.is_repeatable or self._link.has_left):
+            self._asking = None
+            self._link.abandon(now)
+            run.resume(Unanswered(ask.request, 0, 0.0, now), now)
 
     def _runs(self) -> list[Run[Any]]:
         return self._foreground + ([self.background] if self.background is not None else [])
@@ -197,6 +207,7 @@ class Session:
         for run in self._runs():
             if run.pop_cancel():
                 if self._asking is run:
+                    self._return_unsent(now)
                     self._asking = None
                     self._digest(self._link.abandon(now), now)
                 run.throw(Cancelled(), now)
@@ -263,6 +274,7 @@ class Session:
         The request in flight is unanswered and not repeated. Procedures end with `Slept`, except urgent ones (LOCK) and
         the background, which reads everything again as soon as the module answers.
         """
+        self._return_unsent(now)
         asking, self._asking = self._asking, None
         ask = asking.pending_ask if asking is not None else None
         gone = self._link.abandon(now)

@@ -136,7 +136,6 @@ class _Observed(NamedTuple):
     is_alive: bool | None = None
     has_fired: bool | None = None
     """For deploying: the answer to "triggered?"."""
-    is_sent: bool = True
 
 
 def perform(
@@ -154,6 +153,9 @@ def perform(
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
     try:
         answer = yield Ask(request, is_deliberate=True)
+        if isinstance(answer, Unanswered):  # it never left
+            journal.settle(entry, Outcome.NOT_SENT, {})
+            return Performed(act=act, outcome=Outcome.NOT_SENT)
         before: EngineView = yield Inspect()
         after = yield from _observe_after(act, answer)
         is_broken = _is_quick(before) and (yield Inspect()).device.breaks != before.device.breaks
@@ -251,8 +253,6 @@ def _detail(view: EngineView) -> dict[str, object]:
 
 def _observe_after(act: Act, outcome: Reply) -> Procedure[_Observed]:
     """Read the module's state after the act; `outcome` is the reply to the act."""
-    if isinstance(outcome, Unanswered):
-        return _Observed(is_acknowledged=False, raw=None, is_sent=False)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None
     raw = message.raw if isinstance(message, Acknowledgement) else None
     is_acknowledged = isinstance(message, Acknowledgement) and message.is_accepted
@@ -300,8 +300,6 @@ def _reports(*, is_fenced: bool, apart_s: float = 0.0) -> Procedure[tuple[Status
 
 
 def _outcome(act: Act, after: _Observed) -> Outcome:
-    if not after.is_sent:
-        return Outcome.NOT_SENT
     match act:
         case Act.ACTIVATE:
             return _activation_outcome(after)

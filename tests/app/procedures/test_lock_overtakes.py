@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import Ask, Procedure
+from app.engine.procedure import Ask, PortLost, Procedure
 from app.engine.session import Run
 from app.procedures.act import Performed, perform
 from app.procedures.baud import BaudEnd, change_baud
@@ -58,6 +58,22 @@ def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -
     refused = [refusal.condition for refusal in performing.result.refusals]
     assert refused in ([Interlock.CONFIRMED], [])  # none where it was waiting for a quiet line
     assert not rig.bench.module.state.is_active
+
+
+@pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
+@pytest.mark.parametrize("why", ["cancelled", "port lost"])
+def test_what_is_broken_off_while_it_waits_for_a_quiet_line_was_not_sent(act: Act, why: str) -> None:
+    rig = Rig()
+    performing = under_way(rig, act)
+    while performing.pending_ask is None or performing.pending_ask.request != REQUESTS[act]:
+        rig.session.step()
+    if why == "cancelled":
+        performing.cancel()
+        rig.step_for(0.2)
+    else:
+        rig.session.close(why=PortLost())
+    assert performing.result == Performed(act=act, outcome=Outcome.NOT_SENT)
+    assert REQUESTS[act] not in rig.line.requests
 
 
 def test_the_baud_rate_is_not_changed_after_lock_was_pressed() -> None:
