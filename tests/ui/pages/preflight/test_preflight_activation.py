@@ -88,6 +88,7 @@ def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_g
     assert rig.check() is Standing.READY
     check = port.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
     assert page.banner.announcement.head == "Changed: checked again"
+    assert rig.assembly.connector.is_busy  # no page reads by itself beside it
     rig.until(lambda: not page.buttons.run.isEnabled())  # one at a time
     rig.until(lambda: check.standing is Standing.READY)
     assert page.work.standing is Standing.VOID
