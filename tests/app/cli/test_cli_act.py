@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import app.__main__ as program
+from app.cli.act import exit_code
+from app.procedures.lock import Locked
 from app.records.record import Record, as_text
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
@@ -60,6 +62,19 @@ def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureF
     assert acts(wire) == []
     assert program.main(["lock", "--port", port, "--yes"]) == 0
     assert acts(wire) == [REQUESTS[Act.LOCK].encode()]
+
+
+@pytest.mark.parametrize(("module", "code"), [("?mute=yes", 3), ("?active=yes&mute_codes=10", 1)])
+def test_lock_is_sent_before_anything_is_answered(
+    module: str, code: int, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    said = run_here(capsys, ["lock", "--port", port + module, "--yes"], code).err
+    assert wire[0] == REQUESTS[Act.LOCK].encode()
+    assert "not confirmed: treat the module as ACTIVE." in said
+
+
+def test_a_lock_that_lost_the_port_ends_as_one_without_a_link() -> None:
+    assert exit_code(Locked(outcome=Outcome.UNKNOWN, sent=1, is_port_lost=True)) == 3
 
 
 # `dps-s verify`: its exit codes, whose signatures it believes, and the audit log.
@@ -239,13 +254,13 @@ def test_a_proposal_for_flights_that_must_not_fire(calm: Path, crash: Path, caps
 
 
 def test_what_cannot_be_read_is_said_and_the_others_are_judged(
-    calm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    crash: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bad = tmp_path / "bad.bin"
     bad.write_bytes(b"nothing")
     code, printed = fired(capsys, tmp_path, "--json")
     assert code == 2
-    assert [json.loads(line)["log"] for line in printed.out.splitlines()] == [str(calm)]
+    assert [json.loads(line)["log"] for line in printed.out.splitlines()] == [str(crash)]
     assert printed.err.endswith(f"\n{bad}: unknown kind of file.\n")
 
 
