@@ -251,11 +251,11 @@ def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
 @pytest.mark.parametrize("is_unplugged", [False, True])
 def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: bool) -> None:
     connector = one.assembly.connector
-    lock = connector.current.lock
+    lock, done = connector.current.lock, list[str]()
     with simulated("other") as other:
         other.module.activate(is_active=True)
         one.bench.change(mute=True)
-        press(one.qtbot, one.assembly.window.top_bar.lock)
+        lock.press(then=lambda: done.append("meant for the former module"))
         one.until(lambda: bool(lock.sent))
         if is_unplugged:
             one.bench.unplug()
@@ -266,6 +266,9 @@ def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: 
         one.wait(1.0)
         assert other.state().is_active
         assert not lock.is_repeating
+        press(one.qtbot, one.assembly.window.top_bar.lock)
+        one.until(lambda: lock.confirmed is not None)
+        assert done == []
 
 
 def test_its_keys_count_while_the_pages_are_made(

@@ -54,6 +54,7 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     desk.page.open_paths(paths)
     assert has_begun.wait(30)
     desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)")
+    desk.page.open_paths([write_csv(tmp_path / "waits.csv", tilted("", 20))])
     press(desk.qtbot, desk.page.strip.button("cancel_flights"))  # without waiting
     assert desk.notice() == "Cancelled. 1 of 3 logs"
     assert desk.shown(MUST_NOT) == [str(paths[0])]
