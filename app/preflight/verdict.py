@@ -194,8 +194,7 @@ def void_of_reading(evidence: Evidence, state: StateReading | None) -> Void | No
     changes = () if state is None or evidence.last is None else tuple(changes_between(evidence.last, state))
     if changes:
         return Void(Disturbance.CHANGED, changes[0].shown)
-    is_read = state is not None and state.status is not None and state.is_complete
-    return None if is_read else Void(Disturbance.UNREAD)
+    return None if state is not None and state.is_complete else Void(Disturbance.UNREAD)
 
 
 def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMessage | None:

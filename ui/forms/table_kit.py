@@ -158,9 +158,7 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
         return all(word in text for word in self._words)
 
     def row_at(self, place: int) -> Row:
-        """The row shown at `place`. Raises `IndexError`."""
-        if not 0 <= place < self.rowCount():
-            raise IndexError(place)
+        """The row shown at `place`."""
         row: Row = self.index(place, 0).data(ROW_ROLE)
         return row
 

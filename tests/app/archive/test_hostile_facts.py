@@ -81,6 +81,7 @@ UNREADABLE = {
     "a revision below one": ("settlement", _settled(revision=0)),
     "a decision of a list": ("settlement", _settled(who=[])),
     "a decision about a station that is none": ("settlement", _settled(modules=[["x", "M-07"], [KEY, "M-08"]])),
+    "another spelling of a station": ("settlement", _settled(modules=[[f"{KEY}!", "M-07"], [KEY, "M-08"]])),
     "a decision about one module": ("settlement", _settled(modules=[[KEY, "M-07"], [KEY, "M-07"]])),
     "a list": ("module", "[]"),
     "more than a fact may be long": ("preflight_check", json.dumps({"x": "a" * 4_000_000})),

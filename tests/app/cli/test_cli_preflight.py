@@ -229,6 +229,18 @@ def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str
     assert printed.out.startswith("READY")
 
 
+def test_a_check_that_cannot_be_filed_is_said(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_what: object) -> None:
+        raise ValueError("what cannot be used")
+
+    monkeypatch.setattr("app.records.filing._store", fail)
+    printed = run_here(capsys, ["preflight", "--port", port, "--enable-triggers", "--module", "M-07"])
+    assert printed.err.endswith("Not kept.\n")
+    assert printed.out.startswith("READY")
+
+
 def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert is_one_sentence(run_here(capsys, ["verify", str(tmp_path / "none.json")], 2).err)
     assert program.main(["verify", str(tmp_path)]) == 2

@@ -261,6 +261,8 @@ def test_a_moment_that_depends_on_the_reading_of_the_rule_says_so() -> None:
 def test_a_record_that_fits_everywhere_is_not_listed_without_end() -> None:
     match = match_record(record(ATTITUDE), flight(*[(0.5, 2.0, 1.0), (0.5, 75.0, 1.0)] * 30))
     assert (len(match.moments), match.has_more) == (MAX_MOMENTS, True)
+    match = match_record(record(ATTITUDE), flight(*[(0.5, 2.0, 1.0), (0.5, 75.0, 1.0)] * MAX_MOMENTS))
+    assert (len(match.moments), match.has_more) == (MAX_MOMENTS, False)
 
 
 def test_every_trigger_of_the_simulated_module_is_among_the_proposals_for_its_record() -> None:

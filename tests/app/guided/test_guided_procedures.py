@@ -78,6 +78,10 @@ def test_an_angle_within_three_degrees_of_the_threshold_passes(low: int, high: i
     assert Span(high, low).is_near(60) is is_near
 
 
+def test_an_angle_is_shown_as_one_where_two_reports_in_a_row_hold_it() -> None:
+    assert [Span(60, high).message().in_english() for high in (61, 62)] == ["61°", "60–62°"]
+
+
 def test_the_value_for_programs_is_that_of_the_first_report_after_the_change() -> None:
     turn = Turn(TiltDirection.FORWARD, 71.0, fired=Span(68.0, 71.0), rearmed=Span(62.0, 58.0))
     assert [one.value for one in _result([turn], 70.0).measured[:2]] == [71.0, 58.0]

@@ -174,6 +174,7 @@ def test_bay() -> None:
     assert bay_outside(1.8, 1.8) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
     assert bay_outside(1.7, 1.8, is_inverted=True) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
     assert bay_outside(1.9, 1.8, is_inverted=True) is None
+    assert bay_outside(1.8, 1.8, is_inverted=True) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
 
 
 def test_line() -> None:

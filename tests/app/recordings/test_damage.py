@@ -375,11 +375,13 @@ def test_the_command_line_converts_everything_once(
     place.mkdir(parents=True)
     for name in ("whole", "cutoff"):
         (library / name).rename(place / name)
+    (place / "whole" / "kept").touch()
     (place / "broken").mkdir()
     (place / "broken" / "session.json").write_text("{", encoding="utf-8")
     assert program.main(["recordings", "convert"]) == 4
     assert "broken: damaged heading" in Printed(capsys).err
-    assert [entry.name for entry in RecordingLibrary(place).entries()] == ["cutoff", "whole"]
+    converted = [(entry.name, entry.is_pinned) for entry in RecordingLibrary(place).entries()]
+    assert converted == [("cutoff", False), ("whole", True)]
     assert [path.name for path in old_recordings(place)] == ["broken"]
     assert program.main(["recordings", "convert", str(library / "session.dpscap")]) == 0
     assert (library / "session.mcap").is_file()

@@ -13,9 +13,9 @@ from app.safety.journal import Outcome
 from app.safety.last_known import keep_away
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import TcpEndpoint
-from app.store.database import FILE_NAME, utc_now
+from app.store.database import FILE_NAME, StoreFault, StoreTrouble, utc_now
 from app.store.left_active import left_active
-from app.store.store import open_store
+from app.store.store import Store, open_store
 from app.system.folders import data_folder
 from tests.app.simulator.test_simulator_servers import posix_only, pty, serving
 from tests.support.cli_line import run_here
@@ -124,6 +124,19 @@ def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, capsys: p
     assert "Boot count" in printed.out
     assert printed.err.startswith("The records cannot be read")
     assert len(printed.err.splitlines()) == 1
+
+
+def test_of_a_store_that_fails_meanwhile_nothing_is_said_to_be_left(
+    line: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_store: Store) -> None:
+        raise StoreTrouble(StoreFault.FAILED, data_folder(), "disk I/O error")
+
+    leave(line)
+    monkeypatch.setattr("app.store.left_active.left_active", fail)
+    said = run_here(capsys, ["lock", "--yes", "--port", line]).err
+    assert said.endswith(" cannot be used.\n")
+    assert "--same-module" not in said
 
 
 @pytest.mark.parametrize("clock_h", [0, 1])

@@ -326,7 +326,6 @@ class PreflightPage(Page):
         self.editor.saved.connect(self._use_profile)
         self.editor.closed.connect(self.show_check)
         self.result.changed.connect(self._show_result)
-        self.files.stations_changed.connect(self.history.stations.refresh)
         self.history.closed.connect(self.show_check)
         self.history.print_wanted.connect(self._export_stored)
         work.changed.connect(self._on_work)

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from app.preflight.verdict import Verdict
@@ -39,10 +39,6 @@ def ask_record(parent: QWidget, then: ThenPath) -> None:
 
 
 class RecordFiles(QObject):
-    """`stations_changed`: one more station is trusted."""
-
-    stations_changed = Signal()
-
     def __init__(self, storage: Storage, result: JobNotice, parent: QWidget) -> None:
         super().__init__(parent)
         self.ask_path: AskPath = ask_path
@@ -135,7 +131,6 @@ class RecordFiles(QObject):
         except OSError as error:
             self._result.notify(Meaning.DANGER, partial(not_written, tr("Known stations"), error))
             return
-        self.stations_changed.emit()
         self.verify(path)
 
 
