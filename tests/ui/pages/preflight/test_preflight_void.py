@@ -178,27 +178,6 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
         assert len(kept(bench, "M-07")) == 1
 
 
-def test_a_check_that_is_still_being_filed_is_not_the_next_modules(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
-) -> None:
-    release = threading.Event()
-    with on_bench(qtbot, qapp, tmp_path, "next", "preflight") as bench:
-        page, store = bench.preflight, bench.assembly.storage.store
-        assert isinstance(store, Store)
-        name_module(bench, "M-07")
-        try:
-            bench.click(page.buttons.run)
-            bench.until(lambda: page.work._job.is_running)
-            store.queue.submit(lambda: release.wait(LIMIT_S))
-            bench.until(lambda: page.work._filing.is_running)
-            bench.assembly.connector.current.module.treat_as_new()
-        finally:
-            release.set()
-        store.queue.submit(lambda: None).result(LIMIT_S)
-        QApplication.processEvents()
-        assert page.work.standing is Standing.NOT_CHECKED
-
-
 def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "word", "triggers", "preflight", history=2) as bench:
         name_module(bench, "M-07")
