@@ -137,9 +137,9 @@ def _exchange(args: argparse.Namespace, key: str, place: str, act: Callable[...,
         try:
             done = act(archive, on_page=lambda done: console.show_progress(_counts(done)))
         except UserError as error:
-            console.clear_progress()
             raise console.Refused(error.message, failed) from error
-    console.clear_progress()
+        finally:
+            console.clear_progress()
     console.emit(args, {
         key: place, "sent": done.sent, "received": done.received,
         "refused": [_refused_json(fact) for fact in done.refused], "refused_count": done.refused_count,

@@ -194,7 +194,6 @@ def _require_answers(before: EngineView) -> Procedure[None]:
 
 
 def _watch(evidence: Evidence) -> Procedure[None]:
-    evidence.trials.clear()
     begin: EngineView = yield Inspect()
     ends_at = begin.now + STILL_S
     now = begin.now

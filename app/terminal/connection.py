@@ -158,8 +158,7 @@ class Conversation:
     def _outcome(self, job: Job[Result]) -> Result:
         try:
             return job.outcome()
-        except PortLost as error:
-            self._raise_trouble()
+        except PortLost as error:  # a lost port raises its own error
             raise RuntimeError("the connection ended without a reason") from error
 
     def _doing(self) -> str:

@@ -191,7 +191,6 @@ class PortConnection(QObject):
         if self._finding is not None or not self.is_open:
             return
         self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)
-        self.update_view()
 
     def confirm_identity(
         self, seen: Identity | None = None, *, is_named: bool | None = None, before: IdentityEvidence = UNKNOWN

@@ -6,6 +6,7 @@ import json
 import signal
 import threading
 import time
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -13,6 +14,7 @@ import pytest
 
 import app.__main__ as program
 from app.captures.entries import Way
+from app.cli.monitor import JsonLines
 from app.cli.record import RecordedSession
 from app.engine.device import DeviceView
 from app.engine.procedure import Ask, Cancelled, Inspect, Pause, Procedure
@@ -28,7 +30,7 @@ from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run
 from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, running
-from tests.support.records.recordings_made import device, opened, read_session
+from tests.support.records.recordings_made import batch, device, opened, read_session, report
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
@@ -63,6 +65,17 @@ def test_monitor_says_where_another_module_may_answer(
         printed = run_here(capsys, ["monitor", "--port", f"{port}?rate=100", "--seconds", "6", "--json"])
     assert f"This may be another module: {said}" in printed.err
     assert all(json.loads(line)["tilt_deg"] == 0 for line in printed.out.splitlines())
+
+
+def test_what_came_before_is_printed_before_another_module_is_said() -> None:
+    both, said = io.StringIO(), iter((None, "This may be another module."))
+    printer = JsonLines(StreamSpan(None))
+    printer.begin()
+    printer._same = Mock(contradiction=lambda _device: next(said))
+    with redirect_stdout(both), redirect_stderr(both):
+        printer.on_batch(batch(1.0, report(1.0)))
+        printer.on_batch(batch(2.0))
+    assert [line[:4] for line in both.getvalue().splitlines()] == ['{"t_', "This"]
 
 
 def test_monitor_leaves_a_stream_that_was_on(

@@ -92,12 +92,15 @@ def _activate_with(bench: SimulatedBench, threshold: float) -> None:
     bench.module.activate(is_active=True)
 
 
-def test_moved_too_fast_it_is_done_again_and_stays_unclear() -> None:
+def test_moved_too_fast_it_is_done_again_and_stays_unclear(monkeypatch: pytest.MonkeyPatch) -> None:
+    said, hear = list[str](), Hands.hear
+    monkeypatch.setattr(Hands, "hear", lambda hands, report: (said.append(report.doing), hear(hands, report)))
     rig = streaming(rate=5)
     rig.step_for(0.1)  # else a report falls on the moment at which it rearms, level already
     done = result(guided(rig, GuidedKind.TILT, speed_deg_s=900.0))
     assert done.verdict is GuidedVerdict.UNCLEAR
     assert rows(done)["Fires, forward"][1] == "unclear"
+    assert said.index("Hold it level.") < said.index("Too fast. Hold it level.")
 
 
 def test_a_disabled_trigger_does_not_fire_and_fails() -> None:

@@ -1,7 +1,6 @@
 """Forgeries made with the program's own functions are never called intact."""
 
 import json
-import re
 import sys
 from collections.abc import Mapping
 from contextlib import closing
@@ -239,7 +238,7 @@ def test_the_key_is_kept_and_only_this_user_can_read_it(tmp_path: Path) -> None:
         own_station(tmp_path / "data")
         assert (tmp_path / "data" / KEY_FILE).stat().st_mode & 0o777 == 0o600
     assert [path.name for path in (tmp_path / "data").iterdir()] == [KEY_FILE]
-    assert re.fullmatch(r"([0-9A-F]{4}-){4}[0-9A-F]{4}", fingerprint_of(one.public))
+    assert fingerprint_of(bytes(32)) == "6668-7AAD-F862-BD77-6C8F", "as people noted it of earlier versions"
 
 
 @pytest.mark.parametrize("content", [b"", b"no key", b"-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n"])

@@ -164,6 +164,14 @@ def test_ten_hours_at_line_rate_take_no_more_memory_than_one() -> None:
     assert envelope.high.max() == 604
 
 
+def test_one_sample_at_a_time_takes_no_more_of_the_summary_than_many() -> None:
+    one, many, times = Series(), Series(), 1000.0 + np.arange(200) / 40
+    many.append(times, times)
+    for time_s in times:
+        one.append(time_s, time_s)
+    assert len(one._buckets) == len(many._buckets) < 200
+
+
 def test_slow_samples_outlive_the_summary() -> None:
     series = Series(1000, summary_buckets=20)
     series.append(np.arange(500.0), np.arange(500.0))

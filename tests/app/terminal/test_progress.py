@@ -33,10 +33,15 @@ class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
 
+    flushed = ""
+
+    def flush(self) -> None:
+        self.flushed = self.getvalue()
+
     @property
     def left(self) -> str:
         """What still stands there: the last line, without what was wiped."""
-        return self.getvalue().rpartition("\n")[2].rpartition("\r")[2].removesuffix("\x1b[K")
+        return self.flushed.rpartition("\n")[2].rpartition("\r")[2].removesuffix("\x1b[K")
 
 
 @pytest.fixture

@@ -88,6 +88,7 @@ def test_the_pages_see_a_chosen_module_as_a_new_connection(qtbot: QtBot, ports: 
     first.stream.is_wanted = True
     connector.choose(second)
     assert (first.stream.is_wanted, second.stream.is_wanted) == (False, True)  # of the one that is shown
+    assert other.publish_every_s < worker.publish_every_s
     assert seen == [("/dev/two", PortState.OPENING, None), ("/dev/two", PortState.OPEN, 23)]
     assert online == [second.target]
     assert (connector.current.adapter_key, connector.current) == ("/dev/two", second)

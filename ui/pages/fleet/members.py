@@ -65,14 +65,11 @@ class FleetMembers(QObject):
             if existing.target is not None and existing.target.key == target.key:
                 return existing
         current = self._connector.current
-        if not current.is_requested and not current.is_open:
-            current.connect_to(target)
-            self.changed.emit()
-            return current
-        connection = self._connector.add()
-        connection.connect_to(target)
+        is_free = not current.is_requested and not current.is_open
+        port = current if is_free else self._connector.add()
+        port.connect_to(target)
         self.changed.emit()
-        return connection
+        return port
 
     def connect_all(self) -> None:
         for port in self._connector.ports.ports:

@@ -25,6 +25,7 @@ from tests.support.window.fake_ports import FakePorts, FakeWorker, fake_services
 from ui.pages.settings import controller
 from ui.pages.settings.controller import SettingsController
 from ui.services.storage import Storage
+from ui.style.theme import Meaning
 
 TILT, TIME, LIGHT = (BY_NAME[name] for name in ("attitude_threshold", "freefall_time", "light_threshold"))
 FOUND: dict[str, Value] = {TILT.key: 60, TIME.key: 1.6, LIGHT.key: 1.8}
@@ -223,3 +224,12 @@ def test_to_a_module_that_may_be_another_nothing_is_written_or_restored(desk: De
     assert desk.says.startswith("Nothing was written.")
     desk.work.restore_initial()
     assert (desk.work.initial, desk.work.form.edited) == (None, WANTED)
+
+
+def test_what_is_only_acknowledged_is_not_shown_as_good(desk: Desk) -> None:
+    desk.write()
+    written = Written(command=BY_NAME["attitude_trigger"], target=True, heard=SetReply.ECHO, verified=None)
+    desk.end(WriteReport(results=(written,)), attitude_trigger=True)
+    notice = desk.work.notice()
+    assert notice is not None
+    assert (notice.text, notice.meaning) == ("Acknowledged, cannot be read: 1.", Meaning.INFORMATION)

@@ -55,11 +55,6 @@ def test_edit_write_and_verify(one: Desk) -> None:
     assert notice(one) == "Read back as written: 2. Acknowledged, cannot be read: 1."
     assert one.settings.code.text() != code
     assert not one.settings.write.isEnabled()
-    one.click(one.find(QToolButton, "attitude_trigger_on"))
-    write(one)
-    one.until(lambda: notice(one) == "Acknowledged, cannot be read: 1.")
-    assert one.settings.strip.notice is not None
-    assert one.settings.strip.notice.meaning is Meaning.INFORMATION  # nothing was proven
 
 
 def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> None:

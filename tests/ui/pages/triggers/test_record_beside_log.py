@@ -1,12 +1,17 @@
 """A trigger record beside a flight log: proposed moments, what a person confirms, and what cannot be matched."""
 
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QApplication
 
+from app.records.trigger_filing import PossiblyOther
+from app.store.store import Store
 from app.trigger_records.history import Judgement
 from tests.support.flights.made_flights import made_flight, write_csv
+from tests.support.patience import PATIENCE_S
 from tests.support.window.preflight_window import OnBench, name_module
 from tests.support.window.steps import notice_text
 from ui.files.file_dialogs import ThenPath
@@ -164,3 +169,25 @@ def test_records_of_another_module_that_was_there_for_a_while_are_not_kept_under
     port.module.confirm_identity()
     rig.until(lambda: port.module.name == "M-07" and not page.work.is_busy)
     assert page.work.rows == ()
+
+
+def test_a_module_that_is_gone_is_not_asked_about(rig: OnBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The question came while the next one was shown, and its answer kept that one's records under the name."""
+    release, page, store = threading.Event(), rig.triggers, rig.assembly.storage.store
+    assert isinstance(store, Store)
+
+    def file_slowly(*_of: object, **_more: object) -> PossiblyOther:
+        release.wait(PATIENCE_S)
+        return PossiblyOther()
+
+    name_module(rig, "M-07", "triggers")
+    rig.until(lambda: not page.work.is_busy)
+    monkeypatch.setattr("ui.pages.triggers.controller.file_triggers", file_slowly)
+    rig.beside_s = 0.05
+    page.work.read()
+    rig.until(lambda: page.work._filing.is_running)
+    rig.assembly.connector.current.module.treat_as_new()
+    release.set()
+    store.queue.submit(lambda: None).result(PATIENCE_S)
+    QApplication.processEvents()
+    assert "do not follow" not in notice_text(page.strip)

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import threading
 from pathlib import Path
 
 import pytest
@@ -11,12 +10,9 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.records.trigger_filing import PossiblyOther
 from app.simulator.setup import EmptySlots
-from app.store.store import Store
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
-from tests.support.patience import PATIENCE_S
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, notice_text
 from ui.core.texts import Texts
@@ -320,30 +316,6 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
         choose(bench, "same_module")
         wait_kept(bench)
         assert page.count.text() == "Trigger records: 5"
-
-
-def test_a_module_that_is_gone_is_not_asked_about(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The question came while the next one was shown, and its answer kept that one's records under the name."""
-    release = threading.Event()
-
-    def file_slowly(*_of: object, **_more: object) -> PossiblyOther:
-        release.wait(PATIENCE_S)
-        return PossiblyOther()
-
-    with on_bench(qtbot, qapp, tmp_path, "gone", "triggers", history=2) as bench:
-        store = bench.assembly.storage.store
-        assert isinstance(store, Store)
-        name_kept(bench, "M-07")
-        monkeypatch.setattr("ui.pages.triggers.controller.file_triggers", file_slowly)
-        bench.triggers.work.read()
-        bench.until(lambda: bench.triggers.work._filing.is_running)
-        bench.assembly.connector.current.module.treat_as_new()
-        release.set()
-        store.queue.submit(lambda: None).result(PATIENCE_S)
-        QApplication.processEvents()
-        assert "do not follow" not in said(bench)
 
 
 def test_an_unconfirmed_reading_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
