@@ -115,6 +115,8 @@ def test_a_boot_count_only_grows(
         "boot_count", past=Past(module="M-07", boot_count=before, do_records_follow=False), values=values, **more
     )
     assert other_records.result is (FAIL if result is PASS and not more else result)
+    is_why = other_records.shown.in_english().endswith("other trigger records, another module?")
+    assert is_why is (result is PASS and not more)
     nameless = finding("boot_count", values=values)
     assert nameless.result is (UNKNOWN if count is None else WARN)
     assert count is None or (nameless.do is not None and nameless.do.in_english() == "Name the module.")

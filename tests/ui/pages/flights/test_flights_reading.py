@@ -108,3 +108,22 @@ def test_lists_and_their_flights_are_there_at_the_next_start(qtbot: QtBot, qapp:
             desk.wait_read()
             listed = [[flight.name for flight in flights] for flights in desk.page.work.sorted_flights()]
             assert listed == [[str(paths[0])], [str(paths[1])]]
+
+
+def test_of_flights_that_are_gone_nothing_is_proposed(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    may_end, has_ended = threading.Event(), threading.Event()
+
+    def slowly(*_flights: object) -> str:
+        assert may_end.wait(30)
+        has_ended.set()
+        return "a proposal"
+
+    monkeypatch.setattr(controller, "propose", slowly)
+    work = desk.page.work
+    work.flights["a"] = controller.Flight("a", summary=summarise(tilted("a", 20)))
+    work.move(["a"], MUST)
+    work.remove(["a"])
+    may_end.set()
+    assert has_ended.wait(30)
+    desk.qtbot.wait(50)
+    assert work.proposal is None

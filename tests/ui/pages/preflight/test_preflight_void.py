@@ -13,7 +13,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.preflight.findings import Person
+from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.simulator import bench as benches
 from app.store.store import Store
@@ -185,6 +185,10 @@ def test_records_that_a_person_passed_in_a_check_are_reviewed(qtbot: QtBot, qapp
         bench.triggers.table.selectRow(0)
         bench.click(bench.triggers.detail.buttons[Judgement.FALSE])
         assert bench.check() is Standing.NO_GO
+        assessment = bench.preflight.work.assessment
+        assert assessment is not None
+        passed = sum(check.finding.result is CheckResult.PASS for check in assessment.checks)
+        assert bench.preflight.list.fold.text() == f"{passed} passed"
         bench.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
         bench.wait_standing(Standing.READY)
         bench.read_triggers()
