@@ -2,6 +2,7 @@
 
 import pytest
 
+from app.engine.procedure import Report
 from app.engine.run import Run
 from app.engine.transport import PortError
 from app.guided.catalogue import GUIDED_TESTS
@@ -94,7 +95,12 @@ def _activate_with(bench: SimulatedBench, threshold: float) -> None:
 
 def test_moved_too_fast_it_is_done_again_and_stays_unclear(monkeypatch: pytest.MonkeyPatch) -> None:
     said, hear = list[str](), Hands.hear
-    monkeypatch.setattr(Hands, "hear", lambda hands, report: (said.append(report.doing), hear(hands, report)))
+
+    def listen(hands: Hands, report: Report) -> None:
+        said.append(report.doing)
+        hear(hands, report)
+
+    monkeypatch.setattr(Hands, "hear", listen)
     rig = streaming(rate=5)
     rig.step_for(0.1)  # else a report falls on the moment at which it rearms, level already
     done = result(guided(rig, GuidedKind.TILT, speed_deg_s=900.0))
