@@ -23,6 +23,7 @@ from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Sent
 from tests.support.window.fake_ports import FakePorts
 from ui.core.texts import Texts
+from ui.services.module_field import ModuleField
 from ui.services.port import SETTLE_MS, Ports
 from ui.services.running_job import RunningJob
 from ui.shell.top_bar import TopBar
@@ -112,6 +113,14 @@ def test_one_name_is_of_one_module(qtbot: QtBot, ports: FakePorts) -> None:
     first.module.choose("")
     second.module.choose("M-08")
     assert (first.module.name, second.module.name) == ("", "M-08")
+
+
+def test_each_field_shows_the_name_that_another_one_gave(qtbot: QtBot, ports: FakePorts) -> None:
+    ports.plug_in("/dev/one")
+    field = ModuleField("field", ports.connector, Texts())
+    qtbot.addWidget(field)
+    ports.connector.current.module.choose("M-07")
+    assert field.currentText() == "M-07"
 
 
 def test_a_stream_is_remembered_for_the_target_that_is_opened(
