@@ -9,6 +9,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import StatusSample
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import FlightGroup
+from app.recordings.library import entry_of
 from app.settings.form import RowState
 from protocol.catalogue import Hazard
 from protocol.frame import decode_request
@@ -47,6 +48,7 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
         path = port.recording.path
         assert path is not None
+        qtbot.waitUntil(lambda: entry_of(path).sample_count > 0, timeout=WAIT_MS)  # written twice a second
         qtbot.keyClick(live, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
         row = tried(qtbot, flights, path)
         assert flights.work.limits == TriggerLimits(60, 0.5, 1.6)
