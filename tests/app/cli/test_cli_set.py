@@ -209,6 +209,7 @@ def test_interrupted_it_says_what_became_of_each(
             raise Interrupted(2)
 
     monkeypatch.setattr(Interruption, "check", check)
+    after_set(monkeypatch, 0x22, lambda: bench_of(port).change(mute=True))  # however late it is interrupted
     words = words_of({name: ALL[name] for name in ("baud_rate", "attitude_threshold_deg", "freefall_time_s")})
     printed = run_here(capsys, ["set", *words, "--port", port, *(["--json"] if is_json else [])], 130)
     first, second, third = (line for line in printed.err.splitlines() if not line.startswith("Warning"))
