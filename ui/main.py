@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from types import FrameType, ModuleType
+from types import FrameType
 from typing import NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, QTimer
@@ -74,17 +74,13 @@ class WindowOptions(NamedTuple):
 
 
 def _page(key: str, title: str, picture: Icon, chapter: str = "", *, wants_stream: bool = False) -> PageEntry:
-    """The entry of the page in `ui/pages/<key>`, whose module is imported by `_load_pages`, or to make the page."""
+    """The entry of the page in `ui/pages/<key>`, whose module is imported when the page is made."""
 
     def make(services: Services) -> Page:
-        page: Page = getattr(_module(key), f"{key.capitalize()}Page")(services)
+        page: Page = getattr(import_module(f"ui.pages.{key}.page"), f"{key.capitalize()}Page")(services)
         return page
 
     return PageEntry(key, title, picture, make, chapter or title, wants_stream)
-
-
-def _module(key: str) -> ModuleType:
-    return import_module(f"ui.pages.{key}.page")
 
 
 PAGES: tuple[PageEntry, ...] = (
@@ -101,11 +97,13 @@ PAGES: tuple[PageEntry, ...] = (
 )
 
 
-def _load_pages() -> None:
-    """Imports the modules of all pages, so that making a page blocks the event loop only briefly."""
+def _load_libraries() -> None:
+    """Imports what the pages need and is slow to load, but nothing that knows Qt: where another thread makes a class of
+    Qt's while the event loop runs, PySide6 6.11 ends the program now and then (null `TypeUserData` in
+    `SignalManager::retrieveMetaObject`)."""
     _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
-    for entry in PAGES:
-        _module(entry.key)
+    for module in ("app.recordings.recording", "app.records.trigger_archive"):
+        import_module(module)
 
 
 @dataclass(slots=True)
@@ -123,7 +121,7 @@ class Assembly:
     left_active: LeftActiveWatch
     armed: Armed = field(default_factory=Armed)
     load: Callable[[], object] | None = None
-    """Imports what the pages need; slow."""
+    """Imports what is slow to load; called in the background."""
     exit_code: int = 0
 
 
@@ -155,7 +153,7 @@ def assemble(
     left_active.changed.connect(window.attention.refresh)
     help_actions = HelpActions(window, services, entries)
     LabelActions(window, services)
-    load = _load_pages if entries is PAGES else None
+    load = _load_libraries if entries is PAGES else None
     return Assembly(
         window, help_actions, ArchiveActions(window, services), connector, ports, appearance, language_switch, storage,
         left_active, services.armed, load,
@@ -174,7 +172,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     def fill() -> None:
         if load is None:
             make_pages()
-        else:  # slow: importing the plots, opening the store
+        else:  # slow: importing numpy, opening the store
             loading.run(lambda _running: prepare(load), lambda _: make_pages(), lambda _error: make_pages())
         assembly.ports.refresh()
 

@@ -181,7 +181,7 @@ def test_the_store_is_opened_beside_the_window(
 
     monkeypatch.setattr("ui.services.storage.open_store", open_slowly)
     monkeypatch.setattr("ui.main.PAGES", TRAFFIC_ALONE)
-    monkeypatch.setattr("ui.main._load_pages", bool)
+    monkeypatch.setattr("ui.main._load_libraries", bool)
     with window(qapp, tmp_path) as assembly:
         try:
             qtbot.waitUntil(lambda: bool(opened_in))

@@ -198,3 +198,16 @@ def test_none_and_true_keep_their_references() -> None:
     if ARE_MORTAL:
         assert lost_none < LOSS_ALLOWED, f"{lost_none} references to None were lost"
         assert lost_true < LOSS_ALLOWED, f"{lost_true} references to True were lost"
+
+
+def test_no_class_of_qt_is_made_beside_the_event_loop() -> None:
+    """pyqtgraph, imported in the background, ended one start in eighty of a busy computer."""
+    code = """if True:
+        import sys, ui.main
+        before = set(sys.modules)
+        ui.main._load_libraries()
+        print(*sys.modules.keys() - before)
+    """
+    loaded = {name.partition(".")[0] for name in ran_code(code).stdout.split()}
+    assert "numpy" in loaded
+    assert not loaded & {"ui", "pyqtgraph", "PySide6", "shiboken6"}
