@@ -116,6 +116,8 @@ class WentOffline(NamedTuple):
 
 Outcome = Answered | Unanswered | OutcomeUnknown
 Event = Sent | Received | Rejected | Outcome | Restarted | FellSilent | WentOnline | WentOffline
+BREAKS = (FellSilent, Restarted, WentOffline)
+"""Events after which another module may answer."""
 
 
 class Counters:

@@ -167,7 +167,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     copies.timeout.connect(assembly.storage.copy_if_due)
     copies.start()
     target = _target(options)
-    loading: BackgroundTask[object] = BackgroundTask("dps-s pages", window)
+    loading: BackgroundTask[object] = BackgroundTask("dps-s libraries", window)
 
     def fill() -> None:
         if load is None:

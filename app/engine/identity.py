@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from app.engine.device import READ_BACK, Device, How, Known, StaleReason
 from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS, ChangedSetting, changed_settings
-from protocol.events import Event, FellSilent, Received, Restarted, Role, WentOffline
+from protocol.events import BREAKS, Event, FellSilent, Received, Restarted, Role, WentOffline
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.messages import Reading
@@ -203,7 +203,7 @@ class IdentityCheck:
     def on_event(self, event: Event, device: Device, now: float) -> None:
         """Call before the device takes the event in: what may be another module from now on."""
         if self.identity.before is not None:
-            self._is_said &= not isinstance(event, FellSilent | Restarted | WentOffline)
+            self._is_said &= not isinstance(event, BREAKS)
             return
         if not _may_tell(event):
             return
@@ -234,4 +234,4 @@ def _may_tell(event: Event) -> bool:
     if isinstance(event, Received):
         message = event.message
         return event.role is Role.ANSWER and isinstance(message, Reading) and message.command.key in READ_BACK
-    return isinstance(event, FellSilent | Restarted | WentOffline)
+    return isinstance(event, BREAKS)

@@ -10,7 +10,7 @@ from app.engine.identity import READ_WITHIN_S
 from app.engine.setting_changes import BOOT_COUNT
 from app.engine.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
-from protocol.events import Event, FellSilent, Restarted, WentOffline
+from protocol.events import BREAKS, Event, FellSilent, Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
 
@@ -56,8 +56,6 @@ class ModuleLimits(NamedTuple):
 
 
 NO_LIMITS = ModuleLimits()
-BREAKS = (FellSilent, Restarted, WentOffline)
-"""Events after which another module may answer."""
 STATE_LOST = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.DOUBTED})
 """Markers after which the module has lost its state, or is another one."""
 

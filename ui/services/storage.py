@@ -15,7 +15,6 @@ from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState
-from app.recordings.markers import BREAKS
 from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
@@ -24,12 +23,12 @@ from app.store.store_journal import UNNAMED, KnownAs, StoreJournal
 from app.store.stream_memory import StreamMemory
 from app.system.folders import data_folder
 from app.text.messages import UserMessage
+from protocol.events import BREAKS
 from ui.core.port_connection import PortConnection
 from ui.services.recording_jobs import RecordingJobs
 
 if TYPE_CHECKING:
     from app.recordings.recorder import Recorder  # loads numpy, which the window's first paint does not wait for
-
 
 _log = logging.getLogger(__name__)
 
@@ -131,7 +130,6 @@ def _without_content(batch: Batch) -> Batch:
     return batch._replace(samples=(), events=breaks, finished=(), device=DeviceView())
 
 
-_log = logging.getLogger(__name__)
 ORIGIN = "window"
 RECORDINGS = "recordings"
 """The folder beside the store."""
