@@ -17,7 +17,7 @@ from types import FrameType
 from typing import NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, QTimer
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QPlainTextDocumentLayout, QWidget
 
 from app import version
 from app.engine.target import Target
@@ -104,6 +104,11 @@ def _load_libraries() -> None:
     _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
     for module in ("app.recordings.recording", "app.records.trigger_archive"):
         import_module(module)
+
+
+_MADE_HERE = QPlainTextDocumentLayout
+"""With those that it is derived from it would else be made where a report is first printed, which is in another thread
+too: PySide makes a class when it is first named or returned."""
 
 
 @dataclass(slots=True)

@@ -56,14 +56,17 @@ class BackgroundTask(QObject, Generic[Result]):
     """Runs one function at a time and passes its result to `then` or `failed`, in the window's thread.
 
     A second `run` replaces the first, whose result is dropped. The thread is a daemon, so the program does not wait
-    for it at exit, unless the task is `finished_at_close`: then it writes its file to the end.
+    for it at exit, unless the task is `finished_at_close`: then it writes its file to the end. One `for_once` is freed
+    as soon as its result is there, else it is with its parent.
     """
 
     _ended = Signal(object)
 
-    def __init__(self, name: str, parent: QObject | None = None, *, finished_at_close: bool = False) -> None:
+    def __init__(
+        self, name: str, parent: QObject | None = None, *, finished_at_close: bool = False, for_once: bool = False
+    ) -> None:
         super().__init__(parent)
-        self._name, self._finished_at_close = name, finished_at_close
+        self._name, self._finished_at_close, self._for_once = name, finished_at_close, for_once
         self._thread: threading.Thread | None = None
         """Of the last `run`."""
         self._running: Running | None = None
@@ -152,6 +155,8 @@ class BackgroundTask(QObject, Generic[Result]):
             _log.debug("%s ended after the window had closed", self._name)
 
     def _on_ended(self, ended: _Ended) -> None:
+        if self._for_once:
+            self.deleteLater()
         if ended.running is not self._running:
             return
         then, failed = self._then, self._failed

@@ -112,7 +112,7 @@ class JobNotice(QObject):
             if not isinstance(error, UserError | OSError | RuntimeError | ValueError):
                 raise error
 
-        writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True)
+        writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True, for_once=True)
         writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, partial(saved, result)), fail)
 
     @property

@@ -74,7 +74,7 @@ class LabelActions(QObject):
         from ui.files.report_printer import print_pages
 
         self._folder = path.parent
-        printing: BackgroundTask[None] = BackgroundTask("dps-s label", self, finished_at_close=True)
+        printing: BackgroundTask[None] = BackgroundTask("dps-s label", self, finished_at_close=True, for_once=True)
         printing.run(
             lambda _running: write_labels(path, find(), paper, print_pages),
             lambda _none: self._window.show_message(tr("Saved to {path}.", path=path)),

@@ -4,6 +4,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
 from app.store.database import StoreFault, StoreTrouble
@@ -89,6 +90,22 @@ def test_a_file_is_finished_when_the_window_closes(qtbot: QtBot, *, finished_at_
     qtbot.waitUntil(lambda: bool(found))
     assert found == [(finished_at_close, not finished_at_close)]
     assert not task.is_running
+
+
+def test_what_was_for_once_is_freed_when_its_result_is_there(qtbot: QtBot) -> None:
+    window, told, queue = QObject(), Told(), WriteQueue()
+
+    def fail(_running: Running) -> int:
+        raise OSError
+
+    BackgroundTask[int]("dps-s test", window, for_once=True).run(lambda _running: 1, told.then, told.failed)
+    BackgroundTask[int]("dps-s test", window, for_once=True).run(fail, told.then, told.failed)
+    BackgroundTask[int]("dps-s test", window, for_once=True).run_in(queue, lambda: 2, told.then, told.failed)
+    kept = BackgroundTask[int]("dps-s test", window)
+    kept.run(lambda _running: 3, told.then, told.failed)
+    qtbot.waitUntil(lambda: len(told.results) + len(told.errors) == 4)
+    qtbot.waitUntil(lambda: window.findChildren(BackgroundTask) == [kept])
+    queue.close(1.0)
 
 
 def test_work_on_the_store_is_done_though_it_is_replaced(qtbot: QtBot) -> None:

@@ -22,6 +22,7 @@ from pytestqt.qtbot import QtBot
 import app.__main__ as program
 from app.cli.commands import is_file_name
 from app.text.i18n import CHINESE, set_language
+from tests.support.processes import ran_code
 from tests.support.records.printing import print_report
 from tests.support.window.capture_window import write_capture
 from tests.support.window.fakes_ui import window
@@ -174,6 +175,38 @@ def test_a_report_printed_in_a_background_thread_causes_no_warning_of_qt(qapp: o
         qInstallMessageHandler(before)
     assert [one[:5] for one in printed] == [b"%PDF-"]
     assert said == []
+
+
+def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> None:
+    """Beside the event loop it ends the program now and then."""
+    code = """if True:
+        from threading import Thread
+        from PySide6.QtCore import Qt
+        from PySide6.QtGui import QGuiApplication, QImage
+        from shiboken6 import Object
+        from app.records.labels import A4
+        import ui.main
+        from ui.files.report_printer import print_pages
+        from ui.files.save_bar import png_parts
+
+        def classes(made):
+            return {made}.union(*(classes(kind) for kind in type.__subclasses__(made)))
+
+        app, picture = QGuiApplication([]), QImage(9, 9, QImage.Format.Format_RGB32)
+        picture.fill(Qt.GlobalColor.red)
+        written, before = [], classes(Object)
+
+        def write():
+            written.append(print_pages(["<p>M-07</p>"], A4, b"{}")[:5])
+            written.extend(part[1:4] for part in png_parts(picture))
+
+        thread = Thread(target=write)
+        thread.start()
+        thread.join()
+        print(*written, *classes(Object) - before)
+    """
+    run = ran_code(code)
+    assert run.stdout.split() == ["b'%PDF-'", "b'PNG'"], run.stderr
 
 
 @pytest.fixture

@@ -109,8 +109,9 @@ class ManualEditor(QWidget):
         super().__init__()
         name = f"profile_manual_{number}"
         self.setObjectName(name)
+        self._number = number
         self.text = named(QLineEdit(line.text), f"{name}_text")
-        texts.bind(lambda text: self.text.setAccessibleName(f"{text} {number}"), "Manual checks")
+        texts.bind(self._name_text, "Manual checks")
         texts.bind(self.text.setPlaceholderText, "Manual checks")
         self.text.setMaxLength(MAX_NAME_LENGTH)
         self.required = control(QCheckBox(), texts, f"{name}_required", "Required")
@@ -118,6 +119,9 @@ class ManualEditor(QWidget):
         self.text.textEdited.connect(self.changed)
         self.required.toggled.connect(self.changed)
         in_row((self.text, 1), self.required, of=self, spacing=Space.S, margins=0)
+
+    def _name_text(self, text: str) -> None:
+        self.text.setAccessibleName(f"{text} {self._number}")
 
     @property
     def line(self) -> ManualLine:

@@ -272,7 +272,7 @@ class GuidedController(QObject):
             _store, store, result, name=name, adapter=adapter,
             who=self._services.preferences.who, is_simulated=self._is_simulated,
         )  # fmt: skip
-        storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
+        storing: BackgroundTask[int] = BackgroundTask("dps-s guided test", self, for_once=True)
         storing.run_in(store.queue, work, lambda _number: self.load_last(), partial(self._show_trouble, name))
 
     def _show_trouble(self, name: str, trouble: StoreTrouble) -> None:

@@ -122,7 +122,7 @@ class TriggersController(QObject):
             end(partial(self._offer_to_judge_again, trouble, module, record_id, judged))
 
         work = partial(CheckStore(store.database).judge, record_id, judgement, note)
-        keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self)
+        keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self, for_once=True)
         keeper.run_in(store.queue, work, lambda _none: end(), fail)
         self._show_archive()
 

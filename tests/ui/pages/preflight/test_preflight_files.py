@@ -7,7 +7,7 @@ from threading import Event
 from typing import Any
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -303,3 +303,7 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         bench.click(editor.strip.button("discard"))
         assert not editor.isVisible()
         assert read_profile(tmp_path / "x.toml").name == "H6"
+        page.edit_profile()  # with other lines for the manual checks than the last time
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+        bench.assembly.language_switch.use(ENGLISH)
+        assert editor.manual[0].text.accessibleName() == "Manual checks 1"
