@@ -123,6 +123,10 @@ def _read_state(evidence: Evidence) -> Procedure[StateReading]:
         evidence.faults[key] = message(fault.value)
     if state.settings.boot_count is not None:
         evidence.values[BOOT_COUNT.key] = state.settings.boot_count
+    view: EngineView = yield Inspect()
+    if view.device.breaks != evidence.breaks:  # what was read before may be another module's
+        fresh = {key: view.device.fresh(key, view.now) for key in evidence.values}
+        evidence.values = {key: value for key, value in fresh.items() if value is not None}
     evidence.status = state.status or evidence.status
     if state.settings.is_restarted:
         evidence.disturbance = Disturbance.RESTARTED

@@ -175,6 +175,16 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stag
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
 
 
+@pytest.mark.parametrize("frame", [10, 30, 60, 78, 80, 83, 86])
+def test_a_check_shows_no_boot_count_of_one_module_beside_settings_of_another(stage: Stage, frame: int) -> None:
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
+        read = json.loads(run(stage, ["preflight", "--who", "R. Tanaka", "--json"], 1).out)["read"]
+    settings = read["settings"]
+    shown = (read["boot_count"], settings["light_threshold_v"], settings["attitude_threshold_deg"])
+    assert all(value in (None, another) for value, another in zip(shown, (90, 7.0, 85), strict=True)), shown
+
+
 @pytest.mark.parametrize("frame", [25, 40, 50])
 def test_no_trigger_is_enabled_on_another_module_than_is_checked(stage: Stage, frame: int) -> None:
     bench = stage.bench
