@@ -10,7 +10,7 @@ from app.archive.archive import Archive
 from app.archive.facts import Fact
 from app.records.check_store import KeptRecords
 from app.records.record import Record
-from app.records.verification import RecordState, chain_name, verify
+from app.records.verification import chain_name, verify
 from app.store.facts import FactKind
 from app.store.former import link_hash
 from app.text.messages import UserMessage
@@ -65,11 +65,10 @@ def in_chain_order(facts: Sequence[Fact]) -> Iterator[Fact]:
 
 def _checks(station: str, module: object, records: Sequence[Record], kept: KeptRecords) -> ChainState:
     verified = [verify(record, kept) for record in records]
-    bad = (RecordState.ALTERED, RecordState.CHAIN_BROKEN, RecordState.UNREADABLE)
     return ChainState(
         station=station, module=module if isinstance(module, str) else None, is_audit=False, count=len(records),
         missing=_missing((record.get("previous"), record.get("hash")) for record in records),
-        faults=tuple(fault.sentences()[0] for fault in verified if fault.state in bad),
+        faults=tuple(fault.sentences()[0] for fault in verified if fault.state.is_false),
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
 from app.guided.results import TITLES, GuidedVerdict, StoredTest, stored_test
 from app.limits.service import ServiceKind, due_services
 from app.records.check_store import CheckLine, check_line, number_of
-from app.records.verification import RecordState, verify
+from app.records.verification import verify
 from app.store.facts import FactKind
 from app.system.wall_clock import age_days
 from app.text.messages import UserMessage, message
@@ -99,9 +99,9 @@ def fleet_state(
 
 
 def line_of(fact: Fact) -> CheckLine:
-    """Of a fact `CHECK`; its record is verified."""
+    """Of a fact `CHECK`; its record is verified, and has to be of the module that the fact names."""
     record = fact.record
-    is_altered = verify(record).state in (RecordState.ALTERED, RecordState.UNREADABLE)
+    is_altered = verify(record).state.is_false or record.get("module") != fact.module
     return check_line(record, fact.made_at, station=fact.station, is_altered=is_altered)
 
 

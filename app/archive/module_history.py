@@ -10,7 +10,7 @@ from app.archive.module_names import KnownModule, decided_by, decision_text, mod
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.service import service_of
-from app.records.check_store import SIMULATED, measured_in
+from app.records.check_store import SIMULATED, measuring
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY
@@ -77,9 +77,9 @@ def module_history(archive: Archive, module: KnownModule) -> ModuleHistory:
     order = {kind.value: place for place, kind in enumerate(FactKind)}  # of what was recorded at once
     history.sort(key=lambda fact: (fact.made_at, order[fact.kind], fact.id))
     values: dict[str, list[ValuePoint]] = {}
-    for fact in history:
-        for name, value in measured_in(fact.record).items():
-            values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
+    for check in measuring([line_of(fact) for fact in history if fact.kind == FactKind.CHECK.value]):
+        for name, value in check.measured.items():
+            values.setdefault(name, []).append(ValuePoint(check.at, check.station, value))
     points = {name: tuple(series) for name, series in sorted(values.items())}
     return ModuleHistory(module, tuple(HistoryEvent(fact, fact_text(fact, acts)) for fact in history), points)
 

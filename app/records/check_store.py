@@ -2,13 +2,12 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import chain
 from typing import Any, NamedTuple
 
 from app.engine.target import is_simulated
 from app.limits.past import LastAnswer, Past
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.record import Record
+from app.records.record import Record, hash_of
 from app.store.database import Database
 from app.store.facts import FactKind, Facts, Kept, utc_time
 from app.text.messages import UserMessage, clean, message
@@ -76,7 +75,7 @@ class CheckLine(NamedTuple):
     measured: Mapping[str, float]
     station: str = ""
     is_altered: bool = False
-    """The record differs from what was sealed, where that was looked at."""
+    """The record is false, where that was looked at."""
 
     @property
     def words(self) -> UserMessage:
@@ -250,16 +249,20 @@ class CheckStore:
 
 class KeptRecords:
     """The records on this computer, by which `verify` judges another one: those of this station in its store, and those
-    of `others` in its archive."""
+    of `others` in its archive, of which anybody may claim what a record of another station has."""
 
     def __init__(self, own: Database | None, others: Database | None = None) -> None:
         both = ((own, True), (others, False))
         self._facts = [(Facts(database), is_own) for database, is_own in both if database is not None]
 
     def record(self, hash_: str) -> Record | None:
-        """The record with this hash; None where there is none."""
-        kept = (facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),)) for facts, _is_own in self._facts)
-        return next((record for fact in chain(*kept) if (record := record_of(fact.content))), None)
+        """The record with this hash, also where one of this station was altered; None where there is none."""
+        for facts, is_own in self._facts:
+            for fact in facts.select(FactKind.CHECK, "AND link = ?", (clean(hash_),)):
+                record = record_of(fact.content)
+                if record and (is_own or hash_of(record) == hash_):
+                    return record
+        return None
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
         """Hash of another record with the same number in the same chain. Each station has its own chains; records of
@@ -269,14 +272,13 @@ class KeptRecords:
         if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
             return None
         name, key = (None if text is None else clean(str(text)) for text in (module, station))
-        signer = _of_record("station")
         which = (
             f"AND module IS ? AND {_of_record('number')} = ? AND link <> ? AND "
             f"(module IS NOT NULL OR {_of_record('adapter')} IS ?) AND "
         )
         values = (name, number, clean(hash_), clean(str(adapter)))
         for facts, is_own in self._facts:
-            by_same = f"(? IS NULL OR coalesce({signer}, ?) = ?)" if is_own else f"{signer} IS ?"
+            by_same = f"(? IS NULL OR coalesce({_of_record('station')}, station, ?) = ?)" if is_own else "station = ?"
             keys = [key] * by_same.count("?")
             doubled = facts.select(FactKind.CHECK, f"{which}{by_same} LIMIT 1", (*values, *keys),
                                    payload="json_object('hash', link)")  # fmt: skip
@@ -314,6 +316,12 @@ def check_line(record: Record, at: str, *, station: str = "", is_altered: bool =
         aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
         measured=measured_in(record), station=station, is_altered=is_altered,
     )  # fmt: skip
+
+
+def measuring(checks: Sequence[CheckLine]) -> list[CheckLine]:
+    """Those whose measured values are the module's: of a simulated one only where there is no other."""
+    sound = [check for check in checks if not check.is_altered and not check.is_void]
+    return [check for check in sound if not check.is_simulated] or sound
 
 
 def number_of(record: Record) -> int:

@@ -39,6 +39,13 @@ class RecordState(Enum):
     ALTERED = "altered"
     UNREADABLE = "unreadable"
 
+    @property
+    def is_false(self) -> bool:
+        """It does not say what was found, whoever signed it."""
+        return self in (
+            RecordState.CHAIN_BROKEN, RecordState.CONTRADICTORY, RecordState.ALTERED, RecordState.UNREADABLE,
+        )  # fmt: skip
+
 
 class Chain(Enum):
     """Position in the chain of records; the value is English, marked."""

@@ -14,10 +14,11 @@ from app.archive.archive import _TO_SIGN, Archive
 from app.archive.chains import chains_in
 from app.archive.exchange import Exchanged, export_facts, facts_in, import_facts
 from app.archive.facts import Fact, RefusedFact, checked, fact_id, make_fact
+from app.archive.fleet_state import fleet_state
 from app.archive.module_history import module_history
 from app.archive.module_names import ConflictKind, NamedModule, _names, names_of
 from app.guided.results import GuidedVerdict
-from app.records.check_store import KeptRecords
+from app.records.check_store import CheckStore, KeptRecords
 from app.records.record import seal
 from app.records.verification import Chain, verify
 from app.stations.station import Station, encoded
@@ -284,6 +285,53 @@ def test_an_unsigned_record_of_another_station_doubles_none_of_this_one(stations
     kept = KeptRecords(one.store.database, one.archive.others)
     assert kept.record(str(unsigned["hash"])) == unsigned
     assert verify(record, kept).chain is Chain.FIRST
+
+
+def test_nobody_breaks_the_chain_of_another_station_by_claiming_its_numbers_and_hashes(
+    stations: list[ArchiveStation],
+) -> None:
+    one, other = stations[:2]
+    records, hostile = [one.check("M-07") for _ in range(2)], station("hostile")
+    doubled, replaced = {**records[0], "hash": "x"}, {**records[0], "who": "x"}
+    for here in (one, other):
+        here.archive.add([made(FactKind.CHECK, {"module": "M-07", "record": forged}, hostile)
+                          for forged in (doubled, replaced)])  # fmt: skip
+    kept, kept_there = (KeptRecords(here.store.database, here.archive.others) for here in (one, other))
+    assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED]
+    assert [verify(record, kept_there).chain for record in records] == [Chain.FIRST, Chain.NOT_AT_HAND]
+    assert not verify(records[0], kept_there).is_known_here
+    unsigned = CheckStore(one.store.database).append_check(lambda *_: seal({**records[0], "module": "M-08"}), "M-08")
+    one.archive.collect()
+    assert verify(unsigned, kept).chain is Chain.FIRST
+    assert verify(other.check("M-08"), kept).chain is Chain.FIRST  # the other station's first, too
+
+
+def test_a_record_that_is_false_is_no_go_in_the_report_and_its_values_are_in_no_history(
+    stations: list[ArchiveStation],
+) -> None:
+    """Signed by its station: its verdict does not follow from its checks, or it is another module's."""
+    one = stations[0]
+    good = one.check("M-07", cell_v=4.0)
+
+    def told() -> tuple[str, bool, tuple[float, ...], bool]:
+        names = names_of(one.archive)
+        (state,) = fleet_state(one.archive, names, NOON)
+        assert state.last_check is not None
+        values = module_history(one.archive, names.modules[0]).values["cell_voltage_v"]
+        status = chains_in(one.archive)
+        return (state.last_check.words.translated(), state.last_check.holds, tuple(one.value for one in values),
+                any(chain.faults for chain in status))  # fmt: skip
+
+    assert told() == ("GO", True, (4.0,), False)
+    one.check("M-07", "NO-GO", cell_v=3.0, verdict="GO")
+    assert told() == ("GO (record ALTERED)", False, (4.0,), True)
+    one.check("M-07", cell_v=3.9, previous=None, number=1, module="M-08")
+    assert told() == ("GO (record ALTERED)", False, (4.0,), True)
+    one.check("M-07", cell_v=3.8)
+    one.check("M-07", cell_v=1.0, is_simulated=True)
+    one.check("M-07", cell_v=2.0, void="broken")
+    assert told()[2] == (4.0, 3.8)
+    assert good["verdict"] == "GO"
 
 
 def test_two_programs_may_sign_at_once(stations: list[ArchiveStation]) -> None:

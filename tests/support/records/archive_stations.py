@@ -91,17 +91,21 @@ class ArchiveStation:
             journal.settle(entry, Outcome.CONFIRMED, {"active": False})
         self.store.queue.submit(int).result()
 
-    def check(self, module: str, verdict: str = "GO", cell_v: float = 4.0) -> Record:
-        """Store the record of a check, with the content of a real one."""
+    def check(self, module: str, verdict: str = "GO", /, cell_v: float = 4.0, **changes: object) -> Record:
+        """Store the record of a check, with the content of a real one. `changes`: what it says otherwise."""
         base = json.loads(_base_record())
         at = self.store.database.now()
 
         def make(number: int, previous: str | None) -> Record:
             content = {**base, "module": module, "number": number, "previous": previous, "at": at, "verdict": verdict}
+            content["read"]["status"]["active"] = verdict == "GO"
             for one in content["checks"]:
                 if one["id"] == "cell_voltage":
                     one["measured"] = cell_v
-            return seal(content, self.station)
+                    one["result"] = "fail" if verdict == "NO-GO" else one["result"]
+                elif one["id"] == "activation":
+                    one["measured"] = verdict == "GO"
+            return seal(content | changes, self.station)
 
         return CheckStore(self.store.database).append_check(make, self.meet(module))
 

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.check_store import CheckLine, CheckStore
+from app.records.check_store import SIMULATED, CheckLine, CheckStore, measuring
 from app.stations.known import KnownStation, Stations
 from app.stations.station import own_station
 from app.store.database import StoreTrouble
@@ -126,19 +126,20 @@ _STYLES: Final = {
     Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
     Verdict.NO_GO: (Icon.CROSS, Meaning.DANGER),
 }
-_VOID_STYLE: Final = (Icon.CROSS, Meaning.UNKNOWN)
+_NO_EVIDENCE_STYLE: Final = (Icon.CROSS, Meaning.UNKNOWN)
 
 
 def _verdict(check: CheckLine) -> str:
-    return tr("void") if check.is_void else tr(verdict_named(check.verdict).value)
+    return check.words.translated()
 
 
 def _widest_verdict() -> str:
-    return max((tr(word) for word in (*(verdict.value for verdict in Verdict), "void")), key=len)
+    return max((tr(SIMULATED, verdict=tr(verdict.value)) for verdict in Verdict), key=len)
 
 
 def _verdict_icon(check: CheckLine) -> QIcon:
-    return icon(*_VOID_STYLE if check.is_void else _STYLES[verdict_named(check.verdict)])
+    counts = not check.is_void and not check.is_simulated
+    return icon(*_STYLES[verdict_named(check.verdict)] if counts else _NO_EVIDENCE_STYLE)
 
 
 _COLUMNS: Final = (
@@ -244,8 +245,9 @@ class CheckHistory(QWidget):
         if checks:
             select_row(self.table, 0)
         self._enable()
+        measured = [check.measured for check in reversed(measuring(checks))]
         for quantity in TRENDED:
-            values = [check.measured[quantity.name] for check in reversed(checks) if quantity.name in check.measured]
+            values = [values[quantity.name] for values in measured if quantity.name in values]
             trend = self.trends[quantity.name]
             trend.show_values(tr(quantity.title), quantity.unit, values, decimals=quantity.decimals)
             trend.setVisible(is_of_module)

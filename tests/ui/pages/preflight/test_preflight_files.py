@@ -75,6 +75,19 @@ def test_a_record_of_another_station_that_the_archive_brought_is_kept_here(tmp_p
     assert "Kept on this computer." in said(rig)
 
 
+def test_a_simulated_module_of_this_name_passes_for_no_check_of_it(tmp_path: Path, rig: OnBench) -> None:
+    history = rig.preflight.history
+    with archive_station(rig.assembly.storage.folder) as here:
+        here.check("M-07", cell_v=4.0)
+        here.check("M-07", cell_v=1.0, is_simulated=True)
+        here.check("M-07", cell_v=2.0, void="broken")
+    history._reload(("module", "M-07"))
+    rig.until(lambda: len(history.checks) == 3)
+    shown = [history.table.model().index(row, 1).data() for row in range(3)]
+    assert shown == ["GO (void)", "GO (simulated)", "GO"]
+    assert history.trends["cell_voltage_v"].values == (4.0,)
+
+
 def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick: None, rig: OnBench) -> None:
     page, release, is_slow = rig.preflight, Event(), list[bool]()
     assert rig.check() is Standing.READY
