@@ -57,8 +57,11 @@ def _reports_in(data: bytes) -> tuple[NDArray[np.intp], NDArray[np.uint8]]:
         if len(records):
             is_report &= (before < 0) | (starts - records[before] >= _RECORD_LENGTH)
     starts, rows = starts[is_report], rows[is_report]
-    while len(overlaps := np.flatnonzero(np.diff(starts) < _LENGTH)):  # the one in front was taken
-        starts, rows = np.delete(starts, overlaps[0] + 1), np.delete(rows, overlaps[0] + 1, axis=0)
+    # Two can only share the last byte of one, which is the first of the next. The one in front was taken.
+    numbers, overlaps = np.arange(len(starts)), np.diff(starts, prepend=-_LENGTH) < _LENGTH
+    if overlaps.any():
+        is_taken = (numbers - np.maximum.accumulate(np.where(overlaps, 0, numbers))) % 2 == 0
+        starts, rows = starts[is_taken], rows[is_taken]
     return starts, rows
 
 

@@ -37,6 +37,8 @@ MAX_UNPACKED_BYTES: Final = 1 << 31
 """Of a file: twice a day at full line rate."""
 BLOCK_BYTES: Final = 1 << 24
 """A block ends when it holds this much."""
+MAX_NS: Final = (1 << 63) - 1
+"""Later times are not believed; numpy holds none."""
 MAX_REPORTS_A_BYTE: Final = 1000
 """More are not believed: equal reports are packed to a hundredth."""
 _HEAD: Final = struct.Struct("<BQ")
@@ -220,6 +222,9 @@ class _Walk:
             begin, place = place, place + _HEAD.size + length
             if kind == Opcode.MESSAGE:
                 topic = CHANNELS.get(channel)
+                if log_ns > MAX_NS:
+                    self._is_damaged = True
+                    continue
                 if topic is not None:
                     messages.append(FileMessage(topic, log_ns, chunk[begin + _MESSAGE.size : place]))
                 if topic == PROGRESS:
@@ -247,9 +252,12 @@ class _Walk:
                 self._is_damaged = True
         elif record.name == END and self._file is not None and is_whole(record.metadata):
             try:
-                self._file.end_ns = int(record.metadata["end_ns"])
+                end_ns = int(record.metadata["end_ns"])
             except (KeyError, ValueError):
                 return
+            if not 0 <= end_ns <= MAX_NS:
+                return
+            self._file.end_ns = end_ns
             self._file.last_progress = record.metadata.get("progress", "{}").encode()
             self._file.is_ended = True
 

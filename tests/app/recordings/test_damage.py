@@ -14,6 +14,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.data_stream import RecordBuilder
+from mcap.records import Metadata
+from mcap.writer import Writer
 
 import app.__main__ as program
 from app.captures.entries import Way
@@ -23,6 +26,7 @@ from app.recordings.markers import MarkerKind
 from app.recordings.old_recordings import convert, convert_in, entries_in, old_recordings
 from app.recordings.recording import RecordedTraffic, Recording
 from app.recordings.reports import ReportFinder
+from app.recordings.session_format import END, FORMAT, LINE_ENCODING, RX, Opening, with_checksum
 from app.text.user_error import UserError
 from protocol.frame import Frame
 from protocol.messages import Status, decode
@@ -31,10 +35,12 @@ from tests.support.cli_line import Printed
 from tests.support.processes import running
 from tests.support.records.recordings_made import (
     HEADING,
+    NOON,
     Whole,
     batch,
     explained,
     opened,
+    received,
     recorder_in,
     report,
     stream,
@@ -205,6 +211,8 @@ def test_killed_while_it_records(tmp_path: Path) -> None:
 # The reports that numpy finds are those of the stream parser, however the bytes were split.
 
 
+OVERLAPPING = b"A" + 5 * bytes.fromhex("75 32 0F 00 00 00 41")
+"""Each report's last byte is the first of the next."""
 RECORD = bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E")
 statuses = st.builds(
     lambda tilt, tenths, triggered, active: Status(tilt, tenths / 10, triggered=triggered, active=active).encode(),
@@ -212,7 +220,13 @@ statuses = st.builds(
 )  # fmt: skip
 pieces = st.lists(
     st.one_of(
-        statuses, statuses, st.just(RECORD), st.just(b"Au2"), st.just(b"Au\x14\x01\x03\x18"), st.binary(max_size=4)
+        statuses,
+        statuses,
+        st.just(RECORD),
+        st.just(OVERLAPPING),
+        st.just(b"Au2"),
+        st.just(b"Au\x14\x01\x03\x18"),
+        st.binary(max_size=4),
     ),
     max_size=30,
 )
@@ -243,6 +257,11 @@ def test_the_same_reports_as_the_stream_parser(parts: list[bytes], cuts: list[in
     ]
 
 
+def test_reports_that_overlap_without_end_do_not_hold_it_up() -> None:
+    data = OVERLAPPING[:1] + 400_000 * OVERLAPPING[1:8]
+    assert len(ReportFinder().feed(LinePart.of([(0, data)])).flags) == 200_000
+
+
 @given(st.lists(statuses, min_size=1, max_size=20), st.lists(st.integers(0, 160), max_size=6))
 def test_a_report_has_the_time_of_its_last_byte(parts: list[bytes], cuts: list[int]) -> None:
     data = b"".join(parts)
@@ -257,6 +276,33 @@ def test_a_report_has_the_time_of_its_last_byte(parts: list[bytes], cuts: list[i
             times = [at for message in messages for at in finder.feed(LinePart.of([message])).times_ns.tolist()]
         ends = [min(end for _, end in spans if end >= 8 * (number + 1)) * 10 for number in range(len(parts))]
         assert times == ends
+
+
+@pytest.mark.parametrize("end_ns", [-1, 1 << 63, 10**400], ids=["early", "late", "endless"])
+def test_an_end_that_no_clock_shows_is_none(whole: Whole, tmp_path: Path, end_ns: int) -> None:
+    """Its checksum is right: whoever wrote it was no program of ours. The list shows the other recordings."""
+    raw = whole.path.read_bytes()
+    end = Metadata(END, with_checksum({"progress": "{}", "end_ns": str(end_ns)}))
+    builder = RecordBuilder()
+    end.write(builder)
+    path = tmp_path / "changed.mcap"
+    path.write_bytes(raw[: raw.index(b"dps-s end") - 13] + builder.end())
+    (entry,) = RecordingLibrary(tmp_path).entries()
+    assert (entry.was_cut_off, entry.sample_count, len(opened(path).tilt)) == (True, 600, 600)
+
+
+def test_what_came_at_a_time_that_no_clock_shows_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "late.mcap"
+    writer = Writer(str(path))
+    writer.start()
+    writer.add_metadata(FORMAT, Opening(started_at=NOON, start_s=0.0, port="", baud_rate=0).fields())
+    writer.register_channel(RX, LINE_ENCODING, 0)
+    (line,) = LinePart.of([(0, received(report(0.0)).frame.raw)]).messages()
+    for at_ns in (1 << 62, 1 << 63):
+        writer.add_message(1, at_ns, line[1], at_ns)
+    writer.finish()
+    recording = opened(path)
+    assert (len(recording.tilt), recording.damage is None) == (1, False)
 
 
 def test_a_long_silence_begins_another_message() -> None:
