@@ -4,7 +4,7 @@ import csv
 import math
 import os
 from array import array
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -15,6 +15,7 @@ from app.flight_logs.csv_columns import ATTITUDES, FORCES, TIMES, CsvColumns, Cs
 from app.flight_logs.flight_log import NO_PROGRESS, FlightLog, Floats, Progress, unreadable
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
 from app.recordings.excerpt import HEAD
+from app.recordings.markers import STATE_LOST
 from app.text.messages import clean
 from app.text.user_error import UserError
 from protocol.translatable import marked
@@ -24,6 +25,10 @@ MAX_CELLS: Final = 100_000_000
 MAX_LINE_LENGTH: Final = 256 * 1024
 ROWS_AT_ONCE: Final = 5000
 """Read in about 20 ms: how often progress is reported."""
+_FLAGS: Final = {"true": 1.0, "false": 0.0}
+_RESETS: Final = dict.fromkeys((kind.value for kind in STATE_LOST), 1.0)
+_EXPORTED: Final = HEAD.split(",")[1:]
+"""The columns of an export of this program behind the first one, which had another name before; "event" is the last."""
 
 
 def read_head(path: Path) -> list[str]:
@@ -44,14 +49,18 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
         head = _head_of(first)
         chosen = recognised(head) if columns is None else columns
         places = _places(head, chosen)
-        numbers = _numbers(file, _separator(first), places, on_progress)
-    values = dict(zip(places, numbers, strict=True))
+        is_export = columns is None and head[1:] == _EXPORTED
+        columns_read = [*places.values(), *([len(_EXPORTED)] if is_export else [])]
+        words = _FLAGS | (_RESETS if is_export else {})
+        numbers = _numbers(file, _separator(first), columns_read, words, on_progress)
+    values = dict(zip(places, numbers, strict=False))
     scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
     time_s = values[scale] * TIMES[scale]
-    if columns is None and head[1:] == HEAD.split(",")[1:]:  # the first one had another name before
+    if is_export:
         is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
-        return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [])
+        resets_s = time_s[numbers[-1] == 1]
+        return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [], resets_s.tolist())
     if chosen.attitude:
         raw.tilts_deg.append(_known(time_s, ATTITUDES[chosen.attitude](*map(values.get, chosen.attitude))))
     if chosen.force:
@@ -96,9 +105,10 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
     return places
 
 
-def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int], on_progress: Progress) -> list[Floats]:
-    """The columns as numbers; NaN for other cells."""
-    columns = list(places.values())
+def _numbers(
+    file: TextIO, separator: str, columns: Sequence[int], words: Mapping[str, float], on_progress: Progress
+) -> list[Floats]:
+    """The columns as numbers; NaN for other cells than numbers and these words."""
     pieces = iter(lambda: file.readline(MAX_LINE_LENGTH), "")  # bounds the length of a line
     lines = csv.reader((line.replace("\0", "") for line in pieces), delimiter=separator)
     cells, size = array("d"), max(os.fstat(file.fileno()).st_size, 1)
@@ -106,7 +116,7 @@ def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int], on_pro
         for number, row in enumerate(lines):
             if number % ROWS_AT_ONCE == 0:
                 on_progress(min(file.buffer.tell() / size, 1.0))
-            cells.extend([_number(row[place]) if place < len(row) else math.nan for place in columns])
+            cells.extend([_number(row[place], words) if place < len(row) else math.nan for place in columns])
             if len(cells) > MAX_CELLS:
                 raise unreadable(marked("too large"))
     except csv.Error as error:
@@ -114,9 +124,9 @@ def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int], on_pro
     return list(np.frombuffer(cells).reshape(-1, len(columns)).T)
 
 
-def _number(cell: str) -> float:
-    """NaN for an empty cell and for text; true and false count as 1 and 0."""
+def _number(cell: str, words: Mapping[str, float]) -> float:
+    """NaN for an empty cell and for other text. What follows a colon does not count: "connected: /dev/ttyUSB0"."""
     try:
         return float(cell)
     except ValueError:
-        return {"true": 1.0, "false": 0.0}.get(cell.strip().lower(), math.nan)
+        return words.get(cell.partition(":")[0].strip().lower(), math.nan)

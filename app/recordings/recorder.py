@@ -286,7 +286,8 @@ class Recorder:
             self._writer.name_module(module)
 
     def _maintain(self) -> None:
-        """Flushes, syncs, checks the disk, and ends a session that is too long, or whose clock was set."""
+        """Flushes, syncs, checks the disk, and ends a session that is too long, whose clock was set or whose file was
+        deleted."""
         writer, now = self._writer, self._clock()
         if writer is None or self._session is None:
             return
@@ -299,7 +300,8 @@ class Recorder:
             self._check_disk()
         opening = writer.opening
         has_jumped = abs(self._find_wall_offset_s() - opening.wall_offset_s) > CLOCK_JUMP_S
-        if has_jumped or now - opening.start_s > MAX_SESSION_S or writer.size_bytes > self.library.max_bytes / 5:
+        is_long = now - opening.start_s > MAX_SESSION_S or writer.size_bytes > self.library.max_bytes / 5
+        if has_jumped or is_long or writer.is_deleted:
             self._end_session(now)
 
     def _find_wall_offset_s(self) -> float:

@@ -182,6 +182,11 @@ class SessionWriter:
     def size_bytes(self) -> int:
         return 0 if self._file is None else self._file.tell()
 
+    @property
+    def is_deleted(self) -> bool:
+        """Whether somebody deleted the file: nobody will ever read what is written."""
+        return self._file is not None and not os.fstat(self._file.fileno()).st_nlink and not self.path.exists()
+
     def _add(self, topic: str, log_ns: int, data: bytes, sequence: int = 0) -> None:
         self._mcap.add_message(self._numbers[topic], log_ns, data, log_ns, sequence)
 

@@ -1,6 +1,7 @@
 """Beginning and end of a recording."""
 
 import errno
+import sys
 import threading
 from pathlib import Path
 
@@ -69,6 +70,18 @@ def test_a_clock_that_is_set_begins_a_recording_with_the_right_time(tmp_path: Pa
         newest, oldest = bench.library.entries()
         assert (newest.sequence, oldest.sequence, oldest.started_at) == (2, 1, NOON)
         assert (newest.started_at - NOON).total_seconds() == 3600.0 + DISK_CHECK_EVERY_S
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a file that is open cannot be deleted there")
+def test_after_its_file_was_deleted_the_next_recording_begins(tmp_path: Path) -> None:
+    """A file manager, or a program that tidies up: the window says that it records."""
+    with recorder_in(tmp_path) as bench:
+        bench.record(batch(1000.0, report(1000.0)))
+        bench.path.unlink()
+        bench.feed(batch(1001.0, report(1001.0)))
+        bench.feed(batch(1002.0, report(1002.0)), batch(1003.0, report(1003.0)))
+        (entry,) = bench.library.entries()
+        assert opened(entry.path).tilt.window(1002.0, 1003.0).time_s.tolist() == [1002.0, 1003.0]
 
 
 def test_the_next_module_is_not_compared_with_the_one_before(tmp_path: Path) -> None:
