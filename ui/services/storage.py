@@ -85,6 +85,11 @@ class SessionRecording:
         case."""
         return self._recorder is None or self._recorder.stop(deadline_s)
 
+    def settle(self) -> None:
+        """Waits, for a moment at most, until the file holds what has come. Not for the window's thread."""
+        if self._recorder is not None:
+            self._recorder.settle(SETTLE_LIMIT_S)
+
     def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
         connection, is_in_doubt = batch.connection, not batch.identity.is_settled
@@ -133,6 +138,7 @@ def _without_content(batch: Batch) -> Batch:
 ORIGIN = "window"
 RECORDINGS = "recordings"
 """The folder beside the store."""
+SETTLE_LIMIT_S = 2.0
 RECORDER_LIMIT_S = 0.1
 """For the last lines of a recording, when the window closes."""
 

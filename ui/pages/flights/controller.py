@@ -1,7 +1,7 @@
 """Controller of the Flight logs page: flights, lists, thresholds and proposal. It never sends anything."""
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -22,6 +22,7 @@ from app.text.user_error import UserError
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 
+Settle = Callable[[], object]
 GROUPS: Final = (FlightGroup.MUST_NOT, FlightGroup.MUST)
 
 
@@ -68,12 +69,14 @@ class LoadEnded(NamedTuple):
 
 
 class Reading:
-    """Files and folders; `total` and `done` are written by the reading thread. `skipped`: what is already read."""
+    """Files and folders; `total` and `done` are written by the reading thread. `skipped`: what is already read.
+    `settle` is called by that thread before it reads."""
 
     def __init__(
-        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, skipped: Iterable[str] = ()
-    ) -> None:
-        self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
+        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, skipped: Iterable[str] = (),
+        settle: Settle = bool,
+    ) -> None:  # fmt: skip
+        self._paths, self._columns, self._skipped, self._settle = tuple(paths), columns, frozenset(skipped), settle
         self.total: int | None = None
         """None until they are counted."""
         self.done: deque[Flight] = deque()
@@ -81,6 +84,7 @@ class Reading:
         """Of `done`, what was taken over."""
 
     def run(self, running: Running) -> None:
+        self._settle()
         paths = [path for path in find_logs(self._paths) if str(path) not in self._skipped]
         self.total = len(paths)
         for log in summarise_logs(
@@ -172,22 +176,22 @@ class FlightsWork(QObject):
         """The chosen thresholds by key of the setting."""
         return settings_of(self.limits)
 
-    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
+    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None, settle: Settle = bool) -> None:
         """Reads files and folders, without flights that are already there."""
         read = (flight.name for flight in self.flights.values() if flight.summary is not None)
-        self._waiting.append(Reading(paths, columns, read))
+        self._waiting.append(Reading(paths, columns, read, settle))
         if not self.task.is_running:
             self._begin()
 
-    def read_again(self, path: Path) -> None:
-        """A recording that may have grown; it stays in its list, and is not there at the next start unless it was, or
-        a person moves it."""
+    def read_again(self, path: Path, settle: Settle) -> None:
+        """A recording that may have grown, and grows to its present end by `settle`; it stays in its list, and is not
+        there at the next start unless it was, or a person moves it."""
         known = self.flights.get(str(path))
         if known is None:
             known = Flight(str(path))
             self._passing.add(known.name)
         self.flights[known.name] = Flight(known.name, known.group)
-        self.open([path])
+        self.open([path], settle=settle)
 
     @property
     def kept_lists(self) -> tuple[str, ...]:

@@ -133,7 +133,7 @@ class FlightsPage(Page):
         self._show_overview()
         if path is not None:
             self._tried = str(path)
-            self.work.read_again(path)
+            self.work.read_again(path, self._services.connector.current.recording.settle)
         self.refresh()
 
     def _forget_tried(self) -> None:

@@ -9,7 +9,6 @@ from pytestqt.qtbot import QtBot
 from app.engine.device import StatusSample
 from app.firing.judge import TriggerLimits
 from app.flight_analysis.fire_map import FlightGroup
-from app.recordings.library import entry_of
 from app.settings.form import RowState
 from protocol.catalogue import Hazard
 from protocol.frame import decode_request
@@ -48,7 +47,6 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         qtbot.waitUntil(live.try_out.isEnabled, timeout=WAIT_MS)
         path = port.recording.path
         assert path is not None
-        qtbot.waitUntil(lambda: entry_of(path).sample_count > 0, timeout=WAIT_MS)  # written twice a second
         qtbot.keyClick(live, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
         row = tried(qtbot, flights, path)
         assert flights.work.limits == TriggerLimits(60, 0.5, 1.6)
@@ -59,7 +57,6 @@ def test_the_session_is_tried_with_the_modules_thresholds(qtbot: QtBot, qapp: QA
         assert flights.work.kept_lists == (f"MUST {path}",)
         bench.set_tilt(80)
         qtbot.waitUntil(lambda: port.device.fresh("tilt_deg", port.clock()) == 80, timeout=WAIT_MS)
-        qtbot.wait(600)  # until it is written
         assembly.window.go_to("live")
         live.try_out.click()
         again = tried(qtbot, flights, path)  # it has grown
