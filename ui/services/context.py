@@ -23,8 +23,9 @@ class DraftExchange(QObject):
 
     used = Signal(object)
     """Values by the setting's key, to become drafts in Settings, unsent."""
-    tried = Signal(object, object)
-    """Values by the setting's key, to be tried on flights and on the recording at this path, or None."""
+    tried = Signal(object, object, object)
+    """Values by the setting's key, to be tried on flights and on the recording at this path, or None; and what waits,
+    not in the window's thread, until that file holds what has come."""
     forgotten = Signal()
     """What was tried is of a former module."""
     limits_used = Signal()

@@ -24,7 +24,7 @@ from app.text.sentences import join_sentences, labelled
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
-from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded
+from ui.pages.flights.controller import Flight, FlightRow, FlightsWork, LoadEnded, Settle
 from ui.pages.flights.lists import FlightLists, assumed_text, limits_text, short_name
 from ui.pages.flights.proposal_bar import ProposalBar
 from ui.pages.flights.thresholds import FireMapView, ThresholdPanel
@@ -125,7 +125,7 @@ class FlightsPage(Page):
         self.work.open(paths, columns)
         self.refresh()
 
-    def _try(self, values: Mapping[str, Value], path: Path | None) -> None:
+    def _try(self, values: Mapping[str, Value], path: Path | None, settle: Settle) -> None:
         """These thresholds, on the flights that are there and on what was recorded."""
         self.work.choose(self.thresholds.nearest(values))
         self._tried_with = self.work.limits, values
@@ -133,7 +133,7 @@ class FlightsPage(Page):
         self._show_overview()
         if path is not None:
             self._tried = str(path)
-            self.work.read_again(path, self._services.connector.current.recording.settle)
+            self.work.read_again(path, settle)
         self.refresh()
 
     def _forget_tried(self) -> None:

@@ -294,7 +294,8 @@ class LivePage(StreamPage):
         path, held = self._measured_file, (self.data if self.recording is None else self.recording).last()
         known = zip(TriggerLimits._fields, (held.fires_deg, held.free_fall_g, held.free_fall_s), strict=False)
         self.page_wanted.emit("flights")
-        self._services.exchange.tried.emit({key: value for key, value in known if value is not None}, path)
+        values = {key: value for key, value in known if value is not None}
+        self._services.exchange.tried.emit(values, path, self._connector.current.recording.settle)
 
     def _leave_deleted(self, paths: object) -> None:
         if self.recording is not None and isinstance(paths, frozenset) and self.recording.entry.path in paths:

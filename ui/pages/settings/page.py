@@ -201,7 +201,7 @@ class SettingsPage(Page):
         rows = self.work.form.rows(self._connector.current.device, self._connector.clock())
         known = {row.command.key: row.module_value.value for row in rows if row.module_value is not None}
         self.page_wanted.emit("flights")
-        self._services.exchange.tried.emit({**known, **self.work.form.edited}, None)
+        self._services.exchange.tried.emit({**known, **self.work.form.edited}, None, bool)
 
     def _use_drafts(self, values: Mapping[str, Value]) -> None:
         self.show_form()
