@@ -122,6 +122,22 @@ def archive(store: Store) -> Iterator[Archive]:
         yield opened
 
 
+@pytest.mark.parametrize(
+    ("check", "kept"),
+    [
+        ("verdict = 'GO'", ["bench test", None, "reviewed"]),
+        ("verdict = 'GO', is_void = 1", ["bench test", None, None]),
+        ("verdict = 'NO-GO'", ["bench test", None, None]),
+    ],
+)
+def test_a_check_that_passed_had_reviewed_what_nobody_judged(folder: Path, check: str, kept: list[str | None]) -> None:
+    """The judgement of the second record was withdrawn, which is a person's word too."""
+    tamper(folder / FILE_NAME, f"UPDATE preflight_checks SET {check}")
+    with closing(open_store(folder)) as store:
+        records = CheckStore(store.database).records("M-07")
+        assert [record.judgement and record.judgement.value for record in records] == kept
+
+
 def test_what_was_exchanged_is_not_there_twice(folder: Path, archive: Archive) -> None:
     """Each fact has the id that it had; only what was never exchanged is new."""
     with closing(sqlite3.connect(folder / "archive.version-2.sqlite")) as former_file:
