@@ -31,14 +31,17 @@ class TrafficBuffer:
         self._newest: list[CaptureEntry] = []
         """Not yet in a part."""
         self._count = self._bytes = self._newest_bytes = 0
+        self._doubted_at: list[float] = []
         self.wall = WallClock()
         self.has_dropped = False
 
     def __len__(self) -> int:
         return self._count
 
-    def feed(self, events: Iterable[Event]) -> None:
+    def feed(self, events: Iterable[Event], doubted_at: Iterable[float] = ()) -> None:
+        """`doubted_at`: from when on they may be of another module."""
         self.wall.poll()
+        self._doubted_at += doubted_at
         for entry in entries_of(events, 0.0):
             self._newest.append(entry)
             self._count += 1
@@ -60,6 +63,11 @@ class TrafficBuffer:
         if first is None:
             return ()
         return tuple(CaptureEntry(at_s - first.at_s, way, raw) for at_s, way, raw in chain((first,), last))
+
+    def doubted_at(self) -> tuple[float, ...]:
+        """In the time of all `entries`."""
+        first = next(self._last(None), None)
+        return () if first is None else tuple(max(0.0, at_s - first.at_s) for at_s in self._doubted_at)
 
     def started_at(self, most: int | None = None) -> datetime:
         """When the first of `entries(most)` was on the line, UTC."""

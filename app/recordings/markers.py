@@ -10,9 +10,13 @@ from app.engine.identity import READ_WITHIN_S
 from app.engine.setting_changes import BOOT_COUNT
 from app.engine.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
-from protocol.events import BREAKS, Event, FellSilent, Restarted
+from protocol.events import BREAKS, Event, FellSilent, Received, Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
+from protocol.messages import Heartbeat
+
+ONE_BREAK_S = 0.5
+"""What follows sooner is part of the same break: a restart is seen twice."""
 
 
 class MarkerKind(Enum):
@@ -24,7 +28,7 @@ class MarkerKind(Enum):
     OFFLINE = "offline"
     RESTARTED = "restarted"
     DOUBTED = "another module?"
-    """From here on, until a person has said which module it is."""
+    """From here on, until a person has said which module it is; perhaps another one again where it comes twice."""
     ACTIVATED = "activated"
     LOCKED = "locked"
     TRIGGERED = "triggered"
@@ -98,6 +102,10 @@ class MarkerTracker:
         self._was_settled = False
         self._broke_at = self._read_at = -inf
         """When the conversation broke last, and when the boot count was last read that no doubt followed."""
+        self._heard_since: float | None = None
+        """When a module first told something of itself after that."""
+        self.breaks = self._seen_breaks = 0
+        """How often another module may have taken the place of one that was heard; and while the port was last open."""
         self._new: list[Marker] = []
 
     def on_batch(self, batch: Batch) -> list[Marker]:
@@ -145,22 +153,32 @@ class MarkerTracker:
         what came since the last reading that did not."""
         for event in batch.events:
             if isinstance(event, BREAKS):
-                self._broke_at = event.at - (event.lasted_s if isinstance(event, FellSilent) else 0.0)
+                self._break(event.at - (event.lasted_s if isinstance(event, FellSilent) else 0.0))
+            elif self._heard_since is None and isinstance(event, Received):
+                self._heard_since = None if isinstance(event.message, Heartbeat) else event.at
         if batch.connection.state is not PortState.OPEN:
             return
         was_settled, self._was_settled = self._was_settled, batch.identity.is_settled
+        has_broken, self._seen_breaks = self.breaks > self._seen_breaks, self.breaks
         boots = batch.device.values.get(BOOT_COUNT.key)
         if was_settled and not self._was_settled:
             is_break_recent = batch.at - self._broke_at <= READ_WITHIN_S
             since = self._broke_at if is_break_recent else max(self._broke_at, self._read_at)
             self._add(since if since > -inf else batch.at, MarkerKind.DOUBTED)
+        elif not self._was_settled and has_broken:
+            self._add(self._broke_at, MarkerKind.DOUBTED)
         elif self._was_settled and boots is not None:
             self._read_at = boots.at
+
+    def _break(self, at: float) -> None:
+        self.breaks += self._heard_since is not None and at - self._heard_since > ONE_BREAK_S
+        self._broke_at, self._heard_since = at, None
 
     def _on_loss(self, connection: Connection, at: float) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state
         if was_open and connection.state is PortState.CLOSED and connection.trouble is not None:
             self._was_lost = True
+            self._break(at)
             self._add(at, MarkerKind.PORT_LOST)
 
     def _on_device(self, device: DeviceView, events: tuple[Event, ...], at: float) -> None:

@@ -15,6 +15,7 @@ from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState
+from app.recordings.markers import MarkerKind, MarkerTracker
 from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.left_active import LeftActive
@@ -43,9 +44,10 @@ class RecordingState(NamedTuple):
 
 
 class SessionRecording:
-    """Of one port, from opening it until it is closed: each recording is of one unbroken conversation, and where it is
-    in doubt which module answers, the next one begins. The worker's batches go to the recorder from the worker's own
-    thread, so that a window that stalls or closes costs the recording nothing."""
+    """Of one port, from opening it until it is closed: where it is in doubt which module answers, and at each break of
+    the conversation until a person has said it, the next recording begins; one without a name that was broken gets
+    none. The worker's batches go to the recorder from the worker's own thread, so that a window that stalls or closes
+    costs the recording nothing."""
 
     def __init__(self, port: PortConnection, recordings: RecordingJobs) -> None:
         self._port, self._recordings = port, recordings
@@ -56,6 +58,8 @@ class SessionRecording:
         """The number of the opening that is recorded."""
         self._is_in_doubt = False
         """It is in doubt which module answers."""
+        self._tracker, self._breaks = MarkerTracker(), 0
+        """And its breaks when the recording began."""
         self._module = ""
         self.path: Path | None = None
         """Of what was recorded last of this conversation; None before the first byte."""
@@ -96,13 +100,16 @@ class SessionRecording:
         with self._lock:
             if connection.state is PortState.OPEN:
                 # Once a person has settled a doubt, what was recorded since it arose is of the module that they named.
-                if not self._is_in_doubt and (is_in_doubt or connection.opening != self._opening):
+                is_doubted = any(one.kind is MarkerKind.DOUBTED for one in self._tracker.on_batch(batch))
+                is_next = is_in_doubt or connection.opening != self._opening
+                if is_doubted or (is_next and not self._is_in_doubt):
                     if self._recorder is not None and connection.opening == self._opening:
                         self._recorder.on_batch(_without_content(batch))  # says in its file from where it is in doubt
                     self._begin(connection, "" if is_in_doubt else self._module)
                 self._opening, self._is_in_doubt = connection.opening, is_in_doubt
             else:
                 self._opening, self._is_in_doubt = None, False
+                self._tracker = MarkerTracker()
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
                 path = self._recorder.path
@@ -117,7 +124,7 @@ class SessionRecording:
 
         if self._recorder is None:
             self._recorder = Recorder(self._recordings.library)
-        self.path, self._former_path = None, self._recorder.path
+        self.path, self._former_path, self._breaks = None, self._recorder.path, self._tracker.breaks
         self._recorder.begin(connection.port, connection.baud_rate, module)
 
     def name_module(self, name: str) -> None:
@@ -125,7 +132,11 @@ class SessionRecording:
         with self._lock:
             self._module = name
             is_recorded = self._opening == self._port.connection.opening and not self._is_in_doubt
-            if name and is_recorded and self._recorder is not None:
+            if not name or not is_recorded or self._recorder is None:
+                return
+            if self._tracker.breaks != self._breaks:
+                self._begin(self._port.connection, name)
+            else:
                 self._recorder.name_module(name)
 
 

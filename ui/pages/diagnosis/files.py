@@ -22,6 +22,7 @@ from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.engine.worker import Connection
 from app.recordings.entry_texts import size_text
+from app.recordings.markers import MarkerKind
 from app.system.gil_yield import GilYield
 from app.system.logs import text_of
 from app.text import i18n
@@ -125,12 +126,13 @@ class CaptureFiles(QWidget):
         entries = self._buffer.entries()
         started_at = self._buffer.started_at()
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
-        save = partial(self._save, entries, connection, started_at, self._buffer.has_dropped)
+        save = partial(self._save, entries, self._buffer.doubted_at(), connection, started_at, self._buffer.has_dropped)
         self.ask_save(self, tr("Save traffic…"), suggested, tr("Session (*.mcap)"), save)
 
     def _save(
         self,
         entries: Sequence[CaptureEntry],
+        doubted_at: Sequence[float],
         connection: Connection,
         started_at: datetime,
         has_dropped: bool,
@@ -152,7 +154,8 @@ class CaptureFiles(QWidget):
                 started_at=started_at, start_s=0.0, port=connection.port,
                 baud_rate=connection.baud_rate, program=f"DPS-S Configurator {version()}",
             )  # fmt: skip
-            write_session(path, opening, counted())
+            doubts = ((at_s, dict[str, object](event=MarkerKind.DOUBTED.value)) for at_s in doubted_at)
+            write_session(path, opening, counted(), doubts)
 
         def tell(_none: None) -> None:
             self._result.notify(Meaning.GOOD, partial(saved_text, path, len(entries), is_whole=not has_dropped))

@@ -19,6 +19,7 @@ from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnos
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.worker import Batch
+from app.recordings.markers import MarkerKind, MarkerTracker
 from app.system.wall_clock import clock_text
 from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled
@@ -260,7 +261,7 @@ class DiagnosisPage(StreamPage):
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
         self._texts, self._connector = services.texts, services.connector
-        self.traffic_buffer = TrafficBuffer()
+        self.traffic_buffer, self._tracker = TrafficBuffer(), MarkerTracker()
         self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
@@ -286,8 +287,8 @@ class DiagnosisPage(StreamPage):
         VisibilityTimer(self, self._refresh_strip)
 
     def on_batch(self, batch: Batch) -> None:
-        if batch.events:
-            self.traffic_buffer.feed(batch.events)
+        doubted_at = [one.time_s for one in self._tracker.on_batch(batch) if one.kind is MarkerKind.DOUBTED]
+        self.traffic_buffer.feed(batch.events, doubted_at)
         self.traffic.on_batch(batch)
         self.why.on_batch(batch)
         if not self.files.save.isEnabled():
@@ -309,6 +310,7 @@ class DiagnosisPage(StreamPage):
         self.traffic.model.clear()
         self.traffic.pause.setChecked(False)
         self.traffic_buffer.clear()
+        self._tracker = MarkerTracker()
         self.files.refresh()
         self.bundle.begin_again()
 

@@ -8,9 +8,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.identity import Identity, Trust
 from app.recordings.library import entry_of
+from app.recordings.markers import MarkerKind
+from app.recordings.recording import open_recording
+from protocol.events import FellSilent
 from tests.support.records.recordings_desk import record
-from tests.support.records.recordings_made import explained, read_session
+from tests.support.records.recordings_made import batch, explained, read_session, report
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, connect, simulated
 from tests.support.window.steps import choosing, drop, press
@@ -121,6 +125,21 @@ def test_a_saved_capture_can_be_opened(qtbot: QtBot, qapp: QApplication, tmp_pat
         assert [one.raw for one in entries[: len(kept)]] == [one.raw for one in kept]
         assert [one.at_s for one in entries[: len(kept)]] == pytest.approx([one.at_s for one in kept], abs=1e-6)
         assert entries[0].at_s == pytest.approx(0.0, abs=1e-6)
+
+
+def test_saved_traffic_says_from_where_on_it_may_be_of_another_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    path, doubt = tmp_path / f"saved{SUFFIX}", Identity(Trust.UNPROVEN)
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.on_batch(batch(1000.0, report(1000.0)))
+        page.on_batch(batch(1002.0)._replace(events=(FellSilent(1002.0, 0.5),), identity=doubt))
+        page.on_batch(batch(1003.0, report(1003.0))._replace(identity=doubt))
+        page.files.ask_save = choosing(path)
+        press(qtbot, page.files.save)
+        qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName())
+    marks = open_recording(entry_of(path)).markers
+    assert [(one.kind, one.time_s) for one in marks] == [(MarkerKind.DOUBTED, pytest.approx(1.5, abs=1e-6))]
 
 
 def test_a_capture_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

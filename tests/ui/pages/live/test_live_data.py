@@ -23,6 +23,7 @@ from protocol.events import FellSilent, Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
 from tests.support.patience import PATIENCE_S
+from tests.support.records.recordings_made import received
 from ui.pages.live.data import LiveData, lanes
 from ui.plots.lanes import Mark
 
@@ -228,9 +229,16 @@ def test_where_another_module_may_answer_is_marked_and_written() -> None:
     silence = batch(2.5)._replace(events=(FellSilent(2.4, 0.3),), identity=doubt)
     other = batch(3.0, report(2.9, tilt=40))._replace(identity=doubt)
     named = batch(1.0, report(1.0))._replace(identity=Identity(Trust.PROVEN, is_named=True))
-    assert take(data, batch(0.5)._replace(identity=doubt), named, silence, other) == [(2.1, "another module?")]
-    rows = rows_of(b"".join(csv_parts(data.excerpt(0.9, 9.0), wall_offset_s=NOON)))
-    assert [row["tilt_deg"] or row["event"] for row in rows] == ["3", "another module?", "40"]
+    other = other._replace(events=(received(other.samples[0]),))
+    late = batch(5.0, report(5.0, tilt=41))._replace(identity=doubt)
+    late = late._replace(events=(received(late.samples[0]),))
+    silent_again = batch(4.5)._replace(events=(FellSilent(4.0, 0.5), FellSilent(4.5, 1.0)), identity=doubt)
+    marks = take(data, batch(0.5)._replace(identity=doubt), named, silence, other, silent_again, late)
+    assert marks == [(2.1, "another module?"), (3.5, "another module?")]
+    lost = take(data, batch(5.6, connection=LOST), batch(6.0)._replace(identity=doubt))
+    assert lost[:2] == [(5.6, "port lost"), (5.6, "another module?")]
+    rows = rows_of(b"".join(csv_parts(data.excerpt(0.9, 5.2), wall_offset_s=NOON)))
+    assert [row["tilt_deg"] or row["event"] for row in rows] == ["3", "another module?", "40", "another module?", "41"]
 
 
 def test_a_reading_that_refutes_tells_of_the_silence_before_it() -> None:

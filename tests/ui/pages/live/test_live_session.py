@@ -21,6 +21,7 @@ from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import open_recording
+from protocol.events import FellSilent
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, device, opened, recorder_in, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import await_child, find, notice_text
@@ -175,6 +176,28 @@ def test_what_was_recorded_in_doubt_is_of_the_module_that_a_person_names(bench: 
     bench.say(some(5.0, connection=NEXT))
     bench.sessions.name_module("Right wing")
     assert bench.listed()[2:] == [("/dev/ttyUSB0", "Right wing", 6)]
+
+
+def broken(at_s: float) -> Batch:
+    """Nothing, as the module fell silent."""
+    at_s += time.monotonic()
+    return batch(at_s)._replace(events=(FellSilent(at_s, 0.3),))
+
+
+@pytest.mark.parametrize("is_in_doubt", [True, False])
+def test_a_name_is_of_what_one_unbroken_conversation_recorded(bench: Bench, is_in_doubt: bool) -> None:
+    """In doubt, and without a name, a third module may come unasked."""
+    bench.sessions.name_module("")
+    bench.say(some(1.0, is_in_doubt=is_in_doubt))
+    silence = broken(3.0)
+    bench.say(silence._replace(identity=Identity(Trust.OPEN)) if is_in_doubt else silence)
+    bench.say(some(4.0, is_in_doubt=is_in_doubt))
+    bench.say(some(5.0))
+    bench.sessions.name_module("Left wing")
+    bench.say(some(6.0))
+    parts = [("Left wing", 9)] if is_in_doubt else [("Left wing", 3)]
+    assert [(module, count) for _, module, count in bench.listed()][1:] == parts
+    assert bench.listed()[0] == ("/dev/ttyUSB0", "", 3 if is_in_doubt else 9)
 
 
 def test_a_new_name_belongs_to_its_session(bench: Bench) -> None:
