@@ -3,6 +3,7 @@ worker."""
 
 import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
@@ -12,6 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.engine.identity import Expected
 from app.engine.procedure import Procedure, Report, Result
+from app.engine.snapshots import Snapshot
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Job, PortState, Worker
 from app.safety.journal import Journal
@@ -71,6 +73,16 @@ class Port(PortConnection):
     def journal(self) -> Journal:
         """With what the module is known by now."""
         return self._storage.journal(self.target, self.known_as)
+
+    def keep_as_found(self) -> Callable[[Snapshot], Future[int] | None] | None:
+        """For the worker's thread, which may be late: keeps the settings before the first write; None once they are."""
+        kept, port, name = self.kept, self.connection.port, self.module.name
+
+        def keep(snapshot: Snapshot) -> Future[int] | None:
+            kept.as_found = snapshot
+            return self._storage.store_snapshot(snapshot, port, name)
+
+        return keep if kept.as_found is None else None
 
     @property
     def is_checking(self) -> bool:

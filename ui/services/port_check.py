@@ -30,6 +30,8 @@ from ui.core.background_task import BackgroundTask
 from ui.core.port_connection import PortConnection
 from ui.services.module_name import ModuleName
 from ui.services.storage import Storage
+from ui.style.icons import Icon, StateStyle
+from ui.style.theme import Meaning
 
 
 class Standing(Enum):
@@ -44,6 +46,12 @@ class Standing(Enum):
 
 
 _STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}
+VERDICT_STYLES = {
+    Verdict.GO: StateStyle(Icon.CHECK, Meaning.GOOD),
+    Verdict.READY: StateStyle(Icon.LOCK, Meaning.INFORMATION),
+    Verdict.NO_GO: StateStyle(Icon.DANGER, Meaning.DANGER),
+}
+LOUD = {standing: VERDICT_STYLES[verdict].meaning for verdict, standing in _STANDINGS.items()}
 PASSED = (Standing.GO, Standing.READY)
 ENTRIES = Void(Disturbance.CHANGED, message(marked("entries")))
 NEWER = Void(Disturbance.CHANGED, message(marked("checked again")))

@@ -10,13 +10,13 @@ from PySide6.QtWidgets import QFrame, QMenu, QPushButton, QSizePolicy, QToolButt
 from app.diagnosis.link_state import link_text
 from app.fleet.card import Card, Need
 from app.fleet.check_set import word_of
-from app.preflight.verdict import Verdict
 from app.settings.identity_words import same_module_words
 from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, labelled
 from ui.core.texts import Texts
 from ui.services.port import Port
+from ui.services.port_check import VERDICT_STYLES
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import pen
 from ui.style.theme import Meaning, Size, Space, current, scaled
@@ -44,11 +44,6 @@ NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.ACTIVATE: Meaning.INFORMATION,
     Need.WAIT: Meaning.UNKNOWN,
     Need.NOTHING: Meaning.GOOD,
-}
-_VERDICT_STYLES: Final[Mapping[Verdict, tuple[Icon, Meaning]]] = {
-    Verdict.GO: (Icon.CHECK, Meaning.GOOD),
-    Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
-    Verdict.NO_GO: (Icon.DANGER, Meaning.DANGER),
 }
 
 
@@ -157,8 +152,7 @@ class CardWidget(QFrame):
         elif held.verdict is None:
             self.verdict.show_state(tr("void"), MEANING_ICONS[Meaning.ATTENTION], Meaning.ATTENTION, age=age)
         else:
-            picture, meaning = _VERDICT_STYLES[held.verdict]
-            self.verdict.show_state(word_of(held.verdict), picture, meaning, age=age)
+            self.verdict.show_state(word_of(held.verdict), *VERDICT_STYLES[held.verdict], age=age)
 
     def _lay_out(self) -> None:
         head = in_row((in_column(self.title, self.port, spacing=0), 1), self.lock, self.more, spacing=Space.XS)

@@ -1,13 +1,11 @@
 """Checks and profiles for several modules at once; no module waits for another."""
 
 from collections.abc import Sequence
-from concurrent.futures import Future
 from functools import partial
 from itertools import chain
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.snapshots import Snapshot
 from app.engine.worker import Job
 from app.fleet.check_set import SetMember
 from app.fleet.profile_table import Applied, AppliedProfile, Column, broken_off, column, outcome_of
@@ -157,20 +155,11 @@ class GroupProfile(QObject):
             self.applied[connection] = AppliedProfile(Applied.NOTHING_TO_DO)
             return
         heard: list[Written] = []
-        storage, port = self._services.storage, connection.connection.port
-        name = connection.module.name
-        kept = connection.kept
-
-        def keep(snapshot: Snapshot) -> Future[int] | None:
-            """Called in the worker's thread."""
-            kept.as_found = kept.as_found or snapshot
-            return storage.store_snapshot(snapshot, port, name)
-
         context = WriteContext(
             journal=connection.journal(),
             armed=self._services.armed,
             accepted_risks=accepted,
-            store_snapshot=keep,
+            store_snapshot=connection.keep_as_found(),
             on_written=heard.append,
         )
         self.applied[connection] = AppliedProfile(Applied.WRITING)

@@ -34,6 +34,7 @@ from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn, select_row
 from ui.plots.static_plot import StaticPlot
 from ui.services.context import Services
+from ui.services.port_check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, Theme, is_text_large, scaled
 from ui.widgets.controls import control, named
@@ -121,14 +122,6 @@ TRENDED: Final = (
 )
 
 
-_STYLES: Final = {
-    Verdict.GO: (Icon.CHECK, Meaning.GOOD),
-    Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
-    Verdict.NO_GO: (Icon.CROSS, Meaning.DANGER),
-}
-_NO_EVIDENCE_STYLE: Final = (Icon.CROSS, Meaning.UNKNOWN)
-
-
 def _verdict(check: CheckLine) -> str:
     return check.words.translated()
 
@@ -139,7 +132,7 @@ def _widest_verdict() -> str:
 
 def _verdict_icon(check: CheckLine) -> QIcon:
     counts = not check.is_void and not check.is_simulated
-    return icon(*_STYLES[verdict_named(check.verdict)] if counts else _NO_EVIDENCE_STYLE)
+    return icon(*VERDICT_STYLES[verdict_named(check.verdict)]) if counts else icon(Icon.CROSS, Meaning.UNKNOWN)
 
 
 _COLUMNS: Final = (

@@ -20,10 +20,10 @@ from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController
-from ui.services.port_check import PortCheck, Standing
+from ui.services.port_check import LOUD, PortCheck, Standing
 from ui.style.icons import themed_svg
 from ui.style.painted_widget import PaintedWidget, pen
-from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.style.theme import Size, Space, current, font, scaled
 from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, FittedLabel
 from ui.widgets.layouts import in_column, in_row
@@ -36,12 +36,7 @@ QUIET_PX: Final = 44
 """For a word that is no verdict."""
 _MIN_TEXT_PX: Final = 300
 _SHAPES: Final = Path(__file__).parent / "verdict.svg"
-_LOUD: Final = {
-    Standing.GO: Meaning.GOOD,
-    Standing.READY: Meaning.INFORMATION,
-    Standing.NO_GO: Meaning.DANGER,
-}
-SPOKEN: Final = (*_LOUD, Standing.VOID)
+SPOKEN: Final = (*LOUD, Standing.VOID)
 """Announced as soon as they come."""
 
 MAX_NAMED = 5
@@ -194,8 +189,8 @@ class VerdictBanner(PaintedWidget):
     def _colours(self) -> tuple[str, str]:
         """Of what is written, and of the ground."""
         standing, theme = self.announcement.standing, current()
-        if standing in _LOUD:
-            return theme.tint(_LOUD[standing]).on_fill, theme.tint(_LOUD[standing]).fill
+        if (meaning := LOUD.get(standing)) is not None:
+            return theme.tint(meaning).on_fill, theme.tint(meaning).fill
         return theme.information.ink if standing is Standing.CHECKING else theme.text, theme.surface
 
     # Qt
@@ -214,7 +209,7 @@ class VerdictBanner(PaintedWidget):
         painter = self.begin_paint()
         edges = {Standing.VOID: pen(ink, 3.0, is_dashed=True), Standing.CHECKING: pen(ink, 2.0)}
         quiet = pen(theme.border, theme.border_px, is_dashed=True)
-        painter.setPen(pen(ground, 1.0) if standing in _LOUD else edges.get(standing, quiet))
+        painter.setPen(pen(ground, 1.0) if standing in LOUD else edges.get(standing, quiet))
         painter.setBrush(QColor(ground))
         painter.drawRoundedRect(QRectF(self.rect()).adjusted(1.5, 1.5, -1.5, -1.5), 8, 8)
         side = self.height() - 2.0 * Space.L

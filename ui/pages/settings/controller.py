@@ -1,7 +1,6 @@
 """Controller of the Settings page: reads, writes and verifies, tests a power cycle; one job at a time."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future
 from dataclasses import replace
 from functools import partial
 
@@ -26,7 +25,6 @@ from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.messages import Reading
 from protocol.translatable import marked
-from ui.core.module_memory import ModuleMemory
 from ui.services.context import Services
 from ui.services.running_job import RunningJob, is_risk_open, risk_choices, risk_notice
 from ui.style.theme import Meaning
@@ -117,14 +115,12 @@ class SettingsController(QObject):
         else:
             heard: list[Written] = []
             begun: list[Command] = []
-            port = connector.current
-            keep = partial(self._store_snapshot, port.kept, port.connection.port, port.module.name)
             context = WriteContext(
                 journal=connector.current.journal(),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
                 accepted_risks=accepted,
-                store_snapshot=keep if self.initial is None else None,
+                store_snapshot=connector.current.keep_as_found(),
                 on_written=heard.append,
                 on_begun=begun.append,
             )
@@ -180,11 +176,6 @@ class SettingsController(QObject):
         result = job.outcome()
         self.form.set_retentions(result.stamps)
         self.job.set_notice(partial(_power_cycle_notice, result))
-
-    def _store_snapshot(self, kept: ModuleMemory, port: str, module: str, snapshot: Snapshot) -> Future[int] | None:
-        """Called in the worker's thread, perhaps after another module is shown."""
-        kept.as_found = snapshot
-        return self._services.storage.store_snapshot(snapshot, port, module)
 
     def _begin_again(self) -> None:
         self.form.reset(self._connector.current.kept.watch)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.engine.identity import Identity, Trust
 from app.engine.procedure import Cancelled, Procedure
+from app.engine.snapshots import Snapshot
 from app.fleet.check_set import SetMember, write_set_reports
 from app.fleet.profile_table import Applied
 from app.preflight.evidence import Evidence
@@ -16,6 +17,8 @@ from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict, assess
 from app.procedures.lock import Locked
+from app.procedures.read import Everything, read_everything
+from app.procedures.write_all import SettingChange, WriteContext
 from app.records.check_store import CheckStore
 from app.records.filing import Filed
 from app.records.labels import Printer
@@ -147,6 +150,26 @@ def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_writte
     strip.notice.choices[1].act()
     assert [page.profile.applied[one].state for one, _ in desk.modules] == [Applied.WRITING] * 3
     page.profile.cancel()
+
+
+def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    contexts = list[WriteContext]()
+
+    def write(_changes: Sequence[SettingChange], context: WriteContext) -> Procedure[Everything]:
+        contexts.append(context)
+        return read_everything()
+
+    monkeypatch.setattr("ui.pages.fleet.group_jobs.write_all", write)
+    desk.plug_in(1, attitude_threshold_deg=60)
+    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
+    for is_first in (True, False):
+        desk.page.profile.apply(desk.page.members.connections)
+        keep = contexts[-1].store_snapshot
+        assert (keep is not None) is is_first
+        if keep is not None:
+            keep(Snapshot(settings={"attitude_threshold_deg": 60}))
+        desk.modules[0][1].end_jobs(Cancelled())
+        desk.wait(lambda: not desk.page.profile.is_running)
 
 
 @pytest.mark.parametrize("has_store", [False, True])
