@@ -245,7 +245,8 @@ def _run(seconds: float, seed: int) -> Outcome:
     if not isinstance(app, QApplication):
         raise TypeError("a window needs an application object with a screen")
     before = set(threading.enumerate())
-    with tempfile.TemporaryDirectory() as folder, Mistakes() as mistakes:
+    # A recorder that a busy disk keeps may still write when the window is gone.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, Mistakes() as mistakes:
         options = WindowOptions(language="en", offscreen_seconds=seconds)
         link = Path(folder) / "module"
         assembly = assemble(

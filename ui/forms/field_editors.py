@@ -1,24 +1,29 @@
-"""Editors for numbers, flags and choices."""
+"""The value of a setting as the module has it, with its source and age; editors for numbers, flags and choices."""
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QIcon, QKeyEvent, QValidator
+from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QFontMetricsF, QIcon, QKeyEvent, QValidator
 from PySide6.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QSizePolicy, QToolButton, QWidget
 
-from app.settings.setting_texts import DEFAULTS, what_is
+from app.engine.device import How, Known, StaleReason
+from app.settings.setting_texts import DEFAULTS, value_text, what_is
+from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import labelled
+from app.text.sentences import in_brackets, labelled
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import Space
+from ui.style.painted_widget import Freshness
+from ui.style.theme import Size, Space, font, scaled
 from ui.widgets.controls import ChoiceButton, control, named, set_role
 from ui.widgets.layouts import in_row
+from ui.widgets.readout import Readout
 from ui.widgets.sliders import NUMBER_PX, WheelGuard
 
 _FLAG_PX: Final = 92
@@ -213,3 +218,57 @@ def make_editor(command: Command, texts: Texts) -> FieldEditor:
             return ChoiceEditor(command, field, texts)
         case _:
             raise LookupError(f"{command.name} cannot be set")
+
+
+VALUE_PX: Final = 136
+
+HOW_WORDS: Final[Mapping[How, str]] = {
+    How.READ: marked("read {time} ago"),
+    How.ACKNOWLEDGED: marked("acknowledged {time} ago"),
+    How.STREAMED: marked("seen {time} ago"),
+}
+STALE_WORDS: Final[Mapping[StaleReason, str]] = {
+    StaleReason.RESTARTED: marked("before the restart"),
+    StaleReason.LINK_LOST: marked("before link loss"),
+    StaleReason.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
+    StaleReason.AGED: marked("too old"),
+    StaleReason.LATE: marked("arrived late"),
+}
+
+
+def how_known(known: Known, now: float) -> str:
+    """Doubt, source and age in the language in use: "too old (read 12 s ago)"; its end may be elided."""
+    text = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
+    return text if known.stale_reason is None else tr(STALE_WORDS[known.stale_reason]) + in_brackets(text)
+
+
+class ValueLabel(Readout):
+    """Shows the module's value of one setting, without a caption."""
+
+    def __init__(self, command: Command) -> None:
+        self._command = command
+        super().__init__("", size=Size.BODY)
+        self.setObjectName(f"{command.name}_stands")
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.show_known(None, 0.0)
+
+    def show_known(self, known: Known | None, now: float) -> None:
+        if known is None:
+            freshness, text = Freshness.UNKNOWN, tr("unknown")
+            note = tr("not read yet") if self._command.reads_back else tr("cannot be read")
+        else:
+            freshness = Freshness.STALE if known.is_stale else Freshness.FRESH
+            text, note = value_text(self._command, known.value), how_known(known, now)
+        self.show_value(text, freshness=freshness, note=note)
+
+    def _changed(self) -> None:
+        name = tr("{setting} on the module: {value}", setting=tr(self._command.title), value=self.text)
+        self.setToolTip(self.note)
+        self.announce(f"{name}, {self.note}" if self.note else name, name=name)
+
+    def sizeHint(self) -> QSize:
+        lines = QFontMetricsF(font(Size.BODY, is_bold=True)), QFontMetricsF(font(Size.SMALL))
+        return QSize(scaled(VALUE_PX), round(sum(line.height() for line in lines)))
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(VALUE_PX, self.sizeHint().height())

@@ -13,7 +13,7 @@ from app.text.i18n import tr
 from app.text.sentences import join_sentences, labelled, not_written
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
-from ui.services.announcer import announce
+from ui.style.accessible_roles import announce
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

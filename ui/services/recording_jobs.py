@@ -14,8 +14,8 @@ from app.text.i18n import tr
 from app.text.sentences import error_text, join_sentences, not_written, saved_text
 from app.text.user_error import UserError
 from ui.core.background_task import BackgroundTask, Running
-from ui.services.announcer import announce
 from ui.services.job_notice import JobNotice
+from ui.style.accessible_roles import announce
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 

@@ -8,8 +8,8 @@ from app.diagnosis.link_state import Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
-from ui.services.announcer import announce
 from ui.services.port import Port, Ports
+from ui.style.accessible_roles import announce
 
 _LINKED: Final = frozenset({Phase.ONLINE, Phase.LATE})
 _LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})

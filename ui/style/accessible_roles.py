@@ -1,4 +1,4 @@
-"""Roles and names for screen readers, of widgets that Qt knows nothing about.
+"""Roles and names for screen readers, of widgets that Qt knows nothing about; and what is told them at once.
 
 Qt gives a widget of our own the role of a container, which screen readers skip. Here it has the role that its class
 names in `accessible_role`; a container with a name is a group.
@@ -10,8 +10,13 @@ only where Qt's own property changes: see `PaintedWidget.announce` and `TickingL
 from typing import Final, cast
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QAccessible, QAccessibleActionInterface, QAccessibleInterface
-from PySide6.QtWidgets import QAbstractButton, QAccessibleWidget, QFrame, QScrollArea, QWidget
+from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleActionInterface,
+    QAccessibleAnnouncementEvent,
+    QAccessibleInterface,
+)
+from PySide6.QtWidgets import QAbstractButton, QAccessibleWidget, QApplication, QFrame, QScrollArea, QWidget
 
 _CONTAINERS: Final = (QWidget, QFrame, QScrollArea)
 """What Qt's own role says nothing of."""
@@ -91,3 +96,17 @@ def install_accessible_roles() -> None:
     if not _is_installed:
         _is_installed = True
         QAccessible.installFactory(_make)
+
+
+_POLITENESS = QAccessible.AnnouncementPoliteness
+
+
+def announce(text: str, *, is_urgent: bool = False) -> None:
+    """For events only, not for values that change all the time. `text` is in the language in use. `is_urgent`: it
+    interrupts what is being read."""
+    visible = (window for window in QApplication.topLevelWidgets() if window.isVisible())
+    speaker = QApplication.activeWindow() or next(visible, None)
+    if text and speaker is not None:
+        event = QAccessibleAnnouncementEvent(speaker, text)
+        event.setPoliteness(_POLITENESS.Assertive if is_urgent else _POLITENESS.Polite)
+        QAccessible.updateAccessibility(event)

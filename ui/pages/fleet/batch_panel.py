@@ -34,10 +34,10 @@ from ui.files.report_printer import print_pages
 from ui.forms.rows_table import RowsTable
 from ui.forms.table_kit import TableColumn
 from ui.pages.fleet.batch_turns import BatchTurns, Stage
-from ui.services.announcer import announce
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.running_job import is_risk_open, risk_notice
+from ui.style.accessible_roles import announce
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Size, Space, font, scaled
 from ui.widgets.controls import control, named

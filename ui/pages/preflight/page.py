@@ -28,12 +28,12 @@ from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.row import LOCK_AND_ENABLE, Mend, Remedy
 from ui.pages.preflight.verdict import HEIGHT_PX, SPOKEN, VerdictBanner, announcement, low_px
-from ui.services.announcer import announce
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, PageHeader, WaysBack
 from ui.services.port_check import PASSED, Standing
 from ui.simulator.panel import rest_offer
+from ui.style.accessible_roles import announce
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, control, named, rename, set_role

@@ -1,30 +1,33 @@
-"""Recordings page: lists, opens, exports, pins and deletes recorded sessions."""
+"""Recordings page: lists, opens, exports, pins and deletes recorded sessions, each with an outline of its tilt."""
 
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QRectF
+from PySide6.QtCore import QObject, QPointF, QRectF, Signal
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QStyledItemDelegate, QStyleOptionViewItem, QTableView
 
 from app.recordings.entry_texts import entry_text, size_text, when_text
 from app.recordings.library import RecordingEntry
+from app.recordings.recording import tilt_outline
 from app.text.i18n import tr
 from app.text.sentences import capitalised, join_names, join_sentences, labelled
 from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.rows_table import RowsTable, SearchedRows
 from ui.forms.table_kit import ROW_ROLE, Index, select_row
 from ui.pages.recordings.detail import WIDTH_PX, RecordingsDetail
 from ui.pages.recordings.model import COLUMNS, Column
-from ui.pages.recordings.outlines import Outlines, draw_outline
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.services.recording_jobs import ExportKind
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space, current
+from ui.style.painted_widget import pen
+from ui.style.theme import Meaning, Space, Theme, current
 from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import fold_beside, in_column, in_row
@@ -34,6 +37,68 @@ from ui.widgets.visibility_timer import VisibilityTimer
 ROW_PX: Final = 44
 _FRAME_PX: Final = 8
 """Padding of the style at both sides of a cell."""
+
+
+BUCKETS: Final = 96
+_AT_ONCE: Final = 8
+"""Read at a time."""
+_TOP_DEG: Final = 90.0
+Outline = tuple[tuple[float, float], ...]
+
+
+class Outlines(QObject):
+    """Cache of outlines. `changed`: more are available."""
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._known: dict[Path, tuple[int, Outline]] = {}
+        """With the number of samples then, since a running recording grows."""
+        self._reading: BackgroundTask[dict[Path, tuple[int, Outline]]] = BackgroundTask("dps-s outlines", self)
+
+    def of(self, entry: RecordingEntry) -> Outline:
+        """The outline; empty until it is read."""
+        return self._known.get(entry.path, (0, ()))[1]
+
+    def read(self, entries: Iterable[RecordingEntry]) -> None:
+        """Reads some missing ones; called repeatedly while the page is visible."""
+        if self._reading.is_running:
+            return
+        missing = [
+            entry
+            for entry in entries
+            if entry.trouble is None and self._known.get(entry.path, (-1, ()))[0] != entry.sample_count
+        ][:_AT_ONCE]
+        if missing:
+            self._reading.run(lambda running: _outlines(missing, running), self._on_read, lambda _error: None)
+
+    def _on_read(self, outlines: dict[Path, tuple[int, Outline]]) -> None:
+        self._known |= outlines
+        self.changed.emit()
+
+
+def _outlines(missing: list[RecordingEntry], running: Running) -> dict[Path, tuple[int, Outline]]:
+    return {
+        entry.path: (entry.sample_count, tilt_outline(entry, BUCKETS))
+        for entry in missing
+        if not running.is_cancelled()
+    }
+
+
+def draw_outline(painter: QPainter, box: QRectF, outline: Outline, theme: Theme) -> None:
+    """Draws the tilt from 0 to 90°, or to 180° where it was larger; moves the painter."""
+    painter.setPen(pen(theme.divider if theme.border_px == 1 else theme.muted, 1))
+    painter.drawLine(box.bottomLeft(), box.bottomRight())
+    if not outline:
+        return
+    top_deg = _TOP_DEG if max(high for _, high in outline) <= _TOP_DEG else 2 * _TOP_DEG
+    painter.translate(box.bottomLeft())
+    painter.scale(box.width() / len(outline), -box.height() / top_deg)
+    line = pen(theme.curves[0], theme.line_px * painter.device().devicePixelRatioF())
+    line.setCosmetic(True)  # in device pixels
+    painter.setPen(line)
+    painter.drawPolyline([QPointF(number + 0.5, value) for number, ends in enumerate(outline) for value in ends])
 
 
 class OutlineDelegate(QStyledItemDelegate):

@@ -33,7 +33,7 @@ from protocol.catalogue import BY_NAME
 from protocol.fields import Flag, Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
-from ui.forms.value_label import WIDTH_PX as VALUE_PX
+from ui.forms.field_editors import VALUE_PX
 from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.panels import BaudPanel, CalibrationPanel
 from ui.pages.settings.profiles import SUFFIX, ProfileCompare, ProfileFiles

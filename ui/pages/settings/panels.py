@@ -21,8 +21,7 @@ from ui.acts.confirm import Confirm
 from ui.acts.outcomes import not_begun, open_conditions
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
-from ui.forms.field_editors import ChoiceEditor, explain_setting, make_editor
-from ui.forms.value_label import ValueLabel
+from ui.forms.field_editors import ChoiceEditor, ValueLabel, explain_setting, make_editor
 from ui.pages.settings.row import CELL_GAP, aligned_cells
 from ui.services.context import Services
 from ui.services.running_job import RunningJob

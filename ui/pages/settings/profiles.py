@@ -21,8 +21,7 @@ from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskOpen, AskPath, add_recent, ask_path, ask_profile
-from ui.forms.field_editors import explain_setting
-from ui.forms.value_label import WIDTH_PX, ValueLabel
+from ui.forms.field_editors import VALUE_PX, ValueLabel, explain_setting
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.style.icons import Icon
@@ -157,7 +156,7 @@ class _CompareRow:
     def _fit(self) -> None:
         """A check box does not wrap its text: where it is large each word has its line, and the value less room."""
         title = tr(self.command.title)
-        self.value_label.setFixedWidth(scaled(_LARGE_VALUE_PX if is_text_large() else WIDTH_PX))
+        self.value_label.setFixedWidth(scaled(_LARGE_VALUE_PX if is_text_large() else VALUE_PX))
         self.tick.setText(title.replace(" ", "\n") if is_text_large() else title)
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:

@@ -18,9 +18,7 @@ from app.text.i18n import tr
 from app.text.sentences import capitalised, join_sentences, with_units
 from protocol.catalogue import Command
 from ui.core.texts import Texts
-from ui.forms.field_editors import FieldEditor, FlagEditor, explain_setting, make_editor
-from ui.forms.value_label import WIDTH_PX as VALUE_PX
-from ui.forms.value_label import ValueLabel
+from ui.forms.field_editors import VALUE_PX, FieldEditor, FlagEditor, ValueLabel, explain_setting, make_editor
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control, named, set_role
