@@ -8,9 +8,9 @@ Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 wit
 import argparse
 import time
 
-from app.procedures.act import Performed, perform
+from app.procedures.act import ANOTHER_ANSWERED, Performed, perform
 from app.procedures.lock import Locked, lock
-from app.procedures.settings_reading import read_settings
+from app.procedures.settings_reading import read_one_module
 from app.safety.acts import EFFECTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
@@ -36,16 +36,17 @@ def run(args: argparse.Namespace) -> int:
             records_of(args.port, args.run) as records,
             connected(args.port, args.baud, is_greeted=not is_lock) as conversation,
         ):
-            if not is_lock:
-                conversation.run(read_settings())  # by which another module would be noticed
+            is_one = is_lock or conversation.run(read_one_module()) is not None
             permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
             try:
                 if is_lock:
                     done = conversation.run(lock(records.journal, is_attended=False))
                     if done.is_locked and records.store is not None and (args.module is not None or args.same_module):
                         end_left_active(conversation, records.store, args)
-                else:
+                elif is_one:
                     done = conversation.run(perform(act, records.journal, permit=permit))
+                else:
+                    done = Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(ANOTHER_ANSWERED,))
             except KeyboardInterrupt:
                 console.notify(tr("Interrupted; may have been carried out."))
                 raise

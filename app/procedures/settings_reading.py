@@ -87,6 +87,18 @@ def read_settings() -> Procedure[SettingsReading]:
     )
 
 
+def read_one_module() -> Procedure[SettingsReading | None]:
+    """The settings, read again after a break; None where what was read is, or may be, that of two modules."""
+    begin: EngineView = yield Inspect()
+    reading = yield from read_settings()
+    end: EngineView = yield Inspect()
+    is_other = reading.is_restarted or is_refuted(begin, end)
+    if not is_other and end.device.breaks != begin.device.breaks:
+        first, reading = reading, (yield from read_settings())
+        is_other = reading.is_restarted or same_module(first.evidence, reading.evidence) is Trust.REFUTED
+    return None if is_other else reading
+
+
 def is_another(begin: EngineView) -> Procedure[bool]:
     """Whether what is read refutes that the module of `begin` answers. After a break it is read again first, and the
     status after it."""

@@ -129,12 +129,13 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
         progress.has_read = False
     if now.is_restart_suspected and not before.is_restart_suspected:
         progress.due.pop(_BOOT_COUNT, None)
-    if read_all and not progress.has_read:
-        progress.has_read = not (yield from read_everything()).is_silent
-        progress.due |= {question: view.now + every_s for question, every_s in _SETTINGS}
+    if not progress.has_read:
+        progress.has_read = not (read_all and (yield from read_everything()).is_silent)
         # One after the other: while the module streams, its silence shows only in a question.
         progress.due |= {question: view.now + at * SLOW_EVERY_S / len(_SLOW) for at, question in enumerate(_SLOW)}
-        return
+        if read_all:
+            progress.due |= {question: view.now + every_s for question, every_s in _SETTINGS}
+            return
     yield from _steer_stream(progress, switch, view)
     polled = [*_polled(switch, view), *_SETTINGS]
     is_beginning = progress.listens_briefly and switch.began_at is None and not progress.has_come

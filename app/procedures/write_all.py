@@ -13,14 +13,13 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from app.engine.identity import Trust, same_module
 from app.engine.procedure import Await, EngineView, Inspect, Procedure, Report, pause_asking
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
-from app.procedures.act import Armed
+from app.procedures.act import ANOTHER_ANSWERED, Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.settings_reading import SettingsReading, is_another, is_refuted, read_settings
+from app.procedures.settings_reading import SettingsReading, is_another, is_refuted, read_one_module, read_settings
 from app.procedures.write import SetReply, WriteFault, Written, write_verified
 from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
@@ -132,17 +131,10 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
     if refused := _unaccepted(changes, context):
         return WriteReport(results=_all_refused(ordered), refusals=refused)
-    begin: EngineView = yield Inspect()
-    before = yield from read_settings()
+    before = yield from read_one_module()
     read: EngineView = yield Inspect()
-    is_other = before.is_restarted or is_refuted(begin, read)
-    if not is_other and read.device.breaks != begin.device.breaks:
-        again = yield from read_settings()
-        is_other = again.is_restarted or same_module(before.evidence, again.evidence) is Trust.REFUTED
-        before, read = again, (yield Inspect())
-    if is_other:  # what was read is not its, or of two modules
-        refused = (Refusal(Interlock.IS_IDENTITY_SETTLED, message(marked("The module restarted. Read again."))),)
-        return WriteReport(results=_all_refused(ordered), refusals=refused)
+    if before is None:
+        return WriteReport(results=_all_refused(ordered), refusals=(ANOTHER_ANSWERED,))
     if context.store_snapshot is not None:
         yield from _store_snapshot(context.store_snapshot)
     progress = _WriteProgress(replace(context, begin=read))

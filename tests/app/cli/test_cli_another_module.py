@@ -123,7 +123,9 @@ def test_nothing_is_written_to_another_module_than_was_read(stage: Stage, frame:
     assert bench.module.memory.attitude_threshold == 85
 
 
-@pytest.mark.parametrize(("act", "frame"), [("activate", 14), ("activate", 15), ("zero", 20), ("shutdown", 14)])
+@pytest.mark.parametrize(
+    ("act", "frame"), [*(("activate", frame) for frame in range(4, 16)), ("zero", 20), ("shutdown", 14)]
+)
 def test_no_act_is_done_to_another_module_than_was_there(stage: Stage, act: str, frame: int) -> None:
     bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench)):

@@ -1,6 +1,7 @@
 """A stream that is asked for: on within half a second, and left as it was found where that can be known."""
 
 from concurrent.futures import Future
+from itertools import pairwise
 
 import pytest
 
@@ -18,6 +19,7 @@ from app.procedures.stream import (
 )
 from app.store.stream_memory import StreamMemory
 from protocol.catalogue import SERIAL_OUTPUT
+from protocol.events import Sent
 from tests.support.line.sim_line import Rig, end_watch, engine_view
 
 ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
@@ -60,6 +62,18 @@ def test_one_that_was_on_is_left_on(rate: int) -> None:
     end_watch(rig)
     assert sets(rig) == []
     assert rig.bench.state().is_streaming
+
+
+@pytest.mark.parametrize("rate", [1, 50])
+def test_while_it_streams_a_question_is_asked_three_times_a_second(rate: int) -> None:
+    """In nothing else its silence shows."""
+    rig, _switch = begun(rate=rate, **{"stream-at-boot": True})
+    rig.step_for(2.5)
+    rig.session.take_events()
+    rig.step_for(5)
+    times = [event.at for event in rig.session.take_events() if isinstance(event, Sent)]
+    assert max(after - before for before, after in pairwise(times)) < 0.4
+    end_watch(rig)
 
 
 def test_of_a_slow_one_it_is_said_that_it_may_have_been_on() -> None:
@@ -113,7 +127,7 @@ def test_listening_ends_at_its_limit(now: float, is_streamed: bool, is_brief: bo
     )
 
 
-@pytest.mark.parametrize(("now", "first"), [(0.49, "cell_voltage"), (0.5, "status")])
+@pytest.mark.parametrize(("now", "first"), [(0.49, "boot_count"), (0.5, "status")])
 def test_a_status_is_polled_half_a_second_after_the_opening(now: float, first: str) -> None:
     course = _StreamProgress(StreamMemory(), listens_briefly=True, intent=Future())
     asked = next(_turn(course, StreamSwitch(), engine_view(now), read_all=False))
