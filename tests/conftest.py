@@ -1,7 +1,9 @@
 """What every test gets: no screen, no files of the user's, English, and no thread left behind."""
 
+import ctypes
 import gc
 import os
+import platform
 import signal
 import sys
 import threading
@@ -30,12 +32,18 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
 LEAK_GRACE_S = PATIENCE_S
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # of malloc.h
 _CHINESE_FONTS = (
     "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc",
     "/System/Library/Fonts/PingFang.ttc",
     "C:/Windows/Fonts/msyh.ttc",
     "C:/Windows/Fonts/simsun.ttc",
 )
+
+if platform.libc_ver()[0] == "glibc":
+    # Once a large block was freed, glibc takes all up to its size from the heap and keeps it: each window's samples.
+    for threshold in _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD:
+        ctypes.CDLL(None).mallopt(threshold, 256 * 1024)
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A run that was begun in the background ignores Ctrl-C, and so would what a test starts and interrupts.

@@ -120,9 +120,6 @@ def test_what_is_being_read_is_said_meanwhile(
 # What is printed after a signal takes a second at most, though nobody reads the pipe.
 
 
-MORE_THAN_A_PIPE_HOLDS = "x" * 2_000_000
-
-
 @pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="Windows has no alarm")
 def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     assert threading.current_thread() is threading.main_thread()
@@ -132,7 +129,7 @@ def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -
     with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
         monkeypatch.setattr(sys, "stdout", out)
         with print_after_signal():
-            write(MORE_THAN_A_PIPE_HOLDS)
+            write("x" * 2_000_000)  # more than a pipe holds
         monkeypatch.undo()
     assert signal.getsignal(signal.SIGALRM) is before
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0

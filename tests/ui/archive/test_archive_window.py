@@ -223,13 +223,17 @@ def test_an_exchange_that_runs_by_itself_shows_what_was_altered_on_the_server(
 
 
 def test_no_start_loads_what_only_a_server_needs() -> None:
+    """Nor the source text of what it loads: 20 MB."""
     program = """if True:
-        import importlib, sys, ui.main
+        import importlib, linecache, sys, ui.main
         for page in ui.main.PAGES:
             importlib.import_module(f"ui.pages.{page.key}.page")
         print(*sys.modules)
+        print(*(name for name in linecache.cache if "pyqtgraph" in name or "numpy" in name))
     """
-    loaded = set(ran_code(program).stdout.split())
+    modules, texts = ran_code(program).stdout.splitlines()
+    loaded = set(modules.split())
+    assert texts == ""
     assert "ui.archive.archive_actions" in loaded
     assert not loaded & {
         "psycopg",
