@@ -91,9 +91,9 @@ class JobNotice(QObject):
         self._ticking.start()
         self.changed.emit()
 
-    def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str]) -> None:
+    def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str] | None = None) -> None:
         """Writes a small file, and says what came of it, and of each other one that is written meanwhile; `saved` is
-        given what `write` returned."""
+        given what `write` returned, where more is to be said than the path."""
         if not self._files:
             self._outcomes = []
         self._files += 1
@@ -113,7 +113,8 @@ class JobNotice(QObject):
                 raise error
 
         writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True, for_once=True)
-        writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, partial(saved, result)), fail)
+        text = saved or (lambda _result: tr("Saved to {path}.", path=path))
+        writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, partial(text, result)), fail)
 
     @property
     def is_writing(self) -> bool:

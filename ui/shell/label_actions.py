@@ -17,12 +17,10 @@ from app.records.labels import PAPERS, Label, Paper, write_labels
 from app.settings.fingerprint import Fingerprint, fingerprint
 from app.store.store import Store
 from app.text.i18n import tr
-from app.text.sentences import not_written
-from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
 
@@ -38,6 +36,8 @@ class LabelActions(QObject):
         self._window, self._services = window, services
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
+        self._job = JobNotice(self, is_of_module=False)
+        self._job.changed.connect(self._say)
         menu = window.menus.add_menu("label", marked("Print label"))
         for key, title in _TITLES.items():
             when = None if key == _SHEET else lambda: bool(services.connector.current.module.name)
@@ -74,17 +74,11 @@ class LabelActions(QObject):
         from ui.files.report_printer import print_pages
 
         self._folder = path.parent
-        printing: BackgroundTask[None] = BackgroundTask("dps-s label", self, finished_at_close=True, for_once=True)
-        printing.run(
-            lambda _running: write_labels(path, find(), paper, print_pages),
-            lambda _none: self._window.show_message(tr("Saved to {path}.", path=path)),
-            partial(self._fail, path),
-        )
+        self._job.write_file(path, lambda: write_labels(path, find(), paper, print_pages))
 
-    def _fail(self, path: Path, error: Exception) -> None:
-        if not isinstance(error, UserError | OSError | RuntimeError):
-            raise error
-        self._window.show_message(not_written(path, error))
+    def _say(self) -> None:
+        notice = self._job.result_notice()
+        self._window.show_message("" if notice is None else notice.text)
 
 
 def _now() -> datetime:

@@ -270,7 +270,7 @@ class BundlePreview(QWidget):
 
     def _save_to(self, bundle: SupportBundle, path: Path) -> None:
         self._folder = path.parent
-        self._result.write_file(path, partial(bundle.write, path), lambda _none: tr("Saved to {path}.", path=path))
+        self._result.write_file(path, partial(bundle.write, path))
 
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle

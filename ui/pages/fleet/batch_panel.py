@@ -1,6 +1,5 @@
 """A batch of new modules: what each gets, whose turn it is in large letters, and the list."""
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -259,21 +258,18 @@ class BatchPanel(QWidget):
         """As PDF, and as CSV beside it."""
         bench = self._turns.bench
         if bench is not None:
-            self._write(path, partial(write_list, path, bench.batch, self._turns.rows, print_pages))
+            self._result.write_file(path, partial(write_list, path, bench.batch, self._turns.rows, print_pages))
 
     def _choose_labels(self, key: str) -> None:
         self.ask_path(self, tr("Print labels"), self._suggested(tr("labels")), "PDF (*.pdf)",
                       partial(self.print_labels, key))  # fmt: skip
 
     def print_labels(self, key: str, path: Path) -> None:
-        self._write(path, partial(write_batch_labels, path, self._turns.rows, PAPERS[key], print_pages))
+        self._result.write_file(path, partial(write_batch_labels, path, self._turns.rows, PAPERS[key], print_pages))
 
     def _suggested(self, kind: str = "") -> Path:
         bench = self._turns.bench
         return Path.home() / f"{' '.join(filter(None, ('' if bench is None else bench.batch.title, kind)))}.pdf"
-
-    def _write(self, path: Path, write: Callable[[], None]) -> None:
-        self._result.write_file(path, write, lambda _none: tr("Saved to {path}.", path=path))
 
     # Qt
 

@@ -263,7 +263,7 @@ class TestsPage(Page):
             write_whole(path.with_suffix(".json"), as_text(record).encode())
             write_whole(path, print_pages([guided_body(record)], A4))
 
-        self.exported.write_file(path, write, lambda _none: tr("Saved to {path}.", path=path))
+        self.exported.write_file(path, write)
 
     def _commit_names(self) -> None:
         self._connector.current.module.choose(self.module.currentText())

@@ -151,8 +151,10 @@ def test_a_rehearsal_goes_all_the_way_and_sends_nothing(active: Desk) -> None:
 def test_a_rehearsal_needs_no_module_that_is_ready(one: Desk) -> None:
     ritual = one.commands.ritual
     assert "LOCKED" in ritual.conditions.text()
+    assert ritual.conditions.isVisible()
     assert not ritual.choose.isEnabled()  # in earnest it would be refused
     arm(one, is_rehearsal=True)
+    assert not ritual.conditions.isVisible()  # they are none of a rehearsal
     press(one)
     one.until(lambda: "was not sent" in outcome(one))
     assert one.changes() == []
@@ -230,6 +232,13 @@ def test_whatever_becomes_of_the_module_disarms(why: str, is_held: bool, active:
     assert ritual._services.armed.act is None
     assert text in outcome(active)
     stays_quiet(active, 300)
+
+
+def test_every_report_is_a_look_at_what_may_disarm(active: Desk) -> None:
+    ritual = arm(active)
+    ritual._timer.stop()
+    ritual._services.armed.act = None  # by an error in another thread
+    active.until(lambda: ritual.ritual.stage is Stage.IDLE)
 
 
 def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(active: Desk) -> None:
