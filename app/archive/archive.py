@@ -68,9 +68,7 @@ class Archive:
 
     @property
     def revoked(self) -> frozenset[str]:
-        """Public keys of the stations of which nothing counts any more, whatever they signed."""
-        stations = Stations(self.store.database.path.parent).known()
-        return frozenset(encoded(station.public) for station in stations if station.is_revoked)
+        return Stations(self.store.database.path.parent).revoked()
 
     # The set
 

@@ -78,7 +78,7 @@ def fleet_state(
 ) -> list[ModuleToday]:
     """By name. Raises `UserError`."""
     states = [ModuleToday(module) for module in names.modules]
-    about = _by_module(archive, names)
+    about, today = _by_module(archive, names), now.astimezone().date()
     for state in states:
         mine = {kind: about.get((state.module, kind.value), []) for kind in FactKind}
         everything = [fact for group in mine.values() for fact in group]
@@ -91,8 +91,9 @@ def fleet_state(
         state.unjudged = len(set(records.values()) - _judged(mine[FactKind.JUDGEMENT], records))
         state.tests = _last_tests(mine[FactKind.GUIDED_TEST])
         state.due = _due(state, names, now, check_days, test_days)
-        done = sorted(mine[FactKind.SERVICE], key=lambda fact: (fact.content["on"], fact.made_at, fact.id))
-        due = due_services((fact.content for fact in done), now.astimezone().date())
+        done = sorted((fact for fact in mine[FactKind.SERVICE] if fact.content["on"] <= today.isoformat()),
+                      key=lambda fact: (fact.content["on"], fact.made_at, fact.id))  # fmt: skip
+        due = due_services((fact.content for fact in done), today)
         state.since_repack = _since_repack(mine[FactKind.TRIGGER_RECORD], records, done)
         state.due += [Due(DueKind.SERVICE, service.text) for service in due]
     return states

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 from app.archive.archive import Archive
 from app.archive.facts import Fact
 from app.limits.service import Service
-from app.records.filing import SERVICES
+from app.records.filing import SERVICES, local_now
 from app.stations.known import Stations
 from app.stations.station import encoded, shown_station
 from app.store.facts import FactKind
@@ -291,12 +291,11 @@ def _folded(name: str) -> str:
 
 
 def note_services(archive: Archive) -> None:
-    """Keep in the store what other stations, of which none is revoked, did to the modules of this one: a pre-flight
-    check opens no archive. Raises `UserError`."""
-    not_theirs = {archive.public, *archive.revoked}
-    others = [fact for fact in archive.of_kind(FactKind.SERVICE) if fact.station not in not_theirs]
+    """Keep in the store what other stations did to the modules of this one: a pre-flight check opens no archive. Raises
+    `UserError`."""
+    others = [fact for fact in archive.of_kind(FactKind.SERVICE) if fact.station != archive.public]
     for module in names_of(archive).modules:
-        done = [fact.content for fact in others if module_of_fact(fact) in module.members]
+        done = [{**fact.content, "station": fact.station} for fact in others if module_of_fact(fact) in module.members]
         for station, name in module.members:
             key, kept = SERVICES.format(module=name), {"done": done} if done else None
             if station == archive.public and archive.own.state(key) != kept:
@@ -306,6 +305,8 @@ def note_services(archive: Archive) -> None:
 def keep_service(archive: Archive, module: KnownModule, service: Service) -> None:
     """Keep what a person did to a module, under its name here; one that has none gets that of another station, and the
     person's word that it is the same module. Raises `UserError`."""
+    if service.on > local_now().date():
+        raise UserError(marked("It cannot have been done on a day later than today."))
     store, content = archive.store, service.content()
     member = min(module.members, key=lambda member: member.station != archive.public)
     here = member._replace(station=archive.public)
@@ -323,7 +324,7 @@ def keep_service(archive: Archive, module: KnownModule, service: Service) -> Non
 
 def settle(
     archive: Archive, first: NamedModule, second: NamedModule, *, is_same: bool, name: str = "", who: str
-) -> None:
+) -> Settlement:
     """Store the decision of `who` whether two modules are the same; it overrides earlier ones, and accepts that of a
     station that is not known here. Raises `UserError`."""
     members = {member for module in names_of(archive).modules for member in module.members}
@@ -340,3 +341,4 @@ def settle(
     archive.store.facts.add(FactKind.SETTLEMENT, settlement.content())
     note_services(archive)
     archive.collect()
+    return settlement

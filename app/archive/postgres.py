@@ -29,20 +29,21 @@ _log = logging.getLogger(__name__)
 
 INSTALL: Final = 'pip install "dps-s-configurator[archive]"'
 KEYRING_SERVICE: Final = "dps-s archive"
-CONNECT_LIMIT_S: Final = 10
 STATEMENT_LIMIT_S: Final = 120
 TABLE: Final = "dps_s_facts"
 CREATE_TABLE: Final = (
     f"CREATE TABLE IF NOT EXISTS {TABLE} (id TEXT PRIMARY KEY, kind TEXT NOT NULL, station TEXT NOT NULL, "
     "made_at TEXT NOT NULL, payload TEXT NOT NULL, signature TEXT NOT NULL)"
 )
-_ALIVE: Final = {
+_GIVEN: Final = {
+    "connect_timeout": "10",
+    "client_encoding": "UTF8",
     "keepalives_idle": "10",
     "keepalives_interval": "5",
     "keepalives_count": "3",
     "tcp_user_timeout": "20000",
 }
-"""Detects a lost server within half a minute."""
+"""A lost server is noticed within 30 s. Of a database without an encoding (SQL_ASCII) psycopg would give bytes."""
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _DIGEST: Final = "md5(" + " || '|' || ".join(FACT_COLUMNS) + ")"
 """`row_digest` in SQL."""
@@ -141,7 +142,7 @@ def _connect(url: ServerUrl) -> "psycopg.Connection[Any]":
     except ImportError as error:
         text = marked("The archive server needs psycopg, which is not installed: {command}")
         raise UserError(text, command=INSTALL) from error
-    given: dict[str, Any] = {**_ALIVE, "connect_timeout": CONNECT_LIMIT_S, **dict(url.secrets)}
+    given: dict[str, Any] = {**_GIVEN, **dict(url.secrets)}
     for name, _value in url.options:
         given.pop(name, None)  # the address says otherwise
     if url.password:

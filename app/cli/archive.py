@@ -17,7 +17,16 @@ from app.archive.exchange import Exchanged, export_facts, import_facts, status_o
 from app.archive.facts import RefusedFact
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import ModuleHistory, module_history
-from app.archive.module_names import Conflict, KnownModule, NamedModule, Settlement, keep_service, names_of, settle
+from app.archive.module_names import (
+    Conflict,
+    KnownModule,
+    NamedModule,
+    Settlement,
+    decision_text,
+    keep_service,
+    names_of,
+    settle,
+)
 from app.archive.server_url import server_url, store_server, stored_server
 from app.cli.commands import SERVER
 from app.limits.service import Service, ServiceKind
@@ -179,9 +188,10 @@ def run_settle(args: argparse.Namespace) -> int:
         if first is None or second is None:
             raise console.Refused(tr("No such pair of modules in the archive."))
         try:
-            settle(archive, first, second, is_same=args.same, name=args.name, who=args.who)
+            settlement = settle(archive, first, second, is_same=args.same, name=args.name, who=args.who)
         except UserError as error:
             raise console.Refused(error.message, console.ANSWER_NO) from error
+    console.write_lines([decision_text(settlement).translated()])
     return console.SUCCESS
 
 

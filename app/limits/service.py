@@ -77,12 +77,14 @@ def service_of(content: Mapping[str, Any]) -> Service:
 
 
 def due_services(contents: Iterable[Mapping[str, Any]], today: date) -> list[DueService]:
-    """What is due of the last service of each kind; unreadable ones are left out. `contents`: the oldest first."""
+    """What is due of the last service of each kind; unreadable ones, and those of days to come, are left out.
+    `contents`: the oldest first."""
     last: dict[ServiceKind, Service] = {}
     for content in contents:
         with suppress(ValueError):
             service = service_of(content)
-            last[service.kind] = service
+            if service.on <= today:
+                last[service.kind] = service
     due = (last[kind] for kind in ServiceKind if kind in last)
     return [_due(service.kind, service.due, (service.due - today).days) for service in due
             if service.due is not None and (service.due - today).days <= SOON_DAYS]  # fmt: skip

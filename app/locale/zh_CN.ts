@@ -1470,6 +1470,10 @@
         <translation>下次日期不能是完成当天或更早。</translation>
     </message>
     <message>
+        <source>It cannot have been done on a day later than today.</source>
+        <translation>完成日期不能晚于今天。</translation>
+    </message>
+    <message>
         <source>It did not rearm: other directions not tested.</source>
         <translation>未复位：其他方向未测试。</translation>
     </message>

@@ -22,6 +22,7 @@ from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
 from app.records.record import NOT_STORED, Record, make_record
 from app.settings.profiles import Profile
+from app.stations.known import Stations
 from app.stations.station import Station, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.facts import FactKind
@@ -33,7 +34,7 @@ from app.text.user_error import UserError
 
 _log = logging.getLogger(__name__)
 SERVICES = "services:{module}"
-"""Key of a state: what other stations did to this module, "done", as the archive has it."""
+"""Key of a state: what other stations did to this module, "done", as the archive has it, each with its "station"."""
 
 
 class Filed(NamedTuple):
@@ -130,7 +131,9 @@ def service_due(store: Store, name: str, at: datetime) -> list[DueService]:
     with _damage_as_trouble(store):
         kept = store.facts.select(FactKind.SERVICE, "AND module = ? ORDER BY number", (name,))
         done = [fact.content for fact in kept]
-        done += (store.facts.state(SERVICES.format(module=name)) or {}).get("done", ())
+        others = store.facts.state(SERVICES.format(module=name)) or {}
+        revoked = Stations(store.database.path.parent).revoked()
+        done += (content for content in others.get("done", ()) if content.get("station") not in revoked)
         return due_services(sorted(done, key=lambda content: str(content["on"])), at.date())
 
 

@@ -45,6 +45,10 @@ class Stations:
         first = () if own is None else (KnownStation(own.public, "", is_own=True),)
         return (*first, *(station for station in self._others() if own is None or station.public != own.public))
 
+    def revoked(self) -> frozenset[str]:
+        """Public keys, as in facts, of the stations of which nothing counts any more, whatever they signed."""
+        return frozenset(encoded(station.public) for station in self._others() if station.is_revoked)
+
     def find(self, public: bytes) -> KnownStation | None:
         return next((station for station in self.known() if station.public == public), None)
 

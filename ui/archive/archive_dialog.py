@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.archive.archive import Archive
 from app.archive.exchange import Exchanged, export_facts, import_facts
 from app.archive.fleet_state import ModuleToday, fleet_state
 from app.archive.module_history import HistoryEvent, module_history
@@ -229,7 +230,11 @@ class ArchiveDialog(QDialog):
         first, second = self._conflicts[0].pair
         name = "" if name_of is None else (first, second)[name_of].name
         is_same, who = name_of is not None, self.who.text()
-        self._exchange.run(lambda archive, _page: settle(archive, first, second, is_same=is_same, name=name, who=who))
+
+        def act(archive: Archive, _on_page: object) -> None:
+            settle(archive, first, second, is_same=is_same, name=name, who=who)
+
+        self._exchange.run(act)
         self._conflicts = self._conflicts[1:]
         self._show_question()
 

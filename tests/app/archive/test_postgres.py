@@ -78,6 +78,21 @@ def test_what_was_altered_on_the_server_is_named_and_not_taken_over(
     assert other.content() == one.content()
 
 
+@pytest.mark.parametrize("encoding", ["SQL_ASCII", "LATIN1"])
+def test_a_server_of_any_encoding_gives_what_it_was_sent(
+    stations: list[ArchiveStation], server: ArchiveServer, encoding: str
+) -> None:
+    """Debian makes a server without an encoding where the system has no locale."""
+    one, other = stations
+    database = encoding.lower()
+    server.run(f"CREATE DATABASE {database} ENCODING '{encoding}' TEMPLATE template0")
+    one.check("M-中")
+    assert _sync(one, server.url(database)).sent == 2
+    assert _sync(other, server.url(database)).received == 2
+    assert other.content() == one.content()
+    assert _sync(other, server.url(database)) == Exchanged()
+
+
 def test_a_role_that_may_only_add_and_read_is_enough(stations: list[ArchiveStation], server: ArchiveServer) -> None:
     """As docs/archive.md says how to set the server up."""
     one, other = stations

@@ -122,7 +122,7 @@ def test_two_modules_by_one_name_are_settled_by_a_person(
     one, two = (f"{module['station']}/{module['name']}" for module in conflict["modules"])
     assert one in say(capsys, "conflicts").out
     say(capsys, "settle", one, "nobody/x", "--same", "--who", "Li", code=2)
-    say(capsys, "settle", one, two, "--same", "--name", "Seven", "--who", "Li")
+    assert "one module, “Seven”." in say(capsys, "settle", one, two, "--same", "--name", "Seven", "--who", "Li").out
     assert told(capsys, "conflicts", "conflicts")["conflicts"] == []
     (module,) = told(capsys, "report", "report")["modules"]
     assert (module["module"], module["checks"], len(module["members"])) == ("Seven", 2, 2)
@@ -247,6 +247,9 @@ def test_what_a_person_did_to_a_module_is_kept_and_what_is_due_is_listed(
     assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check", "service"]}
     assert "Repack overdue since 2020-06-01." in say(capsys, "report").out
     assert "Repack on 2020-01-01 by Li Wei" in say(capsys, "report", "--module", "M-07").out
+    here.serve("M-07", date(2998, 1, 1))
+    assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check", "service"]}
+    assert "later than today" in say(capsys, *words[:-1], "2998-01-01", code=2).err
     say(capsys, *words, "--due", "2999-01-01")
     assert _due(told(capsys, "report", "report")) == {"M-07": ["no_check"]}
 
@@ -284,9 +287,7 @@ def test_nothing_that_a_revoked_station_signed_counts_in_the_report(
 ) -> None:
     other.check("M-07", "GO")
     other.visit("M-07", 1)
-    other.store.facts.add(
-        FactKind.SERVICE, Service(kind=ServiceKind.CELL, on=date(2020, 1, 1)).content(), module="M-07"
-    )
+    other.serve("M-07", date(2020, 1, 1))
     _carry(capsys, other, tmp_path / "stick")
     (module,) = told(capsys, "report", "report")["modules"]
     assert (module["checks"], module["trigger_records"], module["last_check"]["verdict"]) == (1, 1, "GO")
@@ -302,9 +303,7 @@ def test_what_another_station_did_to_a_module_counts_in_its_preflight_check_here
     """Once a person has said that it is the same module, and as `report` says it."""
 
     def repacked(on: date, due: date) -> None:
-        other.store.facts.add(
-            FactKind.SERVICE, Service(kind=ServiceKind.REPACK, on=on, due=due).content(), module="M-7"
-        )
+        other.serve("M-7", on, due)
         _carry(capsys, other, tmp_path / "stick")
 
     def overdue() -> list[bool]:
@@ -327,7 +326,6 @@ def test_what_another_station_did_to_a_module_counts_in_its_preflight_check_here
     say(capsys, "settle", *pair, "--same", "--who", "Li")
     assert overdue() == []
     _revoke(other)  # who has its key may sign anything
-    _carry(capsys, other, tmp_path / "stick")
     assert overdue() == [True]
 
 
@@ -390,7 +388,9 @@ def test_trigger_records_are_counted_from_the_last_repack(
         return since()
 
     assert serve(-1) == 2
-    here.store.facts.add(FactKind.SERVICE, Service(kind=ServiceKind.REPACK, on=read_on).content(), module="M-07")
+    here.serve("M-07", date(2998, 1, 1))
+    assert since() == 2  # nothing was done yet on a later day
+    here.serve("M-07", read_on)
     assert since() == 0  # entered after they were read
     assert serve(0) == 2  # entered on a later day: they may have come after it
     assert serve(1) == 0

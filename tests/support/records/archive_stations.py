@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 
 from app import version
@@ -12,11 +12,13 @@ from app.archive.archive import Archive
 from app.engine.snapshots import Snapshot
 from app.guided.guided_store import keep_test
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.limits.service import Service, ServiceKind
 from app.records.check_store import CheckStore
 from app.records.record import Record, seal
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.stations.station import Station
+from app.store.facts import FactKind
 from app.store.store import Store, open_store
 from app.store.store_journal import KnownAs, StoreJournal
 from app.text.messages import UserMessage
@@ -83,6 +85,10 @@ class ArchiveStation:
             is_simulated=is_simulated,
             program=version(),
         )
+
+    def serve(self, module: str, on: date, due: date | None = None) -> None:
+        service = Service(kind=ServiceKind.REPACK, on=on, due=due)
+        self.store.facts.add(FactKind.SERVICE, service.content(), module=module)
 
     def act(self, module: str = "", *, is_settled: bool = True) -> None:
         journal = StoreJournal(self.store, port="p", origin="window", known_as=KnownAs(module))
