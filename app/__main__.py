@@ -161,7 +161,7 @@ def _why_no_command(word: str) -> str:
     if word == "deploy":
         return tr("Deploying is possible in the window only, where a person holds a button.")
     named = tr("There is no command {name}.", name=word + console.did_you_mean(word, BY_NAME))
-    return "\n".join((named, tr("All commands: {command}", command="dps-s -h")))
+    return "\n".join((named, tr("Help: {command}", command="dps-s -h")))
 
 
 def _whole_parser() -> Parser:
@@ -170,10 +170,9 @@ def _whole_parser() -> Parser:
     parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.description = f"{about}\n\n{grouped_summaries()}"
     parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
-    codes = tr("0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.")
     parser.epilog = "\n".join((
-        tr("Options and an example of a command: {command}", command="dps-s COMMAND -h"),
-        tr("Exit code: {codes}", codes=codes),
+        tr("Help: {command}", command="dps-s COMMAND -h"),
+        tr("Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."),
     ))  # fmt: skip
     parser.add_argument("--version", action="store_true")
     return parser

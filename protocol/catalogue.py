@@ -191,7 +191,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command(
         code=0x12, name="shutdown", title=marked("Shut down"), vendor_term="关机",
-        explanation=marked("Off until its switch is held 2 s or external power comes."),
+        explanation=marked("Off until its switch (2 s) or external power."),
         reply=Done(), write=Done(),
         write_hazards={0x01: Hazard.DANGEROUS},
     ),
@@ -319,7 +319,7 @@ class FramePart(NamedTuple):
     """Index of its first byte in the frame (D0 is the header's first)."""
     field: Quantity | Flag
     meaning: str
-    """English, translatable."""
+    """English, for the page of the protocol."""
     length: int = 1
 
     def raw(self, frame: bytes) -> int:
@@ -327,21 +327,21 @@ class FramePart(NamedTuple):
 
 
 STATUS_PARTS: tuple[FramePart, ...] = (
-    FramePart("tilt_deg", 3, DEGREE, marked("tilt, 1°")),
-    FramePart("acceleration_g", 4, TENTH_G, marked("acceleration, 0.1 g")),
-    FramePart("triggered", 5, FLAG, marked("01 triggered, else not")),
-    FramePart("active", 6, FLAG, marked("01 active, else not")),
+    FramePart("tilt_deg", 3, DEGREE, "tilt, 1°"),
+    FramePart("acceleration_g", 4, TENTH_G, "acceleration, 0.1 g"),
+    FramePart("triggered", 5, FLAG, "01 triggered, else not"),
+    FramePart("active", 6, FLAG, "01 active, else not"),
 )
 RECORD_PARTS: tuple[FramePart, ...] = (
-    FramePart("boot_count", 4, COUNT, marked("boot count")),
-    FramePart("uptime_s", 5, COUNT, marked("seconds since power-on, high byte first"), length=2),
-    FramePart("sources", 7, COUNT, marked("01 serial, 02 attitude, 04 PWM, 08 free fall")),
-    FramePart("attitude_threshold_deg", 8, DEGREE, marked("attitude threshold, 1°")),
-    FramePart("freefall_acceleration_g", 9, TENTH_G, marked("free-fall acceleration threshold, 0.1 g")),
-    FramePart("freefall_time_s", 10, CENTISECOND, marked("free-fall time, 0.01 s")),
-    FramePart("serial_connected", 11, INVERTED, marked("00 link connected, 01 not")),
-    FramePart("charging", 12, INVERTED, marked("00 external power, charging; 01 not")),
-    FramePart("light_v", 13, TENTH_VOLT, marked("light, 0.1 V")),
-    FramePart("cell_voltage_v", 14, CELL_VOLT, marked("cell voltage, 0.02 V")),
+    FramePart("boot_count", 4, COUNT, "boot count"),
+    FramePart("uptime_s", 5, COUNT, "seconds since power-on, high byte first", length=2),
+    FramePart("sources", 7, COUNT, "01 serial, 02 attitude, 04 PWM, 08 free fall"),
+    FramePart("attitude_threshold_deg", 8, DEGREE, "attitude threshold, 1°"),
+    FramePart("freefall_acceleration_g", 9, TENTH_G, "free-fall acceleration threshold, 0.1 g"),
+    FramePart("freefall_time_s", 10, CENTISECOND, "free-fall time, 0.01 s"),
+    FramePart("serial_connected", 11, INVERTED, "00 link connected, 01 not"),
+    FramePart("charging", 12, INVERTED, "00 external power, charging; 01 not"),
+    FramePart("light_v", 13, TENTH_VOLT, "light, 0.1 V"),
+    FramePart("cell_voltage_v", 14, CELL_VOLT, "cell voltage, 0.02 V"),
 )
 RECORD_PART: dict[str, FramePart] = {part.name: part for part in RECORD_PARTS}

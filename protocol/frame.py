@@ -160,16 +160,13 @@ def _wrong_value(raw: bytes) -> Fault:
     return Fault(Reason.VALUE, marked("value {value} is not one that the table allows for {code}"), values)
 
 
-def _flag_fault(text: str, value: int) -> Fault | None:
-    return Fault(Reason.VALUE, text, {"value": f"{value:02X}"}) if value > 1 else None
+def _flag_fault(*flags: int) -> Fault | None:
+    text = marked("flag {value}, expected 00 or 01")
+    return next((Fault(Reason.VALUE, text, {"value": f"{flag:02X}"}) for flag in flags if flag > 1), None)
 
 
 def _check_status(raw: bytes) -> Fault | None:
-    return (
-        _sum_fault(raw)
-        or _flag_fault(marked("trigger flag {value}, expected 00 or 01"), raw[5])
-        or _flag_fault(marked("activation flag {value}, expected 00 or 01"), raw[6])
-    )
+    return _sum_fault(raw) or _flag_fault(raw[5], raw[6])
 
 
 def is_empty_slot(raw: bytes) -> bool:
@@ -184,10 +181,7 @@ def _check_record(raw: bytes) -> Fault | None:
     fault = _sum_fault(raw)
     if fault is not None or is_empty_slot(raw):
         return fault
-    is_connected, is_charging = (RECORD_PART[name].raw(raw) for name in ("serial_connected", "charging"))
-    return _flag_fault(marked("serial link flag {value}, expected 00 or 01"), is_connected) or _flag_fault(
-        marked("charging flag {value}, expected 00 or 01"), is_charging
-    )
+    return _flag_fault(*(RECORD_PART[name].raw(raw) for name in ("serial_connected", "charging")))
 
 
 def _check_short(raw: bytes) -> Fault | None:

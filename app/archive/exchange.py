@@ -30,6 +30,7 @@ from app.archive.module_names import names_of, note_services
 from app.archive.server_url import server_url
 from app.store.facts import object_in
 from app.system.files import CANNOT_READ, CANNOT_WRITE, file_troubles, whole_file
+from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -206,9 +207,9 @@ def facts_in(path: Path) -> Iterator[Fact | RefusedFact]:
     with file_troubles(CANNOT_READ, path), path.open("rb") as file:
         head = object_in(file.readline(_MAX_LINE_LENGTH))
         if head.get("format") != FORMAT:
-            raise UserError(marked("{path} is not an archive file."), path=path)
+            raise UserError(CANNOT_READ, file=path, why=message(marked("unknown kind of file")))
         if head.get("version") != VERSION:
-            raise UserError(marked("{file} needs a newer version of this program."), file=path)
+            raise UserError(CANNOT_READ, file=path, why=message(marked("written by a newer version")))
         while line := file.readline(_MAX_LINE_LENGTH):
             rest = line
             while not rest.endswith(b"\n") and (rest := file.readline(_MAX_LINE_LENGTH)):

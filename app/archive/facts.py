@@ -133,11 +133,11 @@ def digests_of(rows: Mapping[str, str]) -> Digests:
 def checked(row: FactRow) -> Fact | RefusedFact:
     """The fact in a row of a server or a file, verified, or why it is none."""
     if len(row) != len(FACT_COLUMNS) or not all(isinstance(value, str) for value in row):
-        return _refused(row, marked("it is not whole"))
+        return _refused(row, marked("cannot be read"))
     id_, kind, station, made_at, payload, signature = map(str, row)
     public, seal = decoded(station, KEY_BYTES), decoded(signature, SIGNATURE_BYTES)
     if not _ID.fullmatch(id_) or not _KIND.fullmatch(kind) or public is None or seal is None:
-        return _refused(row, marked("it is not whole"))
+        return _refused(row, marked("cannot be read"))
     if fact_id(kind, station, made_at, payload) != id_:
         return _refused(row, marked("it was altered"))
     if not is_signature(public, seal, _signed(id_)):
@@ -147,7 +147,7 @@ def checked(row: FactRow) -> Fact | RefusedFact:
 
 def too_long(id_: str) -> RefusedFact:
     """A row that is not even read."""
-    return RefusedFact(clean(id_, longest=ID_LENGTH), "", "", message(marked("it is too long")))
+    return RefusedFact(clean(id_, longest=ID_LENGTH), "", "", message(marked("too large")))
 
 
 def stored_fact(row: FactRow, digest: str) -> Fact | RefusedFact:

@@ -10,7 +10,7 @@ from app.archive.module_names import KnownModule, decided_by, decision_text, mod
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.service import service_of
-from app.records.check_store import SIMULATED, measuring
+from app.records.check_store import measuring, noted
 from app.safety.acts import TITLES, Act
 from app.safety.journal import Outcome
 from app.settings.profiles import SETTINGS_BY_KEY
@@ -114,14 +114,13 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
         case FactKind.GUIDED_TEST:
             verdict = message(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
             if content.get("is_simulated") is True:
-                verdict = message(SIMULATED, verdict=verdict)
+                verdict = noted(verdict, marked("simulated"))
             test = message(TEST_TITLES[GuidedKind(_text(fact, "test"))])
             return message(marked("Guided test {test}: {verdict}."), test=test, verdict=verdict)
         case FactKind.ACT | FactKind.AUDIT:
             if act is None:
                 raise TypeError(content)
-            outcome = message(_OUTCOMES[act.outcome])
-            return message(marked("{act}: {outcome}."), act=_act(act), outcome=outcome)
+            return message(marked("{value}: {why}."), value=_act(act), why=message(_OUTCOMES[act.outcome]))
         case FactKind.SERVICE:
             return service_of(content).summary()
         case FactKind.SETTLEMENT:

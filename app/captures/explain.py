@@ -65,12 +65,15 @@ def link_sentence(event: Event) -> str:
     """What an event of the link says, in the language in use; "" for traffic."""
     match event:
         case Unanswered() if event.attempts == 0:
-            return tr("not sent: heartbeat not answered")
+            return tr("not sent: the module stopped answering")
         case Unanswered():
-            return tr("no answer within {seconds:.2f} s ({n}×)", seconds=event.waited_s, n=event.attempts)
+            return tr(
+                "no reply within {seconds:.1f} s, asked {attempts} times",
+                seconds=event.waited_s,
+                attempts=event.attempts,
+            )
         case OutcomeUnknown():
-            wait_s = event.waited_s
-            return tr("not confirmed within {seconds:.2f} s; may have been carried out", seconds=wait_s)
+            return tr("no reply within {seconds:.1f} s; may have been carried out", seconds=event.waited_s)
         case Restarted():
             return tr("the module restarted") if event.is_certain else tr("the module probably restarted")
         case WentOnline():

@@ -171,7 +171,7 @@ def _page(read: Sequence[tuple[SummarisedLog, FlightSummary]], *, is_must: bool)
     problems = [
         labelled(log.path.name, problem.translated()) for log, flight in read for problem in _problems(log, flight)
     ]
-    counted = tr("{count} of {total} would have fired.", count=fired, total=len(read))
+    counted = tr("{count} of {total} fire.", count=fired, total=len(read))
     return [*console.columns([head, *rows]), "", counted, *(["", *problems] if problems else [])]
 
 

@@ -21,7 +21,7 @@ from app.terminal.export_file import STANDARD_OUTPUT
 from app.terminal.stored_history import store_visit
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, join_names, labelled, not_written
+from app.text.sentences import in_brackets, join_names, labelled, not_written, saved_text
 from app.text.user_error import UserError
 from app.trigger_records.fields import FIELDS, JsonValue, fields_of, source_message
 from app.trigger_records.history import cell_text, uptime_message
@@ -97,7 +97,7 @@ def _print(history: History, args: argparse.Namespace) -> bool:
         console.write_lines(page_of(history))  # so that no record is lost
         console.notify(not_written(args.csv, error))
         return False
-    console.write_lines([tr("Rows written to {file}: {count}.", count=len(history.all), file=args.csv)])
+    console.write_lines([saved_text(args.csv, len(history.all))])
     return True
 
 
@@ -124,7 +124,8 @@ def csv_of(history: History) -> str:
 def page_of(history: History) -> list[str]:
     """A table of the records in the order in which the module sent them, and remarks."""
     if not history.all:
-        lines = [tr("The module keeps no trigger records.")] if history.is_confirmed else [tr("No records came.")]
+        never, unknown = tr("It has never fired, or its memory was cleared."), tr("No answer: the records are unknown.")
+        lines = [never if history.is_confirmed else unknown]
         return lines + _remarks(history)
     head = (
         tr("Boot count"), tr("After power-on"), tr("Source"), tr("Attitude"), tr("Free fall"), tr("Serial"),

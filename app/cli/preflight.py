@@ -216,7 +216,9 @@ def _conclude(args: argparse.Namespace, member: SetMember) -> int:
             if filed.trouble is not None:
                 console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
             if filed.station_trouble is not None:
-                console.notify(join_sentences((filed.station_trouble.sentence, tr("The record is not signed."))))
+                console.notify(
+                    join_sentences((filed.station_trouble.sentence, tr("NOT SIGNED: anyone can make such a record.")))
+                )
     if trouble is not None:
         console.notify(trouble.translated())
         return console.NO_LINK

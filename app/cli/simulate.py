@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `simulate`, in their groups."""
     parser.description = tr("Run a simulated module until Ctrl-C. The first line is its port.")
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
-    parser.epilog = f"{tr('Examples:')}\n{_EXAMPLES}"
+    parser.epilog = tr("Example: {command}", command=f"\n{_EXAMPLES}")
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     way = parser.add_mutually_exclusive_group()
     way.add_argument("--link", type=Path, metavar="PATH", help=tr("symbolic link to the pseudo-terminal"))

@@ -128,9 +128,7 @@ def link_text(state: LinkState, now: float) -> LinkText:
 def _link_text(state: LinkState, now: float) -> LinkText:
     match state.phase:
         case Phase.CLOSED:
-            return LinkText(
-                tr("Not connected"), tr("Not connected"), tr("Choose the module's port."), NextStep.CHOOSE_PORT
-            )
+            return LinkText(tr("Not connected"), tr("Not connected"), tr("Choose a port."), NextStep.CHOOSE_PORT)
         case Phase.OPENING:
             return _progress(tr("Opening…"))
         case Phase.FINDING:
@@ -143,7 +141,7 @@ def _link_text(state: LinkState, now: float) -> LinkText:
             late = duration(state.lag_s or 0.0)
             return LinkText(
                 tr("{time} late", time=late),
-                tr("Answers arrive {time} late.", time=late),
+                tr("Data arrives {seconds:.1f} s late.", seconds=state.lag_s or 0.0),
                 tr("Only LOCK is possible. Use a cable or a closer radio link."),
             )
         case Phase.OFFLINE:

@@ -18,7 +18,7 @@ from protocol.translatable import marked
 
 HEAD: Final = ("name", "result", "time_utc", "settings_code", "boot_count", "why")
 TITLES: Final = (marked("Module"), marked("Result"), marked("Time (UTC)"), marked("Settings code"),
-                 marked("Boot count"), marked("Why not"))  # fmt: skip
+                 marked("Boot count"), marked("Why"))  # fmt: skip
 FORMAT: Final = "dps-s batch"
 """Marks the files of a batch, which a batch may replace."""
 _ROWS_ON_PAGE: Final = 40

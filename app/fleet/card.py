@@ -40,7 +40,7 @@ class Need(Enum):
     CHECK = marked("Start the check.")
     ACTIVATE = "activate"
     WAIT = "wait"
-    NOTHING = marked("Nothing")
+    NOTHING = marked("None")
 
     @property
     def rank(self) -> int:

@@ -73,7 +73,7 @@ def first_page(members: Sequence[SetMember], reports: Sequence[str]) -> str:
     """The table of all modules as HTML, with the names of their reports."""
     head = "".join(
         f'<td style="color:#555555">{html.escape(tr(text))}</td>'
-        for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why not"), marked("Report"))
+        for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why"), marked("Report"))
     )
     rows = []
     for member, report in zip(members, reports, strict=True):

@@ -102,9 +102,9 @@ def _why_hopeless(record: TriggerRecord, named: Source, log: FlightLog) -> UserM
     if not named:
         return message(marked("A flight log does not show this cause: {cause}."), cause=cause_message(record))
     if Source.ATTITUDE in named and not np.isfinite(log.tilt_deg).any():
-        return message(marked("The log has no attitude."))
+        return message(marked("No attitude: attitude trigger not judged."))
     if Source.FREEFALL in named and not np.isfinite(log.specific_force_g).any():
-        return message(marked("The log has no acceleration."))
+        return message(marked("No acceleration: free-fall trigger not judged."))
     if not log.is_judged.any():
         return message(marked("Nothing in this log counts as flight."))
     return None

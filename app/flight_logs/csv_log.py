@@ -100,7 +100,7 @@ def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
     for role in roles:
         name = columns.names[role]
         if name not in head:
-            raise UserError(marked("No column “{name}”."), name=clean(name, longest=60))
+            raise UserError(marked("“{name}” is unknown."), name=clean(name, longest=60))
         places[role] = head.index(name)
     return places
 

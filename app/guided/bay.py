@@ -76,7 +76,7 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
     )
     advice = None if rises else message(LightDirection.FALLS.value)
     if any(margin < MIN_MARGIN_V - ROUNDING_V for margin in margins):
-        advice = message(marked("Calibrate the light threshold."))
+        advice = message(marked("Measure the light threshold."))
     return GuidedResult(GuidedKind.BAY, measured, advice)
 
 

@@ -83,7 +83,7 @@ def _result(rest: _Counts, shaken: _Counts) -> GuidedResult:
         _row(message(marked("Port lost")), int(shaken.is_port_lost), none),
     )
     is_fine = GuidedResult(GuidedKind.LINK, measured).verdict is GuidedVerdict.PASSED
-    advice = None if is_fine else message(marked("Check plug, cable and adapter."))
+    advice = None if is_fine else message(marked("Check plugs, ground and cable length."))
     return GuidedResult(GuidedKind.LINK, measured, advice)
 
 

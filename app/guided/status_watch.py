@@ -30,7 +30,7 @@ SILENT_S = 2.0
 """Without a report for this long the test is aborted."""
 PERSON_LIMIT_S = 120.0
 """For one step of the person; then the test is aborted."""
-NOT_READ = marked("Could not be read: {what}.")
+NOT_READ = marked("Unknown: {what}.")
 
 
 @dataclass(slots=True)
@@ -133,7 +133,7 @@ class StatusWatch:
                 raise UserError(marked("The module reports that it has fired."))
             if self.is_active:
                 raise UserError(marked("The module was locked."))
-            raise UserError(marked("The module became ACTIVE."))
+            raise UserError(marked("ACTIVE during the test."))
 
 
 def require_start(view: EngineView, begin: DeviceView) -> None:

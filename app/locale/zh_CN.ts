@@ -38,30 +38,6 @@
         <translation>.mcap、.csv，或 - 表示将表格写到标准输出</translation>
     </message>
     <message>
-        <source>0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.</source>
-        <translation>0 完成；1 结果为否；2 用法错误；3 未连接；4 部分完成；130、143 被中断。</translation>
-    </message>
-    <message>
-        <source>00 external power, charging; 01 not</source>
-        <translation>00 外接供电，充电中；01 未充电</translation>
-    </message>
-    <message>
-        <source>00 link connected, 01 not</source>
-        <translation>00 串口已连接，01 未连接</translation>
-    </message>
-    <message>
-        <source>01 active, else not</source>
-        <translation>01 已激活，其他未激活</translation>
-    </message>
-    <message>
-        <source>01 serial, 02 attitude, 04 PWM, 08 free fall</source>
-        <translation>01 串口，02 姿态，04 PWM，08 失重</translation>
-    </message>
-    <message>
-        <source>01 triggered, else not</source>
-        <translation>01 已触发，其他未触发</translation>
-    </message>
-    <message>
         <source>1. Connect: choose the adapter's port.
 2. Settings: compare with the vendor's advice.
 3. Pre-flight: check and activate before each flight, until it says GO.</source>
@@ -126,10 +102,6 @@
         <translation>颠簸即可能触发。</translation>
     </message>
     <message>
-        <source>A label takes a name, of this length at most: {count}.</source>
-        <translation>标签须有名称，长度不超过 {count}。</translation>
-    </message>
-    <message>
         <source>A module answers: leave it plugged in.</source>
         <translation>模块已应答：请勿拔下。</translation>
     </message>
@@ -164,10 +136,6 @@
     <message>
         <source>A wrong zero fires too early or too late.</source>
         <translation>零位错误会使触发过早或过晚。</translation>
-    </message>
-    <message>
-        <source>A4 sheet of all modules…</source>
-        <translation>全部模块的 A4 标签页…</translation>
     </message>
     <message>
         <source>A4 sheets…</source>
@@ -220,10 +188,6 @@
     <message>
         <source>Acknowledged, cannot be read: {count}.</source>
         <translation>已应答，无法读取：{count} 项。</translation>
-    </message>
-    <message>
-        <source>Acknowledged.</source>
-        <translation>模块已应答。</translation>
     </message>
     <message>
         <source>Acknowledged; for how long is unknown.</source>
@@ -302,10 +266,6 @@
         <translation>全部</translation>
     </message>
     <message>
-        <source>All commands: {command}</source>
-        <translation>全部命令：{command}</translation>
-    </message>
-    <message>
         <source>All flights</source>
         <translation>全部飞行日志</translation>
     </message>
@@ -354,10 +314,6 @@
         <translation>当前显示的是另一个模块：未打开任何文件。</translation>
     </message>
     <message>
-        <source>Answers arrive {time} late.</source>
-        <translation>应答延迟 {time}。</translation>
-    </message>
-    <message>
         <source>Apply {count} ticked</source>
         <translation>应用 {count} 项</translation>
     </message>
@@ -368,10 +324,6 @@
     <message>
         <source>Archive</source>
         <translation>归档</translation>
-    </message>
-    <message>
-        <source>Archive (*.dpsarchive)</source>
-        <translation>归档文件 (*.dpsarchive)</translation>
     </message>
     <message>
         <source>Archive of all stations</source>
@@ -490,6 +442,10 @@
         <translation>位翻转</translation>
     </message>
     <message>
+        <source>Boot count</source>
+        <translation>开机次数</translation>
+    </message>
+    <message>
         <source>Boot count {before} → {after}.</source>
         <translation>开机次数 {before} → {after}。</translation>
     </message>
@@ -516,10 +472,6 @@
     <message>
         <source>CSV…</source>
         <translation>CSV…</translation>
-    </message>
-    <message>
-        <source>Calibrate the light threshold.</source>
-        <translation>校准光线阈值。</translation>
     </message>
     <message>
         <source>Cancel</source>
@@ -554,16 +506,8 @@
         <translation>修改波特率</translation>
     </message>
     <message>
-        <source>Changed without being written: {count}; see the rows.</source>
-        <translation>未写入却发生变化：{count} 项；请看各行。</translation>
-    </message>
-    <message>
         <source>Changed without being written: {names}.</source>
         <translation>未写入却发生变化：{names}。</translation>
-    </message>
-    <message>
-        <source>Changed without being written: {names}. See Settings.</source>
-        <translation>未写入却发生变化：{names}。请查看“参数设置”页。</translation>
     </message>
     <message>
         <source>Changing the baud rate…</source>
@@ -576,10 +520,6 @@
     <message>
         <source>Charge it, unplug it, wait a minute.</source>
         <translation>充电，断开外接供电，等一分钟。</translation>
-    </message>
-    <message>
-        <source>Charger</source>
-        <translation>外接供电</translation>
     </message>
     <message>
         <source>Charger disconnected</source>
@@ -622,10 +562,6 @@
         <translation>仅检查</translation>
     </message>
     <message>
-        <source>Check plug, cable and adapter.</source>
-        <translation>检查插头、线缆和适配器。</translation>
-    </message>
-    <message>
         <source>Check plugs, ground and cable length.</source>
         <translation>检查插头、地线和线缆长度。</translation>
     </message>
@@ -662,12 +598,12 @@
         <translation>检查：{count}</translation>
     </message>
     <message>
-        <source>Choose</source>
-        <translation>选择</translation>
-    </message>
-    <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
+    </message>
+    <message>
+        <source>Choose a port.</source>
+        <translation>请选择串口。</translation>
     </message>
     <message>
         <source>Choose all columns of an attitude and of an acceleration, or none.</source>
@@ -680,10 +616,6 @@
     <message>
         <source>Choose columns…</source>
         <translation>选择列…</translation>
-    </message>
-    <message>
-        <source>Choose the module's port.</source>
-        <translation>请选择模块所接的串口。</translation>
     </message>
     <message>
         <source>Choose the one column with the time.</source>
@@ -714,8 +646,8 @@
         <translation>关闭伞仓</translation>
     </message>
     <message>
-        <source>Close the bay, or calibrate the light threshold.</source>
-        <translation>关闭伞仓，或校准光线阈值。</translation>
+        <source>Close the bay, or measure the light threshold.</source>
+        <translation>关闭伞仓，或测量光线阈值。</translation>
     </message>
     <message>
         <source>Closed and open bay read too much alike: check the sensor.</source>
@@ -752,10 +684,6 @@
     <message>
         <source>Connect</source>
         <translation>连接</translation>
-    </message>
-    <message>
-        <source>Connect a module.</source>
-        <translation>请连接模块。</translation>
     </message>
     <message>
         <source>Connect again</source>
@@ -810,10 +738,6 @@
         <translation>无法读取：{count} 项；请看各行。</translation>
     </message>
     <message>
-        <source>Could not be read: {what}.</source>
-        <translation>无法读取：{what}。</translation>
-    </message>
-    <message>
         <source>Could not read the tilt: check it.</source>
         <translation>无法读取倾角：请检查。</translation>
     </message>
@@ -828,10 +752,6 @@
     <message>
         <source>Counts as falling below {limit:.1f} g; at rest 1 g.</source>
         <translation>低于 {limit:.1f} g 判定为失重；静止时为 1 g。</translation>
-    </message>
-    <message>
-        <source>DISABLED</source>
-        <translation>已禁用</translation>
     </message>
     <message>
         <source>DPS-S Configurator</source>
@@ -860,10 +780,6 @@
     <message>
         <source>Data arrives {seconds:.1f} s late.</source>
         <translation>数据晚到 {seconds:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Decided by</source>
-        <translation>认定人</translation>
     </message>
     <message>
         <source>Decisions are signed with your name</source>
@@ -906,10 +822,6 @@
         <translation>开伞只能在窗口中进行，须由人按住按钮。</translation>
     </message>
     <message>
-        <source>Deploy…</source>
-        <translation>开伞…</translation>
-    </message>
-    <message>
         <source>Diagnosis</source>
         <translation>诊断</translation>
     </message>
@@ -923,7 +835,7 @@
     </message>
     <message>
         <source>Disabled</source>
-        <translation>禁用</translation>
+        <translation>已禁用</translation>
     </message>
     <message>
         <source>Disarmed: {why}. Nothing was sent.</source>
@@ -966,16 +878,8 @@
         <translation>不要触碰飞行器；检查模块的固定。</translation>
     </message>
     <message>
-        <source>Done by</source>
-        <translation>执行人</translation>
-    </message>
-    <message>
         <source>Done on</source>
         <translation>日期</translation>
-    </message>
-    <message>
-        <source>Drawing (*.svg)</source>
-        <translation>矢量图 (*.svg)</translation>
     </message>
     <message>
         <source>Drop flight logs here: would it have fired?</source>
@@ -1066,10 +970,6 @@
         <translation>空位：{count} 个。</translation>
     </message>
     <message>
-        <source>Enable both triggers of each module</source>
-        <translation>启用每个模块的两项触发</translation>
-    </message>
-    <message>
         <source>Enable now</source>
         <translation>立即启用</translation>
     </message>
@@ -1084,10 +984,6 @@
     <message>
         <source>Enable triggers and check all</source>
         <translation>启用触发并检查全部</translation>
-    </message>
-    <message>
-        <source>Enabled</source>
-        <translation>启用</translation>
     </message>
     <message>
         <source>Enabled or disabled.</source>
@@ -1134,16 +1030,12 @@
         <translation>示例：{command}</translation>
     </message>
     <message>
-        <source>Examples:</source>
-        <translation>示例：</translation>
-    </message>
-    <message>
         <source>Exchanging…</source>
         <translation>正在同步…</translation>
     </message>
     <message>
-        <source>Exit code: {codes}</source>
-        <translation>退出码：{codes}</translation>
+        <source>Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted.</source>
+        <translation>退出码：0 完成；1 结果为否；2 用法错误；3 未连接；4 部分完成；130、143 被中断。</translation>
     </message>
     <message>
         <source>Explain captured bytes</source>
@@ -1152,10 +1044,6 @@
     <message>
         <source>Export all…</source>
         <translation>导出全部…</translation>
-    </message>
-    <message>
-        <source>Export list…</source>
-        <translation>导出列表…</translation>
     </message>
     <message>
         <source>Export report…</source>
@@ -1178,10 +1066,6 @@
         <translation>外接供电</translation>
     </message>
     <message>
-        <source>FAIL</source>
-        <translation>不通过</translation>
-    </message>
-    <message>
         <source>FAILED</source>
         <translation>不通过</translation>
     </message>
@@ -1202,10 +1086,6 @@
         <translation>文件</translation>
     </message>
     <message>
-        <source>Files of this program</source>
-        <translation>本程序的文件</translation>
-    </message>
-    <message>
         <source>Filter</source>
         <translation>筛选</translation>
     </message>
@@ -1216,10 +1096,6 @@
     <message>
         <source>Find the baud rate</source>
         <translation>查找波特率</translation>
-    </message>
-    <message>
-        <source>Find the baud rate.</source>
-        <translation>请查找波特率。</translation>
     </message>
     <message>
         <source>Fired. Find out why (Triggers), repack, restart.</source>
@@ -1286,16 +1162,8 @@
         <translation>多模块</translation>
     </message>
     <message>
-        <source>Flight</source>
-        <translation>飞行日志</translation>
-    </message>
-    <message>
         <source>Flight logs</source>
         <translation>飞行日志</translation>
-    </message>
-    <message>
-        <source>Flight logs (*.ulg *.bin *.csv *.mcap)</source>
-        <translation>飞行日志 (*.ulg *.bin *.csv *.mcap)</translation>
     </message>
     <message>
         <source>Folder</source>
@@ -1308,10 +1176,6 @@
     <message>
         <source>Forbid serial trigger</source>
         <translation>禁止串口触发</translation>
-    </message>
-    <message>
-        <source>Format {format} needs a newer version of this program.</source>
-        <translation>格式 {format} 需要本程序的更新版本。</translation>
     </message>
     <message>
         <source>Frames</source>
@@ -1376,6 +1240,10 @@
     <message>
         <source>Heartbeat</source>
         <translation>心跳</translation>
+    </message>
+    <message>
+        <source>Help: {command}</source>
+        <translation>帮助：{command}</translation>
     </message>
     <message>
         <source>Hold for 2 s</source>
@@ -1446,16 +1314,12 @@
         <translation>规则解读</translation>
     </message>
     <message>
-        <source>Interrupted: maybe at {rate} baud now. Use “Find the baud rate”.</source>
-        <translation>已中断：可能已为 {rate} 波特。请使用“查找波特率”。</translation>
+        <source>Interrupted: maybe at {rate} baud now.</source>
+        <translation>已中断：可能已为 {rate} 波特。</translation>
     </message>
     <message>
         <source>Interrupted; may have been carried out.</source>
         <translation>已中断；命令可能已执行。</translation>
-    </message>
-    <message>
-        <source>Invalid bytes</source>
-        <translation>无效字节</translation>
     </message>
     <message>
         <source>Invalid samples left out: {count}.</source>
@@ -1488,10 +1352,6 @@
     <message>
         <source>It has never fired, or its memory was cleared.</source>
         <translation>从未触发，或记录已被清除。</translation>
-    </message>
-    <message>
-        <source>It is ACTIVE: it may fire. Lock it first.</source>
-        <translation>模块已激活：可能开伞。请先锁定。</translation>
     </message>
     <message>
         <source>It is being written: not deleted.</source>
@@ -2022,10 +1882,6 @@
         <translation>断电重启后并非全部保持：请看各行。{boots}</translation>
     </message>
     <message>
-        <source>NOT as set: {count}; see the rows.</source>
-        <translation>与目标值不符：{count} 项；请看各行。</translation>
-    </message>
-    <message>
         <source>NOT reported, treat as ACTIVE: {names}</source>
         <translation>未上报锁定，请按已激活对待：{names}</translation>
     </message>
@@ -2146,8 +2002,8 @@
         <translation>没有加速度数据：不判断失重触发。</translation>
     </message>
     <message>
-        <source>No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find the baud rate”.</source>
-        <translation>任何波特率均无应答（{old} → {new} 波特）。请断电重启模块，再使用“查找波特率”。</translation>
+        <source>No answer at any rate. Switch the module off and on, then “Find the baud rate”.</source>
+        <translation>任何波特率均无应答。请将模块断电重启，然后“查找波特率”。</translation>
     </message>
     <message>
         <source>No answer: the records are unknown.</source>
@@ -2170,10 +2026,6 @@
         <translation>最近 {days} 天内未做检查。</translation>
     </message>
     <message>
-        <source>No column “{name}”.</source>
-        <translation>没有列“{name}”。</translation>
-    </message>
-    <message>
         <source>No current status.</source>
         <translation>没有有效的状态数据。</translation>
     </message>
@@ -2184,10 +2036,6 @@
     <message>
         <source>No flight logs yet</source>
         <translation>还没有飞行日志</translation>
-    </message>
-    <message>
-        <source>No interruption</source>
-        <translation>检查期间无中断</translation>
     </message>
     <message>
         <source>No longer on the module</source>
@@ -2234,14 +2082,6 @@
         <translation>没有新的触发记录</translation>
     </message>
     <message>
-        <source>No option {name}.</source>
-        <translation>没有选项 {name}。</translation>
-    </message>
-    <message>
-        <source>No page opens {file}.</source>
-        <translation>没有页面可以打开 {file}。</translation>
-    </message>
-    <message>
         <source>No permission for {port}.</source>
         <translation>没有 {port} 的访问权限。</translation>
     </message>
@@ -2284,10 +2124,6 @@
     <message>
         <source>No recordings yet</source>
         <translation>还没有数据记录</translation>
-    </message>
-    <message>
-        <source>No records came.</source>
-        <translation>没有收到记录。</translation>
     </message>
     <message>
         <source>No restart was seen.</source>
@@ -2366,16 +2202,8 @@
         <translation>未确认已关机：请现场检查。</translation>
     </message>
     <message>
-        <source>Not confirmed.</source>
-        <translation>尚未确认。</translation>
-    </message>
-    <message>
         <source>Not connected</source>
         <translation>未连接</translation>
-    </message>
-    <message>
-        <source>Not found. Switch the module off and on, then “Find the baud rate”.</source>
-        <translation>未找到。请将模块关机再开机，然后“查找波特率”。</translation>
     </message>
     <message>
         <source>Not judged</source>
@@ -2384,10 +2212,6 @@
     <message>
         <source>Not judged: {total:.1f} s on the ground.</source>
         <translation>不判断：地面时段 {total:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Not known: {names}</source>
-        <translation>未知：{names}</translation>
     </message>
     <message>
         <source>Not met: {names}</source>
@@ -2450,10 +2274,6 @@
         <translation>备注</translation>
     </message>
     <message>
-        <source>Nothing</source>
-        <translation>无</translation>
-    </message>
-    <message>
         <source>Nothing has the focus: press Tab.</source>
         <translation>没有控件获得焦点：请按 Tab 键。</translation>
     </message>
@@ -2468,10 +2288,6 @@
     <message>
         <source>Nothing logged for {seconds:.2f} s.</source>
         <translation>有 {seconds:.2f} s 未记录。</translation>
-    </message>
-    <message>
-        <source>Nothing to plug in</source>
-        <translation>无需接线</translation>
     </message>
     <message>
         <source>Nothing was applied. Correct these and open it again:</source>
@@ -2504,10 +2320,6 @@
     <message>
         <source>Off until its switch (2 s) or external power.</source>
         <translation>关机，直至长按开关 2 秒或接通外接供电。</translation>
-    </message>
-    <message>
-        <source>Off until its switch is held 2 s or external power comes.</source>
-        <translation>关机；长按开关 2 秒或接通外接供电后开机。</translation>
     </message>
     <message>
         <source>Offline for {time}</source>
@@ -2554,10 +2366,6 @@
         <translation>打开</translation>
     </message>
     <message>
-        <source>Open files…</source>
-        <translation>打开文件…</translation>
-    </message>
-    <message>
         <source>Open folder…</source>
         <translation>打开文件夹…</translation>
     </message>
@@ -2592,10 +2400,6 @@
     <message>
         <source>Operation</source>
         <translation>运行</translation>
-    </message>
-    <message>
-        <source>Options and an example of a command: {command}</source>
-        <translation>某个命令的选项和示例：{command}</translation>
     </message>
     <message>
         <source>Other port</source>
@@ -2642,10 +2446,6 @@
         <translation>伞仓</translation>
     </message>
     <message>
-        <source>Parachute bay open</source>
-        <translation>伞仓打开</translation>
-    </message>
-    <message>
         <source>Parameter</source>
         <translation>参数</translation>
     </message>
@@ -2668,10 +2468,6 @@
     <message>
         <source>Physics</source>
         <translation>物理环境</translation>
-    </message>
-    <message>
-        <source>Picture (*.png)</source>
-        <translation>图片 (*.png)</translation>
     </message>
     <message>
         <source>Picture: {what}</source>
@@ -2788,10 +2584,6 @@
     <message>
         <source>Problems</source>
         <translation>问题</translation>
-    </message>
-    <message>
-        <source>Profile (*.toml)</source>
-        <translation>配置文件 (*.toml)</translation>
     </message>
     <message>
         <source>Profile for all…</source>
@@ -2922,10 +2714,6 @@
         <translation>记录</translation>
     </message>
     <message>
-        <source>Record or report (*.json *.html *.htm *.pdf)</source>
-        <translation>记录或报告 (*.json *.html *.htm *.pdf)</translation>
-    </message>
-    <message>
         <source>Record until Ctrl-C</source>
         <translation>记录数据，按 Ctrl-C 结束</translation>
     </message>
@@ -2990,10 +2778,6 @@
         <translation>演练…</translation>
     </message>
     <message>
-        <source>Remarks</source>
-        <translation>备注</translation>
-    </message>
-    <message>
         <source>Remove</source>
         <translation>移除</translation>
     </message>
@@ -3008,10 +2792,6 @@
     <message>
         <source>Report</source>
         <translation>报告</translation>
-    </message>
-    <message>
-        <source>Report (*.pdf)</source>
-        <translation>报告 (*.pdf)</translation>
     </message>
     <message>
         <source>Reports</source>
@@ -3046,19 +2826,11 @@
         <translation>结果</translation>
     </message>
     <message>
-        <source>Reviewed</source>
-        <translation>复核</translation>
-    </message>
-    <message>
         <source>Roll</source>
         <translation>横滚</translation>
     </message>
     <message>
         <source>Round trip</source>
-        <translation>往返时间</translation>
-    </message>
-    <message>
-        <source>Round trips</source>
         <translation>往返时间</translation>
     </message>
     <message>
@@ -3068,10 +2840,6 @@
     <message>
         <source>Round-trip time, ms</source>
         <translation>往返时间（毫秒）</translation>
-    </message>
-    <message>
-        <source>Rows written to {file}: {count}.</source>
-        <translation>已写入 {file} 的行数：{count}。</translation>
     </message>
     <message>
         <source>Run a simulated module until Ctrl-C. The first line is its port.</source>
@@ -3258,14 +3026,6 @@
         <translation>维护…</translation>
     </message>
     <message>
-        <source>Session (*.mcap)</source>
-        <translation>数据记录 (*.mcap)</translation>
-    </message>
-    <message>
-        <source>Session or hex text (*.mcap *.txt *.hex *.log *.dpscap)</source>
-        <translation>数据记录或十六进制文本 (*.mcap *.txt *.hex *.log *.dpscap)</translation>
-    </message>
-    <message>
         <source>Set down, check again</source>
         <translation>放平并重新检查</translation>
     </message>
@@ -3308,10 +3068,6 @@
     <message>
         <source>Settings not written: {count}.</source>
         <translation>尚未写入的参数：{count} 项。</translation>
-    </message>
-    <message>
-        <source>Settings written to {file}: {count}.</source>
-        <translation>已写入 {file} 的参数：{count} 项。</translation>
     </message>
     <message>
         <source>Settings: {settings}.</source>
@@ -3426,14 +3182,6 @@
         <translation>站点</translation>
     </message>
     <message>
-        <source>Station: invalid signature.</source>
-        <translation>站点：签名无效。</translation>
-    </message>
-    <message>
-        <source>Station: none, not signed.</source>
-        <translation>站点：无，未签名。</translation>
-    </message>
-    <message>
         <source>Station: {fingerprint}, {station}.</source>
         <translation>站点：{fingerprint}，{station}。</translation>
     </message>
@@ -3512,10 +3260,6 @@
     <message>
         <source>TRIGGERED: lock it, read its records.</source>
         <translation>已触发：锁定并读取触发记录。</translation>
-    </message>
-    <message>
-        <source>Table (*.csv)</source>
-        <translation>表格 (*.csv)</translation>
     </message>
     <message>
         <source>Take the label {module} off again: the name is free.</source>
@@ -3622,10 +3366,6 @@
         <translation>磁盘太慢。缺少上报：{count} 条。</translation>
     </message>
     <message>
-        <source>The file is larger than {kilobytes} KB.</source>
-        <translation>文件大于 {kilobytes} KB。</translation>
-    </message>
-    <message>
         <source>The flight controller must then use {rate} baud, too.</source>
         <translation>此后飞控也必须使用 {rate} 波特率。</translation>
     </message>
@@ -3642,36 +3382,16 @@
         <translation>最近九次触发及当时的参数和读数。</translation>
     </message>
     <message>
-        <source>The log has no acceleration.</source>
-        <translation>日志中没有加速度。</translation>
-    </message>
-    <message>
-        <source>The log has no attitude.</source>
-        <translation>日志中没有姿态。</translation>
-    </message>
-    <message>
         <source>The module answers at {rate} baud.</source>
         <translation>模块应答的波特率为 {rate} 波特。</translation>
-    </message>
-    <message>
-        <source>The module answers.</source>
-        <translation>模块应答正常。</translation>
     </message>
     <message>
         <source>The module at {port}</source>
         <translation>{port} 上的模块</translation>
     </message>
     <message>
-        <source>The module became ACTIVE.</source>
-        <translation>模块变为激活。</translation>
-    </message>
-    <message>
         <source>The module cannot say whether it is enabled.</source>
         <translation>模块无法上报其是否启用。</translation>
-    </message>
-    <message>
-        <source>The module does not answer.</source>
-        <translation>模块没有应答。</translation>
     </message>
     <message>
         <source>The module has triggered: LOCK, read the record, pack, check again.</source>
@@ -3692,10 +3412,6 @@
     <message>
         <source>The module is at {found} baud instead. Change it again.</source>
         <translation>模块实际为 {found} 波特。请重新更改。</translation>
-    </message>
-    <message>
-        <source>The module keeps no trigger records.</source>
-        <translation>模块中没有触发记录。</translation>
     </message>
     <message>
         <source>The module on {port} sends, but does not answer.</source>
@@ -3782,10 +3498,6 @@
         <translation>读数分散：请在稳定光线下重新测量。</translation>
     </message>
     <message>
-        <source>The record is not signed.</source>
-        <translation>记录未签名。</translation>
-    </message>
-    <message>
         <source>The records cannot be read and are kept as {path}.</source>
         <translation>记录无法读取，已另存为 {path}。</translation>
     </message>
@@ -3834,10 +3546,6 @@
         <translation>未安装用户指南。</translation>
     </message>
     <message>
-        <source>The vendor advises against it.</source>
-        <translation>厂家建议不要修改。</translation>
-    </message>
-    <message>
         <source>The vendor advises not to change it.</source>
         <translation>厂家建议不要更改。</translation>
     </message>
@@ -3880,14 +3588,6 @@
     <message>
         <source>This may be another module than {module} ({differences}). Else add --same-module.</source>
         <translation>这可能不是模块 {module}（{differences}）。如果是，请加上 --same-module。</translation>
-    </message>
-    <message>
-        <source>This may be another module: communication was interrupted.</source>
-        <translation>可能是另一个模块：通信曾中断。</translation>
-    </message>
-    <message>
-        <source>This may be another module: the port leads to another device.</source>
-        <translation>这可能是另一个模块：该串口现在指向另一个设备。</translation>
     </message>
     <message>
         <source>This may be another module: {differences}.</source>
@@ -4110,10 +3810,6 @@
         <translation>未复核的触发记录：{count} 条。</translation>
     </message>
     <message>
-        <source>Unknown, default tried: {names}.</source>
-        <translation>未知，按默认值试算：{names}。</translation>
-    </message>
-    <message>
         <source>Unknown: {what}.</source>
         <translation>未知：{what}。</translation>
     </message>
@@ -4152,10 +3848,6 @@
     <message>
         <source>Unsaved edits.</source>
         <translation>有未保存的修改。</translation>
-    </message>
-    <message>
-        <source>Until you decide, only queries are sent.</source>
-        <translation>在您确认之前，仅发送查询命令。</translation>
     </message>
     <message>
         <source>Use</source>
@@ -4204,14 +3896,6 @@
     <message>
         <source>Vendor's advice</source>
         <translation>厂家建议</translation>
-    </message>
-    <message>
-        <source>Vendor's advice: {volts:.1f} V.</source>
-        <translation>厂家建议：{volts:.1f} V。</translation>
-    </message>
-    <message>
-        <source>Vendor: {advice}</source>
-        <translation>厂家：{advice}</translation>
     </message>
     <message>
         <source>Verdict</source>
@@ -4275,10 +3959,6 @@
     </message>
     <message>
         <source>Why</source>
-        <translation>原因</translation>
-    </message>
-    <message>
-        <source>Why not</source>
         <translation>原因</translation>
     </message>
     <message>
@@ -4414,20 +4094,12 @@
         <translation>传感器置零</translation>
     </message>
     <message>
-        <source>Zip file (*.zip)</source>
-        <translation>Zip 文件 (*.zip)</translation>
-    </message>
-    <message>
         <source>a condition is not met</source>
         <translation>某项条件不再满足</translation>
     </message>
     <message>
         <source>a lithium cell has 3.5 V to 4.2 V</source>
         <translation>锂电芯为 3.5 V 至 4.2 V</translation>
-    </message>
-    <message>
-        <source>a module without a name</source>
-        <translation>未命名的模块</translation>
     </message>
     <message>
         <source>a number is needed</source>
@@ -4440,10 +4112,6 @@
     <message>
         <source>a resting sensor wanders less</source>
         <translation>静止的传感器漂移更小</translation>
-    </message>
-    <message>
-        <source>acceleration, 0.1 g</source>
-        <translation>加速度，0.1 g</translation>
     </message>
     <message>
         <source>accept despite another boot count</source>
@@ -4476,10 +4144,6 @@
     <message>
         <source>activated</source>
         <translation>已激活</translation>
-    </message>
-    <message>
-        <source>activation flag {value}, expected 00 or 01</source>
-        <translation>激活标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
         <source>active</source>
@@ -4546,16 +4210,8 @@
         <translation>本机有另一条编号相同的记录</translation>
     </message>
     <message>
-        <source>answer</source>
-        <translation>应答</translation>
-    </message>
-    <message>
         <source>argument %(argument_name)s: %(message)s</source>
         <translation>参数 %(argument_name)s：%(message)s</translation>
-    </message>
-    <message>
-        <source>arrived late</source>
-        <translation>晚到</translation>
     </message>
     <message>
         <source>as read with the bay open</source>
@@ -4572,10 +4228,6 @@
     <message>
         <source>attitude</source>
         <translation>姿态</translation>
-    </message>
-    <message>
-        <source>attitude threshold, 1°</source>
-        <translation>姿态开伞阈值，1°</translation>
     </message>
     <message>
         <source>attitude, {tilt:.0f}°</source>
@@ -4634,10 +4286,6 @@
         <translation>超出则一侧开伞偏晚</translation>
     </message>
     <message>
-        <source>boot count</source>
-        <translation>开机次数</translation>
-    </message>
-    <message>
         <source>boot count {now}, was {before}</source>
         <translation>开机次数为 {now}，原为 {before}</translation>
     </message>
@@ -4666,10 +4314,6 @@
         <translation>实际执行（否则仅显示）</translation>
     </message>
     <message>
-        <source>cell voltage, 0.02 V</source>
-        <translation>电芯电压，0.02 V</translation>
-    </message>
-    <message>
         <source>changed</source>
         <translation>已变化</translation>
     </message>
@@ -4690,10 +4334,6 @@
         <translation>充电中</translation>
     </message>
     <message>
-        <source>charging flag {value}, expected 00 or 01</source>
-        <translation>充电状态标志为 {value}，应为 00 或 01</translation>
-    </message>
-    <message>
         <source>checked again</source>
         <translation>已重新检查</translation>
     </message>
@@ -4707,7 +4347,7 @@
     </message>
     <message>
         <source>choose</source>
-        <translation>请选择</translation>
+        <translation>选择</translation>
     </message>
     <message>
         <source>closed and open differ</source>
@@ -4754,12 +4394,12 @@
         <translation>中断</translation>
     </message>
     <message>
-        <source>damaged data left out</source>
-        <translation>损坏的数据已略去</translation>
+        <source>damaged</source>
+        <translation>已损坏</translation>
     </message>
     <message>
-        <source>damaged heading</source>
-        <translation>文件头损坏</translation>
+        <source>damaged data left out</source>
+        <translation>损坏的数据已略去</translation>
     </message>
     <message>
         <source>day on which it was done [today]</source>
@@ -4767,7 +4407,7 @@
     </message>
     <message>
         <source>decided by</source>
-        <translation>决定人</translation>
+        <translation>认定人</translation>
     </message>
     <message>
         <source>delete one permanently</source>
@@ -4795,7 +4435,7 @@
     </message>
     <message>
         <source>done by</source>
-        <translation>完成人</translation>
+        <translation>执行人</translation>
     </message>
     <message>
         <source>doubled</source>
@@ -4910,6 +4550,10 @@
         <translation>已激活，检查全部通过</translation>
     </message>
     <message>
+        <source>flag {value}, expected 00 or 01</source>
+        <translation>标志为 {value}，应为 00 或 01</translation>
+    </message>
+    <message>
         <source>focus lost</source>
         <translation>键盘焦点移到别处</translation>
     </message>
@@ -4928,14 +4572,6 @@
     <message>
         <source>free fall, {weight:.1f} g</source>
         <translation>失重，{weight:.1f} g</translation>
-    </message>
-    <message>
-        <source>free-fall acceleration threshold, 0.1 g</source>
-        <translation>失重加速度阈值，0.1 g</translation>
-    </message>
-    <message>
-        <source>free-fall time, 0.01 s</source>
-        <translation>失重时间，0.01 s</translation>
     </message>
     <message>
         <source>from behind</source>
@@ -4991,23 +4627,15 @@
     </message>
     <message>
         <source>invalid bytes</source>
-        <translation>有无效字节</translation>
+        <translation>无效字节</translation>
     </message>
     <message>
         <source>invalid choice: %(value)r (choose from %(choices)s)</source>
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
     </message>
     <message>
-        <source>it is not whole</source>
-        <translation>内容不完整</translation>
-    </message>
-    <message>
         <source>it is the module that was left ACTIVE here</source>
         <translation>就是此处遗留为激活状态的模块</translation>
-    </message>
-    <message>
-        <source>it is too long</source>
-        <translation>过长</translation>
     </message>
     <message>
         <source>it was altered</source>
@@ -5030,10 +4658,6 @@
         <translation>标签</translation>
     </message>
     <message>
-        <source>labels</source>
-        <translation>标签</translation>
-    </message>
-    <message>
         <source>labels of the modules that are done</source>
         <translation>已完成模块的标签</translation>
     </message>
@@ -5048,10 +4672,6 @@
     <message>
         <source>left</source>
         <translation>向左</translation>
-    </message>
-    <message>
-        <source>light, 0.1 V</source>
-        <translation>光线，0.1 V</translation>
     </message>
     <message>
         <source>limit {value}</source>
@@ -5182,16 +4802,8 @@
         <translation>否</translation>
     </message>
     <message>
-        <source>no JSON, or damaged</source>
-        <translation>不是 JSON 或已损坏</translation>
-    </message>
-    <message>
         <source>no answer at any rate</source>
         <translation>任何波特率均无应答</translation>
-    </message>
-    <message>
-        <source>no answer within {seconds:.2f} s ({n}×)</source>
-        <translation>{seconds:.2f} s 内无应答（{n} 次）</translation>
     </message>
     <message>
         <source>no attitude and no acceleration</source>
@@ -5224,10 +4836,6 @@
     <message>
         <source>no frame header</source>
         <translation>没有帧头</translation>
-    </message>
-    <message>
-        <source>no header</source>
-        <translation>无帧头</translation>
     </message>
     <message>
         <source>no interruption</source>
@@ -5346,10 +4954,6 @@
         <translation>未确认</translation>
     </message>
     <message>
-        <source>not confirmed within {seconds:.2f} s; may have been carried out</source>
-        <translation>{seconds:.2f} s 内未确认，可能已执行</translation>
-    </message>
-    <message>
         <source>not enabled in this connection</source>
         <translation>本次连接中尚未启用</translation>
     </message>
@@ -5400,10 +5004,6 @@
     <message>
         <source>not sent: a condition is not met</source>
         <translation>未发送：有条件未满足</translation>
-    </message>
-    <message>
-        <source>not sent: heartbeat not answered</source>
-        <translation>未发送：心跳无应答</translation>
     </message>
     <message>
         <source>not sent: the module stopped answering</source>
@@ -5500,10 +5100,6 @@
     <message>
         <source>paper of the labels: width in mm, or sheets</source>
         <translation>标签纸：宽度（mm）或整页</translation>
-    </message>
-    <message>
-        <source>pass</source>
-        <translation>通过</translation>
     </message>
     <message>
         <source>passed</source>
@@ -5618,6 +5214,10 @@
         <translation>已重新连接</translation>
     </message>
     <message>
+        <source>record ALTERED</source>
+        <translation>记录已被修改</translation>
+    </message>
+    <message>
         <source>recorded</source>
         <translation>记录内容</translation>
     </message>
@@ -5686,10 +5286,6 @@
         <translation>在此保存截图和数值</translation>
     </message>
     <message>
-        <source>seconds since power-on, high byte first</source>
-        <translation>开机后的秒数，高位在前</translation>
-    </message>
-    <message>
         <source>seen once</source>
         <translation>仅一次</translation>
     </message>
@@ -5712,10 +5308,6 @@
     <message>
         <source>serial link connected</source>
         <translation>串口已连接</translation>
-    </message>
-    <message>
-        <source>serial link flag {value}, expected 00 or 01</source>
-        <translation>串口状态标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
         <source>serial link not connected</source>
@@ -5830,6 +5422,10 @@
         <translation>模块已重启</translation>
     </message>
     <message>
+        <source>the port leads to another device</source>
+        <translation>该串口现在指向另一个设备</translation>
+    </message>
+    <message>
         <source>the records do not follow those of its last visit</source>
         <translation>触发记录与上次读取的不衔接</translation>
     </message>
@@ -5870,10 +5466,6 @@
         <translation>最大倾角 {tilt:.0f}°</translation>
     </message>
     <message>
-        <source>tilt, 1°</source>
-        <translation>倾角，1°</translation>
-    </message>
-    <message>
         <source>time is up</source>
         <translation>十秒已过</translation>
     </message>
@@ -5891,7 +5483,7 @@
     </message>
     <message>
         <source>too large</source>
-        <translation>文件过大</translation>
+        <translation>过大</translation>
     </message>
     <message>
         <source>too late</source>
@@ -5904,10 +5496,6 @@
     <message>
         <source>trigger ended</source>
         <translation>触发结束</translation>
-    </message>
-    <message>
-        <source>trigger flag {value}, expected 00 or 01</source>
-        <translation>触发标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
         <source>trigger record?</source>
@@ -6050,16 +5638,8 @@
         <translation>是</translation>
     </message>
     <message>
-        <source>your name</source>
-        <translation>您的姓名</translation>
-    </message>
-    <message>
         <source>{act}: {module} on {port}</source>
         <translation>{act}：{module}（{port}）</translation>
-    </message>
-    <message>
-        <source>{act}: {outcome}.</source>
-        <translation>{act}：{outcome}。</translation>
     </message>
     <message>
         <source>{check}: judged {measured}, read {read}</source>
@@ -6088,10 +5668,6 @@
     <message>
         <source>{count} of {total} logs</source>
         <translation>{count}/{total} 个日志</translation>
-    </message>
-    <message>
-        <source>{count} of {total} would have fired.</source>
-        <translation>{total} 个中有 {count} 个会触发。</translation>
     </message>
     <message>
         <source>{count} passed</source>
@@ -6282,10 +5858,6 @@
         <translation>{name}：{low} 到 {high}；{why}。</translation>
     </message>
     <message>
-        <source>{name}: {why}.</source>
-        <translation>{name}：{why}。</translation>
-    </message>
-    <message>
         <source>{new} new of {total}</source>
         <translation>{total} 条中有 {new} 条新记录</translation>
     </message>
@@ -6304,10 +5876,6 @@
     <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
-    </message>
-    <message>
-        <source>{path} is not an archive file.</source>
-        <translation>{path} 不是归档文件。</translation>
     </message>
     <message>
         <source>{port} cannot be reached.</source>
@@ -6490,18 +6058,6 @@
         <translation>{value}° 复位</translation>
     </message>
     <message>
-        <source>{verdict} (record ALTERED)</source>
-        <translation>{verdict}（记录已被修改）</translation>
-    </message>
-    <message>
-        <source>{verdict} (simulated)</source>
-        <translation>{verdict}（模拟）</translation>
-    </message>
-    <message>
-        <source>{verdict} (void)</source>
-        <translation>{verdict}（已作废）</translation>
-    </message>
-    <message>
         <source>{voltage} may be the charger's</source>
         <translation>{voltage} 可能是充电器的电压</translation>
     </message>
@@ -6592,14 +6148,6 @@
     <message>
         <source>“{word}”: ROLE=COLUMN is needed, of {roles}.</source>
         <translation>“{word}”：应为 ROLE=COLUMN，可用 {roles}。</translation>
-    </message>
-    <message>
-        <source>−{minutes} min</source>
-        <translation>−{minutes} 分</translation>
-    </message>
-    <message>
-        <source>−{seconds} s</source>
-        <translation>−{seconds} 秒</translation>
     </message>
     <message>
         <source>≥ last visit</source>

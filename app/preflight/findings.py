@@ -26,8 +26,8 @@ class CheckResult(Enum):
 
 
 RESULT_WORDS = {
-    CheckResult.PASS: marked("pass"),
-    CheckResult.FAIL: marked("FAIL"),
+    CheckResult.PASS: marked("passed"),
+    CheckResult.FAIL: marked("FAILED"),
     CheckResult.WARN: marked("warning"),
     CheckResult.UNKNOWN: marked("UNKNOWN"),
 }

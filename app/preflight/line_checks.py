@@ -238,5 +238,5 @@ LINE_CHECKS: Final = (
           marked("Unplug the external power.")),
     Check("light", marked("Bay closed"), bay_closed,
           marked("Light means that the bay is open; without calibration this is assumed."),
-          marked("Close the bay, or calibrate the light threshold.")),
+          marked("Close the bay, or measure the light threshold.")),
 )  # fmt: skip

@@ -250,7 +250,7 @@ MODULE_CHECKS: Final = (
           marked("Too short, it fires without need; too long, it costs height."), _SETTING),
     Check("light_threshold", marked("Light threshold"), light_threshold,
           marked("Tells an open bay from a closed one."),
-          marked("Calibrate the light threshold.")),
+          marked("Measure the light threshold.")),
     Check("attitude_trigger", marked("Attitude trigger enabled"), partial(trigger, key="attitude_trigger"),
           marked("The module cannot say whether it is enabled."), _TRIGGER),
     Check("freefall_trigger", marked("Free-fall trigger enabled"), partial(trigger, key="freefall_trigger"),

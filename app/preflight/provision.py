@@ -43,7 +43,7 @@ def provision(
     settings, status = before.settings, before.status
     done = Provisioned(presence=presence, boot_count=settings.boot_count)
     if status is None or status.active:
-        return replace(done, why=message(marked("It is ACTIVE: it may fire. Lock it first.")))
+        return replace(done, why=message(marked("The module is ACTIVE: lock it first.")))
     known = find_known(settings.evidence)
     if known is not None:
         text = marked("It may be {module}, which is known: boot count and settings fit.")

@@ -42,9 +42,7 @@ SENTENCES: Mapping[BaudEnd, str] = {
     BaudEnd.AT_RESTART: marked("Still at {old} baud. Switch it off and on, then try {new} baud."),
     BaudEnd.UNCHANGED: marked("Refused: still at {old} baud."),
     BaudEnd.ELSEWHERE: marked("The module is at {found} baud instead. Change it again."),
-    BaudEnd.LOST: marked(
-        "No answer at any rate ({old} → {new} baud). Switch it off and on, then use “Find the baud rate”."
-    ),
+    BaudEnd.LOST: marked("No answer at any rate. Switch the module off and on, then “Find the baud rate”."),
     BaudEnd.NOT_SENT: marked("Nothing was sent."),
 }
 _OUTCOMES: Mapping[BaudEnd, Outcome] = {

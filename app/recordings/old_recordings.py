@@ -146,7 +146,7 @@ def _opening_of(folder: Path) -> Opening:
             program=str(fields.get("program", "")), sequence=int(fields.get("sequence", 0)),
         )  # fmt: skip
     except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
-        raise UserError(marked("damaged heading")) from error
+        raise UserError(marked("damaged")) from error
 
 
 def _convert_folder(folder: Path, target: Path) -> None:

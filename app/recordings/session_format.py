@@ -101,7 +101,7 @@ def is_whole(fields: Mapping[str, str]) -> bool:
 def opening_of(fields: Mapping[str, str]) -> Opening:
     """The heading in a metadata record. Raises `UserError`."""
     if not is_whole(fields):
-        raise UserError(marked("damaged heading"))
+        raise UserError(marked("damaged"))
     try:
         if fields["version"] != str(VERSION):
             raise UserError(marked("written by a newer version"))
@@ -119,7 +119,7 @@ def opening_of(fields: Mapping[str, str]) -> Opening:
             sequence=int(fields["sequence"]),
         )
     except (ValueError, KeyError, OverflowError) as error:
-        raise UserError(marked("damaged heading")) from error
+        raise UserError(marked("damaged")) from error
 
 
 # Messages

@@ -34,11 +34,14 @@ MEASURED = {
 }
 """Checks whose measured value is kept over time, with the name of the value."""
 
-SIMULATED = marked("{verdict} (simulated)")
-
 
 MakeRecord = Callable[[int, str | None], Record]
 """Makes a record from its number and the hash of the previous record."""
+
+
+def noted(word: UserMessage, note: str) -> UserMessage:
+    """A word with what limits it: English, marked."""
+    return message(marked("{tip} ({key})"), tip=word, key=message(note))
 
 
 class SeenRecord(NamedTuple):
@@ -82,10 +85,10 @@ class CheckLine(NamedTuple):
         """Its verdict and what limits it."""
         word = message(verdict_named(self.verdict).value)
         if self.is_altered:
-            return message(marked("{verdict} (record ALTERED)"), verdict=word)
+            return noted(word, marked("record ALTERED"))
         if self.is_simulated:
-            return message(SIMULATED, verdict=word)
-        return message(marked("{verdict} (void)"), verdict=word) if self.is_void else word
+            return noted(word, marked("simulated"))
+        return noted(word, marked("void")) if self.is_void else word
 
     @property
     def holds(self) -> bool:

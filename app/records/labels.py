@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.system.files import write_whole
-from app.text.messages import clean
+from app.text.messages import clean, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -57,7 +57,8 @@ def label_body(label: Label) -> str:
 
     name = clean(label.name.strip())
     if not name or len(name) > MAX_NAME_LENGTH:
-        raise UserError(marked("A label takes a name, of this length at most: {count}."), count=MAX_NAME_LENGTH)
+        text = marked("{name}: at most {count} characters.")
+        raise UserError(text, name=message(marked("Name")), count=MAX_NAME_LENGTH)
     code = segno.make(name, micro=False, error="m", encoding=None if name.isascii() else "utf-8")
     side = round(_QR_MM * _CSS_PX_PER_MM)
     rows = "".join(f"<br>{html.escape(text)}" for text in (f"{label.at:%Y-%m-%d}", label.code) if text)

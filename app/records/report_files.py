@@ -49,7 +49,7 @@ def _from_json(data: bytes) -> Record:
     try:
         value = json.loads(data, parse_constant=_refuse, object_pairs_hook=_only_once)
     except (ValueError, RecursionError) as error:
-        raise UserError(marked("no JSON, or damaged")) from error
+        raise UserError(marked("damaged")) from error
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise UserError(marked("unknown kind of file"))
     return value

@@ -13,7 +13,7 @@ from typing import Final
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict, verdict_of
-from app.records.check_store import KeptRecords
+from app.records.check_store import KeptRecords, noted
 from app.records.record import FORMAT, NOT_STORED, READABLE_VERSIONS, hash_of, list_in, signed_bytes
 from app.records.report_files import LARGEST_FILE, is_report, record_in
 from app.stations.known import KnownStation
@@ -106,10 +106,9 @@ class Verification:
             rest.append(message(marked("SIMULATED MODULE: no evidence.")))
         if self.is_report:
             rest.append(message(marked("This is what the record in the report says; only the record is signed.")))
-        if SIGNATURE in self.altered:
-            rest.append(message(marked("Station: invalid signature.")))
-        elif self.signer is None:
-            rest.append(message(marked("Station: none, not signed.")))
+        if self.signer is None:
+            if self.state is not RecordState.NOT_SIGNED and SIGNATURE not in self.altered:
+                rest.append(message(_HEADLINES[RecordState.NOT_SIGNED]))
         else:
             station = self._station() if self.station is not None else message(marked("unknown"))
             text = marked("Station: {fingerprint}, {station}.")
@@ -132,8 +131,8 @@ def _introduced(record: Mapping[str, object]) -> UserMessage:
     return message(
         marked("Record {number} of {module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}."),
         number=_shown(record.get("number")),
-        module=_shown(module) if module else message(marked("a module without a name")),
-        verdict=verdict if record.get("void") is None else message(marked("{verdict} (void)"), verdict=verdict),
+        module=_shown(module) if module else message(marked("Unnamed")),
+        verdict=verdict if record.get("void") is None else noted(UserMessage(verdict), marked("void")),
         at=_shown(record.get("at")),
         who=_shown(who) if who else message(marked("not named")),
         follows=verdict_from(record).value,

@@ -40,7 +40,7 @@ EFFECTS: Mapping[Act, str] = MappingProxyType({
     Act.SHUTDOWN: marked("Off until its switch (2 s) or external power."),
     Act.FORBID_DEPLOY: marked("Over serial only: it still fires by itself."),
     Act.DEPLOY: marked("Fires the parachute."),
-    Act.CHANGE_BAUD: marked("The vendor advises against it."),
+    Act.CHANGE_BAUD: marked("The vendor advises not to change it."),
     Act.WRITE: marked("Write a setting"),
 })  # fmt: skip
 

@@ -31,14 +31,12 @@ def differences(identity: Identity) -> list[str]:
 
 def identity_question(identity: Identity, expected: str) -> str:
     """What a person is asked who has to say which module it is, translated; `expected`: its name, where it has one."""
-    texts = differences(identity)
-    if texts:
-        return tr("This may be another module: {differences}.", differences=join_names(texts))
-    if not identity.is_adapter_same:
-        return tr("This may be another module: the port leads to another device.")
-    if expected:
+    why = join_names(differences(identity))
+    if not why and not identity.is_adapter_same:
+        why = tr("the port leads to another device")
+    if not why and expected:
         return tr("{module}? Read its label.", module=expected)
-    return tr("This may be another module: communication was interrupted.")
+    return tr("This may be another module: {differences}.", differences=why or tr("link lost"))
 
 
 def same_module_words(expected: str) -> str:

@@ -24,7 +24,7 @@ from app.settings.profiles import (
     ManualLine,
     Profile,
 )
-from app.settings.values import LARGEST_WHOLE, LONGEST_SHOWN, fitting
+from app.settings.values import LONGEST_SHOWN, fitting
 from app.system.files import CANNOT_READ, CANNOT_WRITE, write_whole
 from app.text.messages import UserMessage, clean, joined, message
 from app.text.sentences import error_text
@@ -134,8 +134,7 @@ def _content(path: Path) -> bytes:
 def parse_profile(data: bytes) -> Profile:
     """Raises `ProfileRefused` with all faults."""
     if len(data) > LARGEST_BYTES:
-        limit = message(marked("The file is larger than {kilobytes} KB."), kilobytes=LARGEST_BYTES // 1024)
-        raise ProfileRefused((ProfileFault(None, limit),))
+        raise ProfileRefused((ProfileFault(None, message(marked("too large."))),))
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -149,8 +148,7 @@ def parse_profile(data: bytes) -> Profile:
     tables = _tables(text, faults)
     newer = tables.get("format")
     if isinstance(newer, int) and not isinstance(newer, bool) and newer > FORMAT:
-        why = marked("Format {format} needs a newer version of this program.")
-        raise ProfileRefused((ProfileFault(None, message(why, format=min(newer, LARGEST_WHOLE), known=FORMAT)),))
+        raise ProfileRefused((ProfileFault(None, message(marked("written by a newer version."))),))
     reader = _Reader(key_lines(text), faults)
     profile = reader.profile(tables)
     if faults:
@@ -226,7 +224,7 @@ class _Reader:
             try:
                 yield key, fitting(command.write, value)
             except UserError as error:
-                self._refuse((*under, key), marked("{name}: {why}."), name=key, why=error.message)
+                self._refuse((*under, key), marked("{value}: {why}."), value=key, why=error.message)
 
     def _limits(self, table: dict[str, Any]) -> dict[str, float]:
         limits: dict[str, float] = {}
@@ -285,7 +283,7 @@ class _Reader:
 
     def _expect(self, path: tuple[str, ...], expected: str) -> None:
         why = message(marked("expected {expected}"), expected=expected)
-        self._refuse(path, marked("{name}: {why}."), name=path[-1], why=why)
+        self._refuse(path, marked("{value}: {why}."), value=path[-1], why=why)
 
     def _table(self, tables: dict[str, Any], key: str) -> dict[str, Any]:
         table = tables.get(key, {})

@@ -73,5 +73,5 @@ def what_is(command: Command) -> str:
             lines.append(tr("Enabled or disabled."))
     advice = advice_text(command)
     if advice:
-        lines.append(tr("Vendor: {advice}", advice=advice))
+        lines.append(advice)
     return "\n".join(lines)

@@ -144,7 +144,7 @@ class Setup:
     tilt: float = _physical(0.0, marked("Tilt"), ("DEG", -180, 180))
     cell: float = _physical(3.9, marked("Cell voltage"), ("V", 0, 5))
     drain: float = _physical(0.05, marked("Cell drain per hour"), ("V", 0, 100))
-    bay_open: bool = _physical(False, marked("Parachute bay open"))
+    bay_open: bool = _physical(False, marked("Bay open"))
     charger: bool = _physical(False, marked("External power"))
     noise: float = _physical(0.0, marked("Sensor noise"), ("N", 0, 100))
     """1 is typical."""
@@ -211,7 +211,7 @@ def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[
     for name, text in texts.items() if isinstance(texts, Mapping) else texts:
         option = BY_NAME.get(name.replace("-", "_"))
         if option is None:
-            raise UserError(marked("No option {name}."), name=name)
+            raise UserError(marked("“{name}” is unknown."), name=name)
         try:
             values[option.name] = option.parse(text)
         except ValueError as error:

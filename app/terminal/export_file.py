@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from app.terminal.arguments import expected
 from app.terminal.console import PARTIAL, Refused, clear_progress, notify, show_progress, write, write_lines
 from app.text.i18n import tr
-from app.text.sentences import not_written
+from app.text.sentences import not_written, saved_text
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry
@@ -65,7 +65,7 @@ def export(entry: "RecordingEntry", path: Path, *, appends: bool = False) -> boo
             raise Refused(not_written(path, error), PARTIAL) from error
         finally:
             clear_progress()
-        write_lines([tr("Rows written to {file}: {count}.", count=rows, file=path)])
+        write_lines([saved_text(path, rows)])
     if damage is not None:
         notify(damage.translated())
     return damage is None

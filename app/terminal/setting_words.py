@@ -40,7 +40,7 @@ def parse_settings(words: Sequence[str]) -> list[SettingChange]:
             try:
                 wishes[name] = SettingChange(command, parse_value(command.write, text))
             except UserError as error:
-                faults.append(tr("{name}: {why}.", name=name, why=error.sentence))
+                faults.append(tr("{value}: {why}.", value=name, why=error.sentence))
     if faults:
         raise Refused("\n".join(faults))
     return list(wishes.values())

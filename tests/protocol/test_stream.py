@@ -139,7 +139,7 @@ def test_a_status_flag_that_is_neither_00_nor_01_is_rejected(flag: int) -> None:
         ("41 75 35 01 BE F5", Reason.CHECKSUM, "checksum F5, the sum is F4"),
         ("41 75 35 01 01 00 6C 02 3C 05", Reason.INCOMPLETE, "broken off"),
         (summed(LIKE_A_VOLTAGE[:11] + b"\2" + LIKE_A_VOLTAGE[12:15]).hex(), Reason.VALUE,
-         "serial link flag 02, expected 00 or 01"),
+         "flag 02, expected 00 or 01"),
     ],
 )  # fmt: skip
 def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason, detail: str) -> None:

@@ -185,7 +185,7 @@ class ArchiveDialog(QDialog):
                            tip="Decisions are signed with your name")  # fmt: skip
         self.who.setMaxLength(MAX_NAME_LENGTH)
         self.who.setMaximumWidth(_WHO_PX)
-        texts.bind(self.who.setPlaceholderText, "your name")
+
         self.who.textChanged.connect(self._refresh_buttons)
         policy = self.same_other.sizePolicy()
         policy.setRetainSizeWhenHidden(False)
@@ -348,10 +348,8 @@ def _state_text(not_shared: int, last_at: str | None, server: str | None, done: 
 
 def _ask_save(parent: QWidget, then: ThenPath) -> None:
     """An existing file is extended."""
-    ask_path(
-        parent, tr("Export…"), Path.home() / f"dps-s{SUFFIX}", tr("Archive (*.dpsarchive)"), then, is_extended=True
-    )
+    ask_path(parent, tr("Export…"), Path.home() / f"dps-s{SUFFIX}", "*.dpsarchive", then, is_extended=True)
 
 
 def _ask_open(parent: QWidget, then: ThenPath) -> None:
-    ask_open(parent, Path.home(), tr("Import…"), tr("Archive (*.dpsarchive)"), then)
+    ask_open(parent, Path.home(), tr("Import…"), "*.dpsarchive", then)

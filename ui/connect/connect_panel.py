@@ -238,8 +238,7 @@ class ConnectPanel(QScrollArea):
         ]
         is_simulating = target is not None and target.is_simulated and self._connector.current.is_open
         badge = tr("connected") if is_simulating else ""
-        words = tr("Simulated module"), "", tr("Nothing to plug in")
-        choices.append(PortChoice(SIMULATED_PORT, "", *words, Icon.SIMULATOR, badge))
+        choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), "", "", Icon.SIMULATOR, badge))
         self.list.show_choices(choices)
         if self.list.chosen is None and not self.other.text():
             self._preselect()

@@ -193,7 +193,7 @@ class BaudRecovery(QObject):
         def end(job: Job[int | None]) -> None:
             rate = None if job.run.error is not None else job.outcome()
             if rate is None:
-                self._say(tr("Not found. Switch the module off and on, then “Find the baud rate”."))
+                self._say(tr("No answer at any rate. Switch the module off and on, then “Find the baud rate”."))
                 return
             self._say(_found(rate))
             if not pending.module:

@@ -37,6 +37,9 @@ AskText = Callable[[QWidget, str, str, Callable[[str], object]], object]
 """Parent, title, label."""
 
 
+_LOGS: Final = "*.ulg *.bin *.csv *.mcap"
+
+
 def open_dialog(dialog: QDialog, name: str, then: Callable[[], object]) -> None:
     """Shows `dialog`, which is deleted when it closes. It blocks the window that it belongs to, and nothing else."""
     named(dialog, name)
@@ -77,15 +80,11 @@ def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str, then: 
 
 
 def ask_flight_logs(parent: QWidget, folder: Path, then: ThenPaths) -> None:
-    _open_file_dialog(_dialog(parent, tr("Open…"), folder, _log_kinds(), QFileDialog.FileMode.ExistingFiles), then)
+    _open_file_dialog(_dialog(parent, tr("Open…"), folder, _LOGS, QFileDialog.FileMode.ExistingFiles), then)
 
 
 def ask_flight_log(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    ask_open(parent, folder, tr("Open…"), _log_kinds(), then)
-
-
-def _log_kinds() -> str:
-    return tr("Flight logs (*.ulg *.bin *.csv *.mcap)")
+    ask_open(parent, folder, tr("Open…"), _LOGS, then)
 
 
 def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
@@ -95,7 +94,7 @@ def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
 
 
 def ask_profile(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    ask_open(parent, folder, tr("Open profile…"), tr("Profile (*.toml)"), then)
+    ask_open(parent, folder, tr("Open profile…"), "*.toml", then)
 
 
 def ask_path(
@@ -164,10 +163,8 @@ class FileOpener(QObject):
     def open(self, path: Path) -> bool:
         """Opens a file in the page of its type; returns whether it does."""
         page = self._page_of(path)
-        if page is None:
-            self.say(tr("No page opens {file}.", file=visible(path.name)))
-            return False
-        if path.exists() and not (path.is_file() or path.is_dir()):  # opening a pipe or a device may block
+        # Opening a pipe or a device may block.
+        if page is None or (path.exists() and not (path.is_file() or path.is_dir())):
             why = tr("unknown kind of file")
             self.say(tr("{file} cannot be read: {why}.", file=visible(path.name), why=why))
             return False
@@ -190,7 +187,7 @@ class FileOpener(QObject):
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
         recent = self._preferences.recent_files
         folder = Path(recent[0]).parent if recent else Path.home()
-        self.choose(self._window, folder, tr("Open…"), f"{tr('Files of this program')} ({endings})", self.open)
+        self.choose(self._window, folder, tr("Open…"), endings, self.open)
 
     def fill(self, menu: QMenu) -> None:
         menu.clear()

@@ -99,7 +99,7 @@ class SaveNote(QWidget):
     ) -> None:
         """Asks for a path beginning with `place`. `parts` is iterated in the background, `count` of them; `saved` makes
         the message."""
-        self._ask(tr("Save values…"), place, tr("Table (*.csv)"), lambda _path: parts, count, saved)
+        self._ask(tr("Save values…"), place, "*.csv", lambda _path: parts, count, saved)
 
     def save_picture(self, place: Path, image: QImage, drawing: bytes) -> None:
         """As PNG, or the drawing as SVG where that is chosen."""
@@ -107,7 +107,7 @@ class SaveNote(QWidget):
         def parts(path: Path) -> Iterable[bytes]:
             return (drawing,) if path.suffix.lower() == ".svg" else png_parts(image)
 
-        self._ask(tr("Save picture…"), place, f"{tr('Picture (*.png)')};;{tr('Drawing (*.svg)')}", parts)
+        self._ask(tr("Save picture…"), place, "*.png;;*.svg", parts)
 
     def _ask(
         self, title: str, place: Path, kinds: str, make_parts: Callable[[Path], Iterable[bytes]], count: int = 1,

@@ -232,7 +232,7 @@ STALE_WORDS: Final[Mapping[StaleReason, str]] = {
     StaleReason.LINK_LOST: marked("before link loss"),
     StaleReason.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
     StaleReason.AGED: marked("too old"),
-    StaleReason.LATE: marked("arrived late"),
+    StaleReason.LATE: marked("late"),
 }
 
 

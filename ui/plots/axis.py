@@ -105,12 +105,12 @@ class TimeAxis(LabelAxis):
 
 def ago_text(seconds: float, decimals: int = 1) -> str:
     """A time before now, such as "−5.0 s"."""
-    return tr("−{seconds} s", seconds=f"{seconds:.{decimals}f}")
+    return "−" + tr("{value} s", value=f"{seconds:.{decimals}f}")
 
 
 def _ago(seconds: float, step_s: float, decimals: int) -> str:
     if seconds < step_s / 2:
         return tr("now")
     if step_s >= 60:
-        return tr("−{minutes} min", minutes=f"{seconds / 60:g}")
+        return "−" + tr("{value:.0f} min", value=seconds / 60)
     return ago_text(seconds, decimals)

@@ -229,7 +229,7 @@ def _store_evidence(store: Store, name: str, evidence: IdentityEvidence) -> bool
 
 def module_label(name: str) -> str:
     """For sentences, in the language in use."""
-    return name or tr("a module without a name")
+    return name or tr("Unnamed")
 
 
 def not_kept(trouble: StoreTrouble, module: str) -> str:

@@ -39,7 +39,7 @@ def identity_notice(port: Port) -> Notice | None:
         Choice("identity_new", tr("New module"), module.treat_as_new, is_step=True),
         Choice("identity_same", same, module.confirm_identity, is_step=True),
     )
-    return Notice(Meaning.ATTENTION, join_sentences([what, tr("Until you decide, only queries are sent.")]), choices)
+    return Notice(Meaning.ATTENTION, join_sentences([what, tr("Module not proven: only queries are sent.")]), choices)
 
 
 _ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
@@ -286,7 +286,7 @@ class Attention(QObject):
             return None
         if changed := self._unsent.find_foreign():
             names = ", ".join(tr(change.command.title) for change in changed)
-            return Notice(Meaning.DANGER, tr("Changed without being written: {names}. See Settings.", names=names))
+            return Notice(Meaning.DANGER, tr("Changed without being written: {names}.", names=names))
         if self._restarts is None or device.restarts < self._restarts:
             # A restart before anything was known changes nothing.
             is_known = device.fresh("boot_count", port.clock()) is not None

@@ -25,7 +25,7 @@ from ui.shell.actions import MenuEntry
 from ui.shell.main_window import MainWindow
 
 _SHEET: Final = "A4"
-_TITLES: Final = {"62": marked("62 mm tape…"), "24": marked("24 mm tape…"), _SHEET: marked("A4 sheet of all modules…")}
+_TITLES: Final = {"62": marked("62 mm tape…"), "24": marked("24 mm tape…"), _SHEET: marked("A4 sheets…")}
 
 
 class LabelActions(QObject):
@@ -60,7 +60,7 @@ class LabelActions(QObject):
         find = self._labels_of_all if key == _SHEET else lambda: [shown]
         name = file_name("DPS-S" if key == _SHEET else shown.name, tr("label"))
         suggested, write = self._folder / f"{name}.pdf", partial(self._write, find, PAPERS[key])
-        self.ask_path(self._window, tr("Print label"), suggested, "PDF (*.pdf)", write)
+        self.ask_path(self._window, tr("Print label"), suggested, "*.pdf", write)
 
     def _labels_of_all(self) -> list[Label]:
         """With the settings that were last read of each."""

@@ -49,7 +49,7 @@ class SimulatorPanel(QWidget):
         self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°")
         self.fall_height = control(QSpinBox(), texts, "simulator_height", says="Fall")
         self.drop = named(QPushButton(), "simulator_drop")
-        self.bay = control(QCheckBox(), texts, "simulator_bay", "Parachute bay open")
+        self.bay = control(QCheckBox(), texts, "simulator_bay", "Bay open")
         self.cell = Dial("simulator_cell", minimum=3.0, maximum=4.3, step=0.02, unit=" V")
         self.charger = control(QCheckBox(), texts, "simulator_charger", "External power")
         self.lifelike = control(QCheckBox(), texts, "simulator_lifelike", "Wobbles")

@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
             write_whole(path, text.encode())
         except (OSError, ValueError) as error:
             raise console.Refused(not_written(path, error), console.PARTIAL) from error
-        console.note(tr("Settings written to {file}: {count}.", file=path, count=len(module.values)))
+        console.note(tr("Saved to {path}.", path=path))
     return notify_missing(module)
 
 

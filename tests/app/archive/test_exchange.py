@@ -222,10 +222,10 @@ def test_a_fact_of_a_newer_version_is_kept_and_passed_on(stations: list[ArchiveS
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "is not an archive file"),
-        ("PK\x03\x04", "is not an archive file"),
+        ("", "unknown kind of file"),
+        ("PK\x03\x04", "unknown kind of file"),
         ('{"format": "dps-s archive", "version": 2}\n', "newer version"),
-        ("[" * 100_000, "is not an archive file"),
+        ("[" * 100_000, "unknown kind of file"),
     ],
 )
 def test_another_file_is_refused_in_a_sentence(

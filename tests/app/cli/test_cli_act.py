@@ -201,7 +201,7 @@ def test_none_fires_with_other_thresholds(calm: Path, crash: Path, capsys: pytes
     words = ("--thresholds", "attitude_threshold_deg=62", "freefall_time_s=1.99", crash, calm)
     code, printed = fired(capsys, *words)
     assert code == 0
-    assert "0 of 2 would have fired." in printed.out
+    assert "0 of 2 fire." in printed.out
     assert "Judged with: attitude_threshold_deg=62 freefall_acceleration_g=0.5 freefall_time_s=1.99 " in printed.out
     assert "Vendor defaults, not of a module: freefall_acceleration_g, attitude_trigger" in printed.out
     assert fired(capsys, crash, "--thresholds", "attitude_trigger=false", "freefall_trigger=false")[0] == 0
@@ -241,7 +241,7 @@ def test_for_people(crash: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "at 4.00 s: attitude, 61°; 0.02 s after the loss of control, 0 m lower" in printed.out
     assert "after the impact" not in printed.out
     assert "Proposal: attitude_threshold_deg=" in printed.out
-    assert "1 of 1 would have fired." in printed.out
+    assert "1 of 1 fire." in printed.out
 
 
 def test_a_proposal_for_flights_that_must_not_fire(calm: Path, crash: Path, capsys: pytest.CaptureFixture[str]) -> None:

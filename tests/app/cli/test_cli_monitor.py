@@ -168,7 +168,7 @@ def test_csv_holds_the_stream_and_says_what_is_simulated(
     assert any(row["event"] == f"connected: {port}?rate=100 (simulated)" for row in found)
     assert sum(bool(row["tilt_deg"]) for row in found) > 20
     printed = Printed(capsys)
-    assert printed.out == f"Rows written to {path}: {len(found)}.\n"
+    assert printed.out == f"Saved to {path}. Rows: {len(found)}.\n"
     assert "Simulated" in printed.err
     (entry,) = RecordingLibrary().entries()
     assert entry.is_simulated

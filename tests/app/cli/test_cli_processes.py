@@ -102,7 +102,7 @@ def test_record_interrupted_leaves_file_and_recording_whole(name: str, module: R
         record.process.send_signal(signal.SIGINT)
         code, printed, errors = record.end()
     assert (code, errors) == (0, "")
-    assert "written to" in printed
+    assert "Saved to" in printed
     (entry,) = library.entries()
     assert entry.trouble is None
     assert not entry.is_running

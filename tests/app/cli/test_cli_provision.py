@@ -104,7 +104,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     )
     aside = [line for line in lines if line.startswith("SET ASIDE")]
     assert aside[0] == "SET ASIDE: It may be M-001, which is known: boot count and settings fit."
-    assert aside[1] == "SET ASIDE: It is ACTIVE: it may fire. Lock it first."
+    assert aside[1] == "SET ASIDE: The module is ACTIVE: lock it first."
     assert aside[2].startswith("SET ASIDE: ")
     assert (len(aside), _sets(wire)) == (
         3,

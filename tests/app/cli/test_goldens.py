@@ -294,8 +294,8 @@ def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
         "1           1 min 48 s      attitude  60°       0.5 g, 1.60 s  yes     no        1.2 V  4.70 V (implausible)"
     )
     assert page[-1] == "Empty slots: 8."
-    assert records.page_of(History((), 0, is_confirmed=True)) == ["The module keeps no trigger records."]
-    assert records.page_of(History()) == ["No records came."]
+    assert records.page_of(History((), 0, is_confirmed=True)) == ["It has never fired, or its memory was cleared."]
+    assert records.page_of(History()) == ["No answer: the records are unknown."]
     doubtful = records.page_of(History(seen_once=(record,), is_answered=True))
     assert doubtful[1].startswith("1 (?)")
     assert "(?) Seen in one reading only. Read again." in doubtful

@@ -216,8 +216,8 @@ def test_the_moments_at_which_the_log_meets_the_record(
     (record(ATTITUDE | FREEFALL), flight(LEVEL, TIPPED, LEVEL, FALLEN, LEVEL),
      "No moment of this log matches: tilt and free fall never together."),
     (record(ATTITUDE | FREEFALL), flight(LEVEL, FALLEN, LEVEL), "No moment of this log matches: tilt at most 2°."),
-    (record(ATTITUDE), made_flight(UNKNOWN, 1.0), "The log has no attitude."),
-    (record(FREEFALL), made_flight(2.0, UNKNOWN), "The log has no acceleration."),
+    (record(ATTITUDE), made_flight(UNKNOWN, 1.0), "No attitude: attitude trigger not judged."),
+    (record(FREEFALL), made_flight(2.0, UNKNOWN), "No acceleration: free-fall trigger not judged."),
     (record(ATTITUDE), flight(LEVEL, TIPPED, is_judged=False), "Nothing in this log counts as flight."),
 ])  # fmt: skip
 def test_why_there_is_no_moment(made: TriggerRecord, log: FlightLog, why: str) -> None:

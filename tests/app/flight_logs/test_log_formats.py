@@ -114,7 +114,7 @@ def test_an_insufficient_choice_of_columns_is_refused(words: list[str]) -> None:
 
 def test_a_column_that_is_not_there_is_named(tmp_path: Path) -> None:
     path = write_csv(tmp_path / "a.csv", "t_s,tilt_deg", FAST, TILT)
-    with pytest.raises(UserError, match="No column “roll”"):
+    with pytest.raises(UserError, match="“roll” is unknown"):
         read_flight_log(path, CsvColumns({CsvRole.TIME_S: "t_s", CsvRole.TILT_DEG: "roll"}))
 
 

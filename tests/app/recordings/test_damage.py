@@ -342,7 +342,7 @@ def test_the_command_line_converts_everything_once(
     (place / "broken").mkdir()
     (place / "broken" / "session.json").write_text("{", encoding="utf-8")
     assert program.main(["recordings", "convert"]) == 4
-    assert "broken: damaged heading" in Printed(capsys).err
+    assert "broken: damaged" in Printed(capsys).err
     converted = [(entry.name, entry.is_pinned) for entry in RecordingLibrary(place).entries()]
     assert converted == [("cutoff", False), ("whole", True)]
     assert [path.name for path in old_recordings(place)] == ["broken"]

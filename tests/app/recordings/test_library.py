@@ -162,7 +162,7 @@ def test_a_damaged_recording_is_listed_with_its_error(tmp_path: Path) -> None:
     damage_heading(entry.path)
     (damaged,) = library.entries()
     assert damaged.trouble is not None
-    assert damaged.trouble.in_english() == f"{entry.path.name} cannot be read: damaged heading."
+    assert damaged.trouble.in_english() == f"{entry.path.name} cannot be read: damaged."
     assert damaged.size_bytes > 0
     library.delete(damaged)
     assert library.entries() == ()
@@ -219,7 +219,7 @@ def test_export(kept_at: Path, tmp_path: Path, name: str, ending: str, capsys: p
     recorded(kept_at, 0.5)
     path = tmp_path / f"out.{ending}"
     assert program.main(["recordings", "export", name, str(path)]) == 0
-    assert f"Rows written to {path}" in Printed(capsys).out
+    assert f"Saved to {path}" in Printed(capsys).out
     assert path.read_bytes().startswith(b"\x89MCAP" if ending == "mcap" else b"time_utc,")
 
 
@@ -252,7 +252,7 @@ def test_an_unreadable_recording_is_not_exported(
     path = recorded(kept_at, 0.1)
     damage_heading(path)
     assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 1
-    assert "damaged heading" in Printed(capsys).err
+    assert "damaged" in Printed(capsys).err
 
 
 def test_deleting_asks_first(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -234,13 +234,13 @@ def test_a_million_reports_are_opened_whole(tmp_path: Path) -> None:
     ("change", "why"),
     [
         ({"version": "2"}, "newer version"),
-        ({"start_s": "soon"}, "damaged heading"),
-        ({"start_s": "nan"}, "damaged heading"),
-        ({"start_s": "1e300"}, "damaged heading"),
-        ({"started_at": "2026-11-21T12:00:00"}, "damaged heading"),
-        ({"started_at": "0001-01-01T00:00:00+00:00"}, "damaged heading"),
-        ({"started_at": "9999-12-31T23:59:59-12:00"}, "damaged heading"),
-        ({"baud_rate": "9" * 5000}, "damaged heading"),
+        ({"start_s": "soon"}, "damaged"),
+        ({"start_s": "nan"}, "damaged"),
+        ({"start_s": "1e300"}, "damaged"),
+        ({"started_at": "2026-11-21T12:00:00"}, "damaged"),
+        ({"started_at": "0001-01-01T00:00:00+00:00"}, "damaged"),
+        ({"started_at": "9999-12-31T23:59:59-12:00"}, "damaged"),
+        ({"baud_rate": "9" * 5000}, "damaged"),
     ],
 )
 def test_other_headings_are_refused_with_a_reason(change: dict[str, str], why: str) -> None:
@@ -248,7 +248,7 @@ def test_other_headings_are_refused_with_a_reason(change: dict[str, str], why: s
     assert opening_of(opening.fields()) == opening
     with pytest.raises(UserError, match=why):
         opening_of(with_checksum(opening.fields() | change))
-    with pytest.raises(UserError, match="damaged heading"):
+    with pytest.raises(UserError, match="damaged"):
         opening_of(opening.fields() | change)
 
 

@@ -363,5 +363,5 @@ def test_a_label_has_name_date_code_and_a_picture(name: str, shown: str) -> None
 
 @pytest.mark.parametrize("name", ["", "   ", "M" * (MAX_NAME_LENGTH + 1)])
 def test_a_name_that_no_scanner_reads_has_no_label(name: str) -> None:
-    with pytest.raises(UserError, match="at most: 60"):
+    with pytest.raises(UserError, match="at most 60"):
         label_body(Label(name, LABELLED_AT))

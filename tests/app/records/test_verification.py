@@ -119,7 +119,6 @@ def test_a_consistent_forgery_is_not_signed_by_a_known_station() -> None:
     for signature in (seal(forged, station("stranger"))["signature"], _signed()["signature"], "", None, 7, "x" * 88):
         assert _verified({**claimed, "signature": signature}).altered == (SIGNATURE,)
     assert _verified(claimed).altered == (SIGNATURE,)
-    assert "Station: invalid signature." in _words(_verified(claimed))
     for state in (RecordState.NOT_SIGNED, RecordState.UNKNOWN_STATION):
         assert "INTACT" not in Verification(state=state, record=forged).sentences()[0].translated()
 
@@ -218,7 +217,6 @@ def test_an_older_unsigned_record_is_reported_as_unsigned() -> None:
     found = _verified(seal(old))
     assert found.state is RecordState.NOT_SIGNED
     assert _words(found).startswith("NOT SIGNED")
-    assert "Station: none" in _words(found)
     assert [verdict_from({**_signed(), "version": version}).value for version in (1, 2)] == ["GO", "READY"]
 
 

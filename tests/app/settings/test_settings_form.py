@@ -327,7 +327,7 @@ def test_nothing_is_rounded_to_a_value(text: str) -> None:
     ("key", "value", "said"),
     [
         ("baud_rate", 9600, "波特率 9600 波特"),
-        ("attitude_trigger", False, "姿态触发 禁用"),
+        ("attitude_trigger", False, "姿态触发 已禁用"),
         ("freefall_time_s", 1.6, "失重时间 1.60 s"),
     ],
 )

@@ -222,7 +222,7 @@ def test_the_serial_output_which_the_program_switches_is_in_no_profile_and_no_sn
         (IdentityEvidence(36, USUAL), False, "M-07", "This may be another module: boot count 36, was 37."),
         (IdentityEvidence(), False, "M-07", "This may be another module: the port leads to another device."),
         (IdentityEvidence(), True, "M-07", "M-07? Read its label."),
-        (IdentityEvidence(), True, "", "This may be another module: communication was interrupted."),
+        (IdentityEvidence(), True, "", "This may be another module: link lost."),
     ],
 )
 def test_what_is_asked_names_the_strongest_reason(

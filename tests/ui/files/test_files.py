@@ -80,7 +80,7 @@ def test_a_file_of_unknown_type_is_reported(qtbot: QtBot, qapp: QApplication, tm
         said: list[str] = []
         assembly.window.files.say = said.append
         assert not assembly.window.files.open(tmp_path / "a.xyz")
-        assert said == ["No page opens a.xyz."]
+        assert said == ["a.xyz cannot be read: unknown kind of file."]
         assert page.opened is None
         recent_menu(assembly.window).aboutToShow.emit()
         (none,) = recent_menu(assembly.window).actions()

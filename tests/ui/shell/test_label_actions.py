@@ -91,7 +91,7 @@ def test_a_label_is_printed_of_the_named_module_and_a_sheet_of_all(
         store.register_module("W" * 61)
         asked[-1].unlink()
         menus["label_A4"].trigger()
-        refused = "A label takes a name, of this length at most: 60"
+        refused = "Name: at most 60 characters"
         qtbot.waitUntil(lambda: refused in main.status_bar.passing.text())
         assert not asked[-1].exists()
 

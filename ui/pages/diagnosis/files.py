@@ -46,8 +46,7 @@ OPENED_SUFFIXES = (".hex", ".txt", ".log", ".dpscap", SUFFIX)
 
 
 def ask_capture(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    kinds = tr("Session or hex text (*.mcap *.txt *.hex *.log *.dpscap)")
-    ask_open(parent, folder, tr("Open traffic…"), kinds, then)
+    ask_open(parent, folder, tr("Open traffic…"), "*.mcap *.txt *.hex *.log *.dpscap", then)
 
 
 class Opened(NamedTuple):
@@ -127,7 +126,7 @@ class CaptureFiles(QWidget):
         started_at = self._buffer.started_at()
         suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
         save = partial(self._save, entries, self._buffer.doubted_at(), connection, started_at, self._buffer.has_dropped)
-        self.ask_save(self, tr("Save traffic…"), suggested, tr("Session (*.mcap)"), save)
+        self.ask_save(self, tr("Save traffic…"), suggested, "*.mcap", save)
 
     def _save(
         self,
@@ -266,7 +265,7 @@ class BundlePreview(QWidget):
             return
         name = default_name("support", ".zip", datetime.now().astimezone())
         save = partial(self._save_to, bundle)
-        self.ask_path(self, tr("Save support bundle…"), self._folder / name, tr("Zip file (*.zip)"), save)
+        self.ask_path(self, tr("Save support bundle…"), self._folder / name, "*.zip", save)
 
     def _save_to(self, bundle: SupportBundle, path: Path) -> None:
         self._folder = path.parent

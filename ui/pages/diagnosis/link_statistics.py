@@ -58,7 +58,7 @@ class Histogram(StaticPlot):
         self._classes = classes
         total = sum(trips.count for trips in classes)
         parts = "; ".join(f"{_bound(trips)}: {trips.count}" for trips in classes if trips.count)
-        self.announce(tr("Round trips: {n}. {classes}", n=total, classes=parts), name=tr("Round trips"))
+        self.announce(tr("Round trips: {n}. {classes}", n=total, classes=parts), name=tr("Round trip"))
         self.redraw()
 
     def draw(self, theme: Theme) -> None:
@@ -178,7 +178,7 @@ _NUMBERS: Final = (
     ("losses", marked("Port lost")),
 )
 REASON_WORDS: Final = {
-    Reason.NO_HEADER: marked("no header"),
+    Reason.NO_HEADER: marked("no frame header"),
     Reason.UNKNOWN_CODE: marked("unknown code"),
     Reason.CONTROL: marked("wrong control byte"),
     Reason.CHECKSUM: marked("wrong checksum"),

@@ -30,7 +30,7 @@ from ui.style.theme import Meaning, current
 Row = Event | Explained
 """A live event, or a line of a capture."""
 _ROLES = {
-    Role.ANSWER: marked("answer"),
+    Role.ANSWER: marked("reply"),
     Role.STREAMED: marked("stream"),
     Role.LATE: marked("late"),
     Role.DUPLICATE: marked("doubled"),

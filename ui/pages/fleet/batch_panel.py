@@ -76,7 +76,7 @@ class BatchForm(QWidget):
         self.enables, self.reviewed, self.all_new = (
             control(QCheckBox(), texts, f"fleet_batch_{name}", text)
             for name, text in (
-                ("enables", marked("Enable both triggers of each module")),
+                ("enables", marked("Enable both automatic triggers first")),
                 ("reviewed", marked("Trigger records reviewed; without an answer: a new module")),
                 ("all_new", marked("All are new, also those that resemble a known module")),
             )
@@ -120,7 +120,7 @@ class BatchPanel(QWidget):
         self.form.start.clicked.connect(self.begin)
         self.sign = IconLabel("fleet_batch_sign", Size.NUMBER)
         self.close_button = control(QPushButton(), texts, "fleet_batch_close", "Back", slot=self.closed)
-        self.export = control(QPushButton(), texts, "fleet_batch_export", "Export list…", picture=Icon.SAVE,
+        self.export = control(QPushButton(), texts, "fleet_batch_export", "Export…", picture=Icon.SAVE,
                               slot=self._choose_list)  # fmt: skip
         self.labels = control(QToolButton(), texts, "fleet_batch_labels", "Print labels", picture=Icon.LABEL)
         self.labels.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -252,7 +252,7 @@ class BatchPanel(QWidget):
     # Files
 
     def _choose_list(self) -> None:
-        self.ask_path(self, tr("Export list…"), self._suggested(), "PDF (*.pdf)", self.export_list)
+        self.ask_path(self, tr("Export…"), self._suggested(), "*.pdf", self.export_list)
 
     def export_list(self, path: Path) -> None:
         """As PDF, and as CSV beside it."""
@@ -261,7 +261,7 @@ class BatchPanel(QWidget):
             self._result.write_file(path, partial(write_list, path, bench.batch, self._turns.rows, print_pages))
 
     def _choose_labels(self, key: str) -> None:
-        self.ask_path(self, tr("Print labels"), self._suggested(tr("labels")), "PDF (*.pdf)",
+        self.ask_path(self, tr("Print labels"), self._suggested(tr("label")), "*.pdf",
                       partial(self.print_labels, key))  # fmt: skip
 
     def print_labels(self, key: str, path: Path) -> None:

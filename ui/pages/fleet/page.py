@@ -333,7 +333,7 @@ class FleetPage(Page):
     def _choose_report(self) -> None:
         """Of what is shown when it is asked for."""
         suggested, export = Path.home() / "fleet.pdf", partial(self._export, tuple(self.checks.results.values()))
-        self.ask_report(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), export)
+        self.ask_report(self, tr("Export report…"), suggested, "*.pdf", export)
 
     def _export(self, members: Sequence[SetMember], path: Path) -> None:
         def saved(written: tuple[Path, ...]) -> str:

@@ -49,7 +49,7 @@ def assumed_text(values: Mapping[str, Value]) -> str:
     disabled = [tr(SETTINGS_BY_KEY[key].title) for key in _TRIGGER_KEYS if values.get(key) is False]
     parts = []
     if unknown:
-        parts.append(tr("Unknown, default tried: {names}.", names=join_names(unknown)))
+        parts.append(tr("Vendor defaults, not of a module: {names}.", names=join_names(unknown)))
     if disabled:
         parts.append(tr("Judged as enabled: {names}.", names=join_names(disabled)))
     return join_sentences(parts)
@@ -234,7 +234,7 @@ def _duration(row: FlightRow) -> float:
 
 COLUMNS: Final = (
     TableColumn[FlightRow](
-        marked("Flight"), lambda row: short_name(row.name), widest=lambda: "survey-0000", stretches=True
+        marked("Log"), lambda row: short_name(row.name), widest=lambda: "survey-0000", stretches=True
     ),
     TableColumn[FlightRow](
         marked("Fires"),

@@ -61,7 +61,7 @@ class FlightsPage(Page):
         self._folder = Path.home()
         self.result = JobNotice(self, is_of_module=False)
         texts = services.texts
-        self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", keys="Ctrl+O",
+        self.open_files = control(QPushButton(), texts, "flights_open", "Open…", keys="Ctrl+O",
                                   picture=Icon.FOLDER, role="primary", slot=self.choose_files)  # fmt: skip
         self.thresholds = ThresholdPanel(texts)
         self.map = FireMapView()

@@ -119,7 +119,7 @@ class ProposalBar(QFrame):
         def write(path: Path) -> None:
             self._write(path, Profile(name=path.stem or tr("Profile"), settings=settings))
 
-        self.ask_save(self, tr("Save as profile…"), suggested, _kinds(), write)
+        self.ask_save(self, tr("Save as profile…"), suggested, "*.toml", write)
 
     def add_to_profile(self) -> None:
         """Changes the three thresholds of a profile, and asks where to save it."""
@@ -134,7 +134,7 @@ class ProposalBar(QFrame):
         approved = None if loses_approval else profile.approved_fingerprint
         changed = profile._replace(settings=settings, approved_fingerprint=approved)
         write = partial(self._write, profile=changed, source=path, loses_approval=loses_approval)
-        self.ask_save(self, tr("Add to a profile…"), path, _kinds(), write)
+        self.ask_save(self, tr("Add to a profile…"), path, "*.toml", write)
 
     def _write(self, path: Path, profile: Profile, *, source: Path | None = None, loses_approval: bool = False) -> None:
         fault = save_or_say_why_not(path, profile, source=source)
@@ -156,7 +156,3 @@ def _margin_text(margin: FlightMargin) -> str:
     parts += [f"{margin.freefall_s:.2f} s"] * (margin.freefall_s >= 0)
     return tr("{group}: {what} to spare ({name})", group=capitalised(tr(margin.group.value)), what=" · ".join(parts),
               name=short_name(margin.name))  # fmt: skip
-
-
-def _kinds() -> str:
-    return tr("Profile (*.toml)")

@@ -18,14 +18,14 @@ from PySide6.QtWidgets import (
 )
 
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.check_store import SIMULATED, CheckLine, CheckStore, measuring
+from app.records.check_store import CheckLine, CheckStore, measuring
 from app.stations.known import KnownStation, Stations
 from app.stations.station import own_station
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
-from app.text.sentences import error_text, labelled
+from app.text.sentences import error_text, in_brackets, labelled
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
@@ -127,7 +127,7 @@ def _verdict(check: CheckLine) -> str:
 
 
 def _widest_verdict() -> str:
-    return max((tr(SIMULATED, verdict=tr(verdict.value)) for verdict in Verdict), key=len)
+    return max((tr(verdict.value) + in_brackets(tr("simulated")) for verdict in Verdict), key=len)
 
 
 def _verdict_icon(check: CheckLine) -> QIcon:

@@ -269,7 +269,7 @@ class ProfileEditor(QWidget):
 
     def choose_and_save(self) -> None:
         suggested = self._path or self._preferences.profile_folder / f"profile{SUFFIX}"
-        self.ask_save(self, tr("Save as profile…"), suggested, tr("Profile (*.toml)"), self._save_to)
+        self.ask_save(self, tr("Save as profile…"), suggested, "*.toml", self._save_to)
 
     def _save(self) -> None:
         if self._path is None:

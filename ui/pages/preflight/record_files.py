@@ -34,8 +34,7 @@ AskRecord = Callable[[QWidget, ThenPath], object]
 
 
 def ask_record(parent: QWidget, then: ThenPath) -> None:
-    kinds = tr("Record or report (*.json *.html *.htm *.pdf)")
-    ask_open(parent, Path.home(), tr("Verify a file…"), kinds, then)
+    ask_open(parent, Path.home(), tr("Verify a file…"), "*.json *.html *.htm *.pdf", then)
 
 
 class RecordFiles(QObject):
@@ -55,7 +54,7 @@ class RecordFiles(QObject):
         """Ask for a file name, then write the report as PDF and JSON."""
         suggested = self._folder / f"{suggested_name(record)}.pdf"
         write = partial(self._write_report, record)
-        self.ask_path(self._window, tr("Export report…"), suggested, tr("Report (*.pdf)"), write)
+        self.ask_path(self._window, tr("Export report…"), suggested, "*.pdf", write)
 
     def _write_report(self, record: Record, path: Path) -> None:
         self._folder = path.parent

@@ -71,7 +71,7 @@ def announcement(work: PreflightController) -> Announcement:
 
 def _not_checked(work: PreflightController) -> Announcement:
     """What to do first. A module that was just powered up always needs its triggers enabled."""
-    head = tr("Start the check.") if work.can_check else tr("Connect a module.")
+    head = tr("Start the check.") if work.can_check else tr("Connect or choose a module.")
     lines = [tr("Set the aircraft level and do not touch it.")]
     if work.can_check and work.reported_active:
         lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]

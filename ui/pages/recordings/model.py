@@ -94,5 +94,5 @@ COLUMNS: Final = (
         ink=_ink,
         widest=str,
     ),
-    TableColumn[RecordingEntry](marked("Remarks"), remarks, ink=_ink, is_beside=True),
+    TableColumn[RecordingEntry](marked("Note"), remarks, ink=_ink, is_beside=True),
 )

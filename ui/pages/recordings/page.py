@@ -214,14 +214,14 @@ class RecordingsPage(Page):
             return
         entry = chosen[0]
         name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
-        kinds = tr("Table (*.csv)") if kind is ExportKind.CSV else tr("Session (*.mcap)")
+
         title = tr("Recording of {time}", time=when_text(entry))
 
         def export(path: Path) -> None:
             self._folder = path.parent
             self.work.export(entry, path, kind)
 
-        self.ask_path(self, title, self._folder / name, kinds, export)
+        self.ask_path(self, title, self._folder / name, f"*{kind.value}", export)
 
     def _toggle_pin(self) -> None:
         chosen = self.table.chosen()

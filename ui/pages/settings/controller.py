@@ -219,17 +219,19 @@ class SettingsController(QObject):
         doubtful = sum(state in (RowState.STALE, RowState.UNKNOWN) for _, state in ended)
         since = sum(state is RowState.READ and result.verified is not None for result, state in ended)
         acknowledged = sum(result.is_fine and result.verified is None for result in report.results)
-        bad = sum(row.state is RowState.FAILED for row in rows.values())
-        moved = sum(row.state is RowState.CHANGED for row in rows.values())
+        bad, moved = (
+            join_names(tr(row.command.title) for row in rows.values() if row.state is state)
+            for state in (RowState.FAILED, RowState.CHANGED)
+        )
         counts = (
             (marked("Read back as written: {count}."), verified),
             (marked("Acknowledged, cannot be read: {count}."), acknowledged),
-            (marked("NOT as set: {count}; see the rows."), bad),
-            (marked("Changed without being written: {count}; see the rows."), moved),
+            (marked("Not as written: {names}."), bad),
+            (marked("Changed without being written: {names}."), moved),
             (marked("Not verified, but read as set since: {count}."), since),
             (marked("In doubt since: {count}; see the rows."), doubtful),
         )
-        parts = [tr(text, count=count) for text, count in counts if count]
+        parts = [tr(text, count=found, names=found) for text, found in counts if found]
         if report.unread:
             titles = join_names(tr(command.title) for command in report.unread)
             parts.append(tr("Not read back: {names}.", names=titles))

@@ -146,7 +146,7 @@ class SettingsPage(Page):
         code = (fingerprint.code if fingerprint.is_complete else None) or "—"
         self.code.setText(labelled(tr("Settings code"), code))
         missing = ", ".join(tr(command.title) for command in fingerprint.missing)
-        self.code.setToolTip(tr("Not known: {names}", names=missing) if missing else tr("Same settings, same code"))
+        self.code.setToolTip(tr("Unknown: {what}.", what=missing) if missing else tr("Same settings, same code"))
 
     def _idle_notice(self) -> Notice | None:
         if not self._connector.current.is_open or self.work.job.is_running or self.work.can_write:

@@ -105,7 +105,7 @@ class BaudPanel(QFrame):
             self._doubtful_since = self._connector.clock()
             self._job.notify(
                 Meaning.DANGER,
-                lambda: tr("Interrupted: maybe at {rate} baud now. Use “Find the baud rate”.", rate=rate),
+                lambda: tr("Interrupted: maybe at {rate} baud now.", rate=rate),
             )
         else:
             self._job.set_notice(partial(self._ended, job.outcome()))
@@ -224,7 +224,10 @@ class CalibrationPanel(QWidget):
         match proposal:
             case Proposal():
                 self.result.setText(proposal.sentence)
-                parts = [tr(proposal.direction.value), tr("Vendor's advice: {volts:.1f} V.", volts=proposal.vendors_v)]
+                parts = [
+                    tr(proposal.direction.value),
+                    tr("Vendor advises: {advice}.", advice=f"{proposal.vendors_v:.1f} V"),
+                ]
                 if not proposal.is_steady:
                     parts.append(tr("The readings scatter: measure again in steady light."))
                 self.detail.setText(join_sentences(parts))

@@ -229,7 +229,7 @@ class ProfileFiles(QObject):
             return
         suggested = self._remembered.profile_folder / f"profile{SUFFIX}"
         save = partial(self._save, profile)
-        self.ask_save(self._page, tr("Save as profile…"), suggested, tr("Profile (*.toml)"), save)
+        self.ask_save(self._page, tr("Save as profile…"), suggested, "*.toml", save)
 
     def _save(self, profile: Profile, path: Path) -> None:
         fault = save_or_say_why_not(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
@@ -259,5 +259,5 @@ def _name_button(button: QPushButton, text: str) -> None:
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:
-    left_out = tr("Not known: {names}.", names=", ".join(map(tr, missing))) if missing else ""
+    left_out = tr("Unknown: {what}.", what=", ".join(map(tr, missing))) if missing else ""
     return join_sentences((tr("Saved to {path}.", path=path), left_out))

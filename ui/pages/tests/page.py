@@ -89,7 +89,7 @@ class TestsPage(Page):
         self.list = control(QListWidget(), texts, "tests_list", says="Guided tests")
         self.who = control(QLineEdit(), texts, "tests_who", says="Tested by")
         self.who.setMaxLength(MAX_NAME_LENGTH)
-        texts.bind(self.who.setPlaceholderText, "your name")
+
         self.module = ModuleField("tests_module", services.connector, texts)
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
@@ -255,7 +255,7 @@ class TestsPage(Page):
         module = self.work.last_of
         record: Record = {"module": module, "tests": [test.plain() for test in self.work.last.values()]}
         suggested = Path.home() / default_name(module, ".pdf", datetime.now().astimezone())
-        self.ask_path(self, tr("Export report…"), suggested, tr("Report (*.pdf)"), partial(self._write_report, record))
+        self.ask_path(self, tr("Export report…"), suggested, "*.pdf", partial(self._write_report, record))
 
     def _write_report(self, record: Record, path: Path) -> None:
         def write() -> None:

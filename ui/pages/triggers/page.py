@@ -312,7 +312,7 @@ class TriggersPage(Page):
         records = [row.seen for row in rows]
         write = partial(write_archive, module=name, records=records, new=new if has_past else None, seen_once=once)
         save = partial(self._save_to, write, len(rows))
-        self.ask_path(self, title, self._folder / csv_name(name), tr("Table (*.csv)"), save)
+        self.ask_path(self, title, self._folder / csv_name(name), "*.csv", save)
 
     def _save_to(self, write: Callable[[Path], object], count: int, path: Path) -> None:
         self._folder = path.parent

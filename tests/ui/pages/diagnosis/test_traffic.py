@@ -74,7 +74,7 @@ def test_a_row_describes_its_frame(qapp: QApplication) -> None:
     model.show_new()
     assert cell(model, 0, Column.KIND) == "sent"
     assert cell(model, 0, Column.BYTES) == "42 61 34 01 00 35"
-    assert cell(model, 1, Column.KIND) == "answer"
+    assert cell(model, 1, Column.KIND) == "reply"
     assert cell(model, 1, Column.MEANING) == "reply: cell voltage 3.80 V"
 
 
@@ -93,9 +93,9 @@ def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> 
 @pytest.mark.parametrize(
     ("event", "word"),
     [
-        (Unanswered(HEARTBEAT.query(), 3, 1.0, 1.0), "no answer"),
+        (Unanswered(HEARTBEAT.query(), 3, 1.0, 1.0), "no reply"),
         (Unanswered(HEARTBEAT.query(), 0, 1.0, 1.0), "not sent"),
-        (OutcomeUnknown(BY_NAME["activation"].set(False), 1.0, 1.0), "not confirmed"),
+        (OutcomeUnknown(BY_NAME["activation"].set(False), 1.0, 1.0), "may have been carried out"),
         (Restarted(True, 1.0), "restarted"),
     ],
 )
@@ -159,7 +159,7 @@ def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_
         def column(wanted: Column) -> set[str]:
             return {cell(traffic.model, row, wanted) for row in range(traffic.model.rowCount())}
 
-        qtbot.waitUntil(lambda: {"sent", "answer"} <= column(Column.KIND))
+        qtbot.waitUntil(lambda: {"sent", "reply"} <= column(Column.KIND))
         qtbot.waitUntil(lambda: "heartbeat" in column(Column.MEANING))
 
 

@@ -345,7 +345,7 @@ def test_a_card_that_waits_for_its_modules_name_asks_for_it_itself(desk: Desk, m
     shown.hand_over(identity=doubt)
     desk.settle()
     assert (card.question.isVisible(), other.question.isVisible()) == (False, False)
-    assert other.need.text() == "This may be another module: communication was interrupted."
+    assert other.need.text() == "This may be another module: link lost."
 
 
 def test_the_card_of_a_named_module_says_what_is_due_as_the_check_does(desk: Desk) -> None:

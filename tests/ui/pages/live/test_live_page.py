@@ -33,7 +33,7 @@ def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
 def test_without_a_module_it_says_what_to_do(live: Bench) -> None:
     assert live.page.is_empty
     assert live.page.empty.isVisible()
-    assert live.page.empty.text.text() == "Choose the module's port."
+    assert live.page.empty.text.text() == "Choose a port."
     assert not live.page.plot.isVisible()
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)  # nothing to save, no dialog
     live.say()
@@ -194,7 +194,7 @@ def test_at_the_smallest_size_everything_is_in_sight(
 
 def longer(folder: Path) -> Path:
     """A language in which the captions are two fifths longer."""
-    words = ("Acceleration", "Cell voltage", "Charging voltage", "Boot count", "Light", "Charger", "Save values…")
+    words = ("Acceleration", "Cell voltage", "Charging voltage", "Boot count", "Light", "Charging", "Save values…")
     messages = "".join(
         f"<message><source>{word}</source><translation>{word}{'x' * round(len(word) * 0.4)}</translation></message>"
         for word in words

@@ -84,7 +84,7 @@ def test_a_recording_is_tried_with_its_own_thresholds(qtbot: QtBot, qapp: QAppli
         assert flights.work.limits == TriggerLimits(50, 0.4, 1.6)  # the time is not in it: the vendor's default
         assert row.outcome is not None
         assert row.outcome.direct.sources
-        qtbot.waitUntil(lambda: notice_text(flights.strip) == "Unknown, default tried: Free-fall time.")
+        qtbot.waitUntil(lambda: notice_text(flights.strip) == "Vendor defaults, not of a module: Free-fall time.")
         flights.thresholds.tilt.turned.emit(51)
         qtbot.waitUntil(lambda: notice_text(flights.strip) == "")  # they are the person's own now
         live.back_to_live()

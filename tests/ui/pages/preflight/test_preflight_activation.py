@@ -174,7 +174,7 @@ def test_nothing_is_enabled_before_a_person_has_said_which_module_it_is(
     rig.until(lambda: bar.button("identity_same") is not None)
     rig.until(lambda: rig.preflight.work.may_fire is is_active)
     rig.wait(0.6)
-    assert "Until you decide, only queries are sent." in notice_text(bar)
+    assert "Module not proven: only queries are sent." in notice_text(bar)
     assert (buttons.run.isEnabled(), buttons.enable.isEnabled()) == (True, False)
     confirm_name(rig)
     rig.until(buttons.enable.isEnabled)

@@ -212,7 +212,7 @@ def test_without_a_module_nothing_can_be_checked(qtbot: QtBot, qapp: QApplicatio
     with on_bench(qtbot, qapp, tmp_path, "none", "preflight", is_connected=False) as bench:
         page = bench.preflight
         assert not page.buttons.run.isEnabled()
-        assert "Connect a module" in page.banner.accessibleName()
+        assert "Connect or choose a module" in page.banner.accessibleName()
         assert {row.chip.word for row in page.list.rows.values()} == {"not checked"}
 
 

@@ -68,7 +68,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert "Cell voltage" in shown.lines[1]  # a check is named by what has to be so
         assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
         row = page.list.rows["cell_voltage"]
-        assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAIL", "3.60 V", "≥ 3.80 V")
+        assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAILED", "3.60 V", "≥ 3.80 V")
         assert "Charge it" in row.reason.text()
         assert row.chip.meaning is Meaning.DANGER
         assert page.list.rows["attitude_trigger"].chip.word == "UNKNOWN"

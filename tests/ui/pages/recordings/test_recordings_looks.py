@@ -162,7 +162,7 @@ def test_the_command_line_reports_damage(capsys: pytest.CaptureFixture[str], tmp
     for name in ("x.csv", "x.mcap"):
         assert program.main(["recordings", "export", "latest", str(tmp_path / name)]) == 4
         printed = Printed(capsys)
-        assert "Rows written to" in printed.out
+        assert "Saved to" in printed.out
         assert "Damaged or altered" in printed.err
     assert "damaged data left out" in (tmp_path / "x.csv").read_text("utf-8-sig")
 

@@ -100,7 +100,7 @@ def test_a_damaged_recording_is_listed_with_its_reason(one: Desk) -> None:
     assert not detail.facts["duration"].isVisible()
     assert detail.remarks.width() >= detail.remarks.sizeHint().width()  # no part of the name is cut off
     speak_chinese()
-    assert detail.remarks.text() == f"无法读取 {broken.name}：文件头损坏。"
+    assert detail.remarks.text() == f"无法读取 {broken.name}：已损坏。"
 
 
 def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:

@@ -174,7 +174,7 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, o
     }
     said = one.settings.strip.notice
     assert said is not None
-    assert said.text.endswith("Not known: Attitude trigger, Free-fall trigger.")
+    assert said.text.endswith("Unknown: Attitude trigger, Free-fall trigger.")
     one.settings.files.ask_save = choosing(tmp_path / "no such folder" / "x.toml")
     one.click("profile_save")
     said = one.settings.strip.notice

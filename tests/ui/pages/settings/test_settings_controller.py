@@ -143,7 +143,7 @@ def test_what_an_interrupted_write_began_is_in_doubt_until_it_reads_as_wanted(
         (WANTED, 1, [RowState.READ, RowState.READ], "Not verified, but read as set since: 2."),
         (
             {TIME.key: 0.2, TILT.key: 70}, 0, [RowState.VERIFIED, RowState.CHANGED],
-            "Read back as written: 1. Changed without being written: 1; see the rows.",
+            "Read back as written: 1. Changed without being written: Free-fall time.",
         ),
         ({}, 1, [RowState.STALE, RowState.STALE], "In doubt since: 2; see the rows."),
     ],
