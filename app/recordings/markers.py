@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from enum import Enum
+from functools import partial
 from math import inf
 from typing import NamedTuple
 
@@ -119,8 +120,14 @@ class MarkerTracker:
         if not is_opening:
             self._on_device(batch.device, batch.events, batch.at)
         self._on_loss(batch.connection, batch.at)
-        self.limits = NO_LIMITS if is_opening else _limits(lambda key: batch.device.fresh(key, batch.at))
+        self.limits = NO_LIMITS if is_opening else _limits(partial(self._find_limit, batch))
         return self._new
+
+    def _find_limit(self, batch: Batch, key: str) -> Value | None:
+        """In doubt none from before the break: where the line is slow, it is not stale by that alone."""
+        known = batch.device.known(key, batch.at)
+        is_of_it = known is not None and (batch.identity.is_settled or known.at >= self._broke_at)
+        return known.value if known is not None and is_of_it and not known.is_stale else None
 
     def _add(self, at: float, kind: MarkerKind) -> None:
         self._new.append(Marker(at, kind, self._port))
@@ -195,6 +202,9 @@ class MarkerTracker:
             if is_news:
                 # Detected by a heartbeat, or only by the boot count.
                 seen = [event.at for event in events if isinstance(event, Restarted)]
+                if not seen:
+                    self._break(at)
+                    self._seen_breaks += any(marker.kind is MarkerKind.DOUBTED for marker in self._new)
                 for restarted_at in seen or [at]:
                     self._add(restarted_at, MarkerKind.RESTARTED)
         known = device.values.get("charging")

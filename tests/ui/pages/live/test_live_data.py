@@ -241,6 +241,18 @@ def test_where_another_module_may_answer_is_marked_and_written() -> None:
     assert [row["tilt_deg"] or row["event"] for row in rows] == ["3", "another module?", "40", "another module?", "41"]
 
 
+def test_in_doubt_a_boot_count_that_differs_is_a_break_and_older_limits_are_nobodys() -> None:
+    data, doubt = LiveData(), Identity(Trust.UNPROVEN)
+    first = device(1.0, boot_count=7, attitude_threshold_deg=60)
+    data.on_batch(batch(1.0, view=first)._replace(identity=Identity(Trust.PROVEN)))
+    silence = batch(3.0, view=first)._replace(events=(FellSilent(3.0, 0.5),), identity=doubt)
+    assert take(data, silence) == [(2.5, "another module?")]
+    assert (first.fresh("attitude_threshold_deg", 3.0), data.at().fires_deg) == (60, None)
+    heard = batch(4.0, report(4.0), view=first)._replace(identity=doubt, events=(received(report(4.0)),))
+    third = batch(5.0, view=device(5.0, boot_count=9)._replace(restarts=1))._replace(identity=doubt)
+    assert take(data, heard, third, third._replace(at=5.1))[-2:] == [(5.0, "restarted"), (5.0, "another module?")]
+
+
 def test_a_reading_that_refutes_tells_of_the_silence_before_it() -> None:
     fell, refuted = batch(2.0)._replace(events=(FellSilent(1.9, 0.4),)), Identity(Trust.REFUTED)
     read, late = batch(50.5, view=device(50.0, boot_count=7)), batch(60.0)._replace(identity=refuted)
