@@ -118,7 +118,10 @@ class RecordedSession:
         if another is not None:
             console.notify(another)
             self._begin_another(batch.connection)
-        self._held.append(batch)
+        inside = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
+        unwanted = {sample.at for sample in batch.samples[len(inside) :]}
+        events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
+        self._held.append(batch._replace(samples=inside, events=events))
         first = self._held[0]
         is_answered = any(isinstance(event, Received) for event in first.events)  # a silence is nobody's
         if not (self._same.is_in_doubt and is_answered) or batch.at - first.at > READ_WITHIN_S:
@@ -136,14 +139,10 @@ class RecordedSession:
     def _record_held(self) -> None:
         held, self._held = self._held, []
         for batch in held if self._recorder.is_recording else ():
-            inside = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
-            self._samples += len(inside)
-            unwanted = {sample.at for sample in batch.samples[len(inside) :]}
-            events = tuple(event for event in batch.events if not (_is_report(event) and event.at in unwanted))
-            wanted = batch._replace(samples=inside, events=events)
-            self._recorder.on_batch(wanted)
+            self._samples += len(batch.samples)
+            self._recorder.on_batch(batch)
             if self._table is not None:
-                self._table.on_batch(wanted)
+                self._table.on_batch(batch)
 
     def on_turn(self, _conversation: Conversation) -> None:
         self._note_path()

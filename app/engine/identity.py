@@ -25,6 +25,8 @@ WENT_BACK = 128
 """Of 256: a boot count that grew by this much more likely fell."""
 
 
+MAX_STARTS = 3
+"""More in the seconds of a silence are another module's."""
 ABSENT_S = 1.0
 """A module without a name that does not answer for as long may be another one."""
 
@@ -117,6 +119,13 @@ NO_EXPECTATION = Identity()
 def went_back(before: int | None, now: int | None) -> bool:
     """Whether the boot count fell; 0 follows 255."""
     return before is not None and now is not None and (now - before) % BOOTS >= WENT_BACK
+
+
+def is_exchanged(before: IdentityEvidence, now: IdentityEvidence) -> bool:
+    """Whether what was read on both sides of a silence is another module's. The silence lasts seconds."""
+    counts = before.boot_count, now.boot_count
+    starts = 0 if None in counts else ((counts[1] or 0) - (counts[0] or 0)) % BOOTS
+    return starts > MAX_STARTS or same_module(before, now) is Trust.REFUTED
 
 
 def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> IdentityEvidence:

@@ -9,17 +9,15 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.identity import IdentityEvidence, Trust, evidence_of, same_module
+from app.engine.identity import IdentityEvidence, Trust, evidence_of, is_exchanged, same_module
 from app.engine.procedure import EngineView, Inspect, Procedure, Report, is_alive
-from app.engine.setting_changes import BOOT_COUNT, BOOTS, READABLE_SETTINGS
+from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from app.procedures.ask_status import ask_status
 from app.procedures.handshake import HANDSHAKE_WAITS_S
 from app.procedures.write import read_back, restarted_since
 from protocol.fields import Value
 from protocol.translatable import marked
 
-MAX_STARTS = 3
-"""More in the seconds of one procedure are another module's."""
 REREADINGS = 2
 """After a silence, and after one during the first of them."""
 
@@ -122,8 +120,4 @@ def is_refuted(begin: EngineView, view: EngineView) -> bool:
     """Without reading anything again; see `is_another`."""
     before = evidence_of(begin.device.values, is_fresh=False)
     read = {key: known for key, known in view.device.values.items() if known.at >= begin.now}
-    now = evidence_of(read, is_fresh=False)
-    is_counted = before.boot_count is not None and now.boot_count is not None
-    starts = ((now.boot_count or 0) - (before.boot_count or 0)) % BOOTS if is_counted else 0
-    is_other = starts > MAX_STARTS or same_module(before, now) is Trust.REFUTED
-    return view.device.breaks != begin.device.breaks and is_other
+    return view.device.breaks != begin.device.breaks and is_exchanged(before, evidence_of(read, is_fresh=False))

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, nullcontext
 
 from app.engine.device import DeviceView
-from app.engine.identity import UNKNOWN, Identity, Trust, evidence_of, same_module
+from app.engine.identity import UNKNOWN, Identity, Trust, evidence_of, is_exchanged, same_module
 from app.engine.target import is_simulated
 from app.engine.worker import Batch
 from app.procedures.stream import StreamSwitch, watch
@@ -69,7 +69,8 @@ class SameModule:
     def contradiction(self, device: DeviceView) -> str | None:
         """A sentence, translated, where what was read since a restart or a silence refutes it."""
         before, now = self._evidence, evidence_of(device.values, is_fresh=True)
-        is_other = device.breaks != self._breaks and same_module(before, now) is Trust.REFUTED
+        is_refuted = same_module(before, now) is Trust.REFUTED or (now.is_complete and is_exchanged(before, now))
+        is_other = device.breaks != self._breaks and is_refuted
         if is_other or now.is_complete or device.breaks == self._breaks:
             self._evidence, self._breaks = now, device.breaks
         self.is_in_doubt = device.breaks != self._breaks
@@ -118,6 +119,7 @@ def _wait(
         conversation.wait()
         conversation.check_running()
         if conversation.device.presence is Presence.OFFLINE and not _has_just_slept(conversation):
+            span.is_over = True  # what answers from now on may be another one
             return module_is_silent(port, conversation.device)
         if gives_up_at is not None and time.monotonic() > gives_up_at:
             break

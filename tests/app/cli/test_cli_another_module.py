@@ -12,6 +12,7 @@ from app.settings.profile_file import read_profile
 from app.simulator.memory import invent_records
 from app.store.facts import FactKind
 from app.store.store import open_store
+from protocol.catalogue import STATUS_CODE
 from tests.adversary.program import PORT, Ran, Stage
 from tests.app.cli.test_cli_act import recorded
 from tests.support.cli_line import bench_of, exchange, falls_after, run_here
@@ -58,6 +59,25 @@ def test_values_of_two_modules_are_not_read_as_those_of_one_where_reading_ends_t
     settings = shown["settings"]
     assert (settings["light_threshold_v"], settings["attitude_threshold_deg"]) == (None, 85)
     assert "light_threshold_v" in shown["errors"]
+
+
+@pytest.mark.parametrize("gap_s", [1.2, 1.3, 1.4])
+def test_what_answers_when_the_module_counts_as_silent_is_not_printed_as_its_status(
+    stage: Stage, gap_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While the stream is switched off another one comes."""
+    bench = stage.bench
+    monkeypatch.setattr("tests.support.cli_line.GAP_S", gap_s)
+
+    def fall() -> None:
+        exchange(bench)
+        bench.world.tilt_deg = 33.0
+        monkeypatch.setattr(bench.wire, "write", lambda *_: None)  # it streams, and "off" was for the first one
+
+    with falls_after(bench, 20, fall):
+        shown = run(stage, ["monitor", "--json"], 3).out
+    assert {json.loads(line)["tilt_deg"] for line in shown.splitlines()} == {0}
+    assert stage.truth.heard[STATUS_CODE][-1].raw[3] == 33
 
 
 @pytest.mark.parametrize("frame", [6, 8, 10, 12])
