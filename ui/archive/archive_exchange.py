@@ -50,6 +50,8 @@ class ArchiveExchange(QObject):
         super().__init__(parent)
         self._storage = storage
         self._task: BackgroundTask[Seen] = BackgroundTask("dps-s archive", self)
+        self._waiting: list[Act] = []
+        self._is_repeated = False
         self._timer = QTimer(self, interval=EVERY_MS)
         self._timer.timeout.connect(self._exchange_if_due)
         self.server: str | None = None
@@ -97,8 +99,13 @@ class ArchiveExchange(QObject):
         if not self.is_running:
             self.run(lambda _archive, _on_page: None)
 
-    def run(self, act: Act) -> None:
-        """Run one exchange; its result is in `seen` when `changed` is emitted."""
+    def run(self, act: Act, *, is_repeated: bool = False) -> None:
+        """Run one exchange; its result is in `seen` when `changed` is emitted. It waits for the one that runs, unless
+        that one `is_repeated`: it is broken off, as it comes again by itself."""
+        if self.is_running and not self._is_repeated:
+            self._waiting.append(act)
+            return
+        self._is_repeated = is_repeated
         server, storage = self.server, self._storage
         self._task.run(lambda running: _work(storage, server, act, running), self._on_exchanged, self._fail)
         self.changed.emit()
@@ -113,7 +120,7 @@ class ArchiveExchange(QObject):
             self.altered = done.refused_count  # read by the window afterwards
             return done
 
-        self.run(sync)
+        self.run(sync, is_repeated=True)
 
     def _exchange_if_due(self) -> None:
         if self.server is not None and not self._task.is_running:
@@ -121,7 +128,7 @@ class ArchiveExchange(QObject):
 
     def _on_exchanged(self, seen: Seen) -> None:
         self.seen, self.trouble = seen, seen.trouble
-        self.changed.emit()
+        self._on_ended()
 
     def _fail(self, error: Exception) -> None:
         if isinstance(error, UserError):
@@ -129,7 +136,12 @@ class ArchiveExchange(QObject):
         elif not isinstance(error, _Ended):
             _log.error("The archive could not be used", exc_info=error)
             self.trouble = UserMessage(type(error).__name__)
+        self._on_ended()
+
+    def _on_ended(self) -> None:
         self.changed.emit()
+        if self._waiting:
+            self.run(self._waiting.pop(0))
 
 
 def last_time(at: str | None) -> str:

@@ -168,6 +168,32 @@ def test_to_look_at_the_archive_again_ends_neither_what_is_imported_nor_what_is_
         assert dialog.server.text() == "postgresql://li@"
 
 
+def test_a_service_that_is_entered_while_a_file_is_written_waits_for_it(
+    here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_go_on, target = Event(), Event(), tmp_path / "out.dpsarchive"
+    here.meet("M-07")
+
+    def held(archive: Archive, path: Path, *, on_page: Callable[[Exchanged], None]) -> Exchanged:
+        begun.set()
+        assert may_go_on.wait(PATIENCE_S)
+        return export_facts(archive, path, on_page=on_page)
+
+    monkeypatch.setattr("ui.archive.archive_dialog.export_facts", held)
+    with window(qapp, tmp_path) as assembly:
+        dialog = _dialog(qtbot, assembly)
+        qtbot.waitUntil(dialog.service.isEnabled)
+        dialog.service.click()
+        form = dialog.findChildren(ServiceForm)[0]
+        dialog.ask_save = choosing(target)
+        dialog.export.click()
+        assert begun.wait(PATIENCE_S)
+        form.accept()
+        may_go_on.set()
+        qtbot.waitUntil(lambda: "Repack on" in _texts(dialog.life))
+        assert target.exists()
+
+
 def test_an_empty_archive_says_what_fills_it(
     here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
