@@ -44,6 +44,7 @@ MAX_UPTIME_S: Final = 1e9
 """About thirty years."""
 _FIRST_YEAR: Final = 1970
 _LAST_YEAR: Final = 2200
+_LAST_SEQUENCE: Final = 10**15
 
 
 def is_time(value: float) -> bool:
@@ -64,6 +65,12 @@ class Opening:
     program: str = ""
     sequence: int = 0
     """Ascending number within the library; 0: unknown."""
+
+    def __post_init__(self) -> None:
+        """Raises `UserError` for what no recording has, and no reader would take back."""
+        is_dated = self.started_at.tzinfo is not None and _FIRST_YEAR <= self.started_at.year <= _LAST_YEAR
+        if not (is_dated and is_time(self.start_s) and 0 <= self.sequence <= _LAST_SEQUENCE):
+            raise UserError(marked("damaged"))
 
     @property
     def wall_offset_s(self) -> float:
@@ -105,12 +112,9 @@ def opening_of(fields: Mapping[str, str]) -> Opening:
     try:
         if fields["version"] != str(VERSION):
             raise UserError(marked("written by a newer version"))
-        started_at, start_s = datetime.fromisoformat(fields["started_at"]), float(fields["start_s"])
-        if started_at.tzinfo is None or not _FIRST_YEAR <= started_at.year <= _LAST_YEAR or not is_time(start_s):
-            raise ValueError(started_at)
         return Opening(
-            started_at=started_at,
-            start_s=start_s,
+            started_at=datetime.fromisoformat(fields["started_at"]),
+            start_s=float(fields["start_s"]),
             port=fields["port"],
             baud_rate=int(fields["baud_rate"]),
             module=fields["module"],

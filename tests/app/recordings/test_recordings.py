@@ -241,6 +241,7 @@ def test_a_million_reports_are_opened_whole(tmp_path: Path) -> None:
         ({"started_at": "0001-01-01T00:00:00+00:00"}, "damaged"),
         ({"started_at": "9999-12-31T23:59:59-12:00"}, "damaged"),
         ({"baud_rate": "9" * 5000}, "damaged"),
+        ({"sequence": "9" * 4299}, "damaged"),
     ],
 )
 def test_other_headings_are_refused_with_a_reason(change: dict[str, str], why: str) -> None:
