@@ -59,7 +59,8 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
     if is_export:
         is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
-        resets_s = time_s[numbers[-1] == 1]
+        is_of_first = time_s >= np.fmax.accumulate(time_s)  # of several recordings in one file
+        resets_s = time_s[is_of_first & (numbers[-1] == 1)]
         return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [], resets_s.tolist())
     if chosen.attitude:
         raw.tilts_deg.append(_known(time_s, ATTITUDES[chosen.attitude](*map(values.get, chosen.attitude))))

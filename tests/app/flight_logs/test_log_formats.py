@@ -19,7 +19,7 @@ from app.flight_logs.read_log import find_logs, read_flight_log
 from app.recordings.export import export
 from app.recordings.library import entry_of
 from app.recordings.session_format import Opening
-from app.recordings.writer import write_session
+from app.recordings.writer import Note, write_session
 from app.text.user_error import UserError
 from protocol.messages import Source, Status
 from tests.support.flights import log_bytes as made
@@ -136,16 +136,18 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
 
 
 def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path) -> None:
-    path, restarted_s = tmp_path / "restarted.mcap", FALLS_S + 1.0
+    """Of several recordings in one table the first is judged: its times begin again with the others."""
+    path, table, restarted_s = tmp_path / "restarted.mcap", tmp_path / "out.csv", FALLS_S + 1.0
     reports = (Status(int(tilt), force, triggered=False, active=True).encode()
                for tilt, force in zip(TILT, FORCE, strict=True))  # fmt: skip
     entries = [CaptureEntry(at_s, Way.IN, raw) for at_s, raw in zip(FAST.tolist(), reports, strict=True)]
     opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
-    write_session(path, opening, entries, [(0.0, {"event": "connected", "port": PORT}),
-                                           (restarted_s, {"event": "restarted"})])  # fmt: skip
-    export(entry_of(path), tmp_path / "out.csv", is_table=True)
-    for log in (read_flight_log(path), read_flight_log(tmp_path / "out.csv")):
-        assert fires(log) == [(TIPS_S, Source.ATTITUDE), (restarted_s, Source.ATTITUDE)]
+    for at_s in (restarted_s, FALLS_S):
+        notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (at_s, {"event": "restarted"})]
+        write_session(path, opening, entries, notes)
+        export(entry_of(path), table, is_table=True, appends=True)
+        assert (at_s, Source.ATTITUDE) in fires(read_flight_log(path))
+        assert fires(read_flight_log(table)) == [(TIPS_S, Source.ATTITUDE), (restarted_s, Source.ATTITUDE)]
 
 
 def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
