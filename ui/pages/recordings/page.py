@@ -181,7 +181,7 @@ class RecordingsPage(Page):
 
     def _bounds_text(self) -> str:
         library = self.work.library
-        used = size_text(sum(entry.size_bytes for entry in self.work.entries))
+        used = size_text(sum(entry.size_bytes for entry in self.work.entries if not entry.is_pinned))
         text = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size_text(library.max_bytes))
         return f"{len(self.work.entries):,} · {text}"
 

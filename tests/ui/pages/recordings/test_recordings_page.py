@@ -275,6 +275,9 @@ def test_a_recording_is_pinned_and_unpinned(one: Desk) -> None:
     one.click(one.page.detail.pin)
     one.until(lambda: one.texts(Column.PINNED) == ["pinned"])
     assert one.page.detail.pin.text() == "Unpin"  # still selected
+    assert (
+        one.page.bounds.text() == "1 · 0 kB of 2.5 GB used; then the oldest are deleted."
+    )  # it takes no room of others
     one.until(one.page.detail.pin.isEnabled)
     one.click(one.page.detail.pin)
     one.until(lambda: one.texts(Column.PINNED) == [""])
