@@ -54,7 +54,8 @@ class Outlines(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._known: dict[Path, tuple[int, Outline]] = {}
-        """With the number of samples then, since a running recording grows."""
+        """With the number of samples then, since a running recording grows; it is read again when it has grown by a
+        twentieth, not each time that it is listed."""
         self._reading: BackgroundTask[dict[Path, tuple[int, Outline]]] = BackgroundTask("dps-s outlines", self)
 
     def of(self, entry: RecordingEntry) -> Outline:
@@ -65,13 +66,13 @@ class Outlines(QObject):
         """Reads some missing ones; called repeatedly while the page is visible."""
         if self._reading.is_running:
             return
-        missing = [
-            entry
-            for entry in entries
-            if entry.trouble is None and self._known.get(entry.path, (-1, ()))[0] != entry.sample_count
-        ][:_AT_ONCE]
+        missing = [entry for entry in entries if entry.trouble is None and not self._is_known(entry)][:_AT_ONCE]
         if missing:
             self._reading.run(lambda running: _outlines(missing, running), self._on_read, lambda _error: None)
+
+    def _is_known(self, entry: RecordingEntry) -> bool:
+        count = self._known.get(entry.path, (-1, ()))[0]
+        return count == entry.sample_count or (entry.is_running and count <= entry.sample_count < 1.05 * count)
 
     def _on_read(self, outlines: dict[Path, tuple[int, Outline]]) -> None:
         self._known |= outlines

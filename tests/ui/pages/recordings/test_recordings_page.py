@@ -114,6 +114,12 @@ def test_each_recording_has_an_outline_of_its_tilt(one: Desk) -> None:
     assert page.detail.facts["duration"].text() == one.texts(Column.DURATION)[0]
     entry.path.write_bytes(b"")
     assert tilt_outline(entry, 8) == ()
+    outlines, outline = page.outlines, page.outlines.of(entry)
+    grown = entry._replace(is_running=True, sample_count=int(entry.sample_count * 1.04))
+    outlines.read([grown])
+    assert not outlines._reading.is_running
+    outlines.read([grown._replace(sample_count=entry.sample_count * 2)])
+    one.until(lambda: outlines.of(entry) != outline)
 
 
 def test_a_recording_that_vanished_is_reported(one: Desk) -> None:
