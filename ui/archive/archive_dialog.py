@@ -299,7 +299,11 @@ class ArchiveDialog(QDialog):
         first, second = conflict.pair
         names = [short_station(module.station) for module in conflict.pair]
         stations = tr("Stations: {one}, {other}.", one=names[0], other=names[1])
-        self.asked.setText(join_sentences((conflict.question().translated(), stations)))
+        question = join_sentences((conflict.question().translated(), stations))
+        if question != self.asked.text():  # another one came under the hand
+            for step in (self.same, self.same_other, self.different):
+                step.appear()
+        self.asked.setText(question)
         has_two_names = first.name != second.name
         self.same_other.setVisible(has_two_names)
         for button, module in ((self.same, first), (self.same_other, second)):

@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 from app.archive.archive import Archive
 from app.archive.exchange import Exchanged, export_facts, import_facts, sync
 from app.archive.module_history import module_history
-from app.archive.module_names import names_of
+from app.archive.module_names import ConflictKind, names_of
 from app.archive.server_url import store_server
 from app.limits.service import ServiceKind
 from app.safety.acts import Act
@@ -30,7 +30,7 @@ from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import window
 from tests.support.window.settings_bench import Desk, desk, state, type_into, write
 from tests.support.window.steps import choosing, press
-from ui.archive.archive_dialog import ArchiveDialog
+from ui.archive.archive_dialog import ArchiveDialog, Loaded
 from ui.archive.service_form import ServiceForm
 from ui.main import Assembly
 from ui.style.theme import Choice
@@ -138,6 +138,12 @@ def test_a_double_click_on_an_answer_does_not_answer_the_next_question(
             dialog.same.click()
         assert not dialog._exchange.is_running
         assert dialog.asked.text() == second
+        qtbot.waitUntil(lambda: dialog.different.is_live)
+        dialog._show(Loaded(tuple(dialog.modules.source.rows), dialog._conflicts))
+        assert dialog.different.is_live
+        other = dialog._conflicts[0]._replace(kind=ConflictKind.CONTRADICTION)
+        dialog._show(Loaded(tuple(dialog.modules.source.rows), (other, *dialog._conflicts)))
+        assert not dialog.different.is_live  # another question came under the hand
         press(qtbot, dialog.different)
         _wait(qtbot, dialog)
         assert sorted(len(row.module.members) for row in dialog.modules.source.rows) == [1, 1, 2]
