@@ -193,7 +193,7 @@ def _least_of(item: QLayoutItem) -> QSize:
 
 class FlowRow(QLayout):
     """A row that wraps, as the layout `of` that widget; those at the `right` are in the last line. Where it `is_even`
-    the others lie in columns of one width."""
+    the others lie in columns of one width. In more height than it needs it is centred."""
 
     def __init__(
         self, *left: QWidget, right: Iterable[QWidget] = (), of: QWidget | None = None, spacing: int = Space.S,
@@ -275,7 +275,8 @@ class FlowRow(QLayout):
     def setGeometry(self, rect: QRect) -> None:
         super().setGeometry(rect)
         self.last_px = rect.width()
-        self._arrange(rect.marginsRemoved(self.contentsMargins()), is_trial=False)
+        spare_px = max(0, rect.height() - self.heightForWidth(rect.width()))
+        self._arrange(rect.marginsRemoved(self.contentsMargins()).translated(0, spare_px // 2), is_trial=False)
 
     def _arrange(self, room: QRect, *, is_trial: bool) -> int:
         """Places all items, or only measures where it `is_trial`; returns the height."""

@@ -101,6 +101,14 @@ def test_captioned_fields_share_each_line_and_wrap_before_one_is_too_narrow(qtbo
         assert max(place.x() + field.width() for place, field in zip(places, fields, strict=True)) > width - Space.S
 
 
+def test_in_more_height_than_it_needs_it_is_centred(qtbot: QtBot) -> None:
+    holder, box = QWidget(), QWidget()
+    qtbot.addWidget(holder)
+    box.setFixedSize(WIDTH, HEIGHT)
+    FlowRow(box, of=holder).setGeometry(QRect(0, 0, 2 * WIDTH, HEIGHT + 20))
+    assert box.y() == 10
+
+
 def test_hidden_widgets_take_no_room(qtbot: QtBot) -> None:
     foot = Foot(qtbot)
     foot.boxes[1].hide()

@@ -6,7 +6,7 @@ from functools import partial
 from itertools import chain, islice
 
 from PySide6.QtCore import QItemSelectionModel, QSize, Qt, QTimer
-from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent
+from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QComboBox, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
 from app.captures.rows import CaptureRows
@@ -372,7 +372,19 @@ class TrafficPage(QWidget):
         eight_bytes = QFontMetrics(fixed).horizontalAdvance("00 " * 8)
         self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)
         self.table.horizontalHeader().setMinimumSectionSize(width(tr("Meaning")) + 2 * Space.L)
+        self._fit_columns()
         self.table.viewport().update()
+
+    def _fit_columns(self) -> None:
+        """Where the meaning would scroll away the bytes are only below the table."""
+        columns = self.table.horizontalHeader()
+        columns.setSectionHidden(Column.BYTES.value, False)
+        needed = columns.sectionPosition(Column.MEANING.value) + columns.minimumSectionSize()
+        columns.setSectionHidden(Column.BYTES.value, needed > self.table.viewport().width())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_columns()
 
     def _show_again(self) -> None:
         if not self._is_paused and not self.model.is_recorded:
