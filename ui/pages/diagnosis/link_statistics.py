@@ -1,6 +1,6 @@
 """Statistics view: totals, round trips, rejected bytes by reason, and course over time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
@@ -121,11 +121,15 @@ class OverTime(StaticPlot):
                 "Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}",
                 time=duration(stretch.length_s),
                 lanes="; ".join(f"{band.title} {band.text}" for band in reversed(self._bands())),
-                restarts=sum(part.counters.restarts for part in stretch.slices),
-                losses=sum(part.losses for part in stretch.slices),
+                restarts=self._counted(part.counters.restarts for part in stretch.slices),
+                losses=self._counted(part.losses for part in stretch.slices),
             )
         )
         self.redraw()
+
+    def _counted(self, numbers: Iterable[int]) -> str:
+        """Of what only a link knows, and no file."""
+        return "–" if self._stretch.is_recorded else f"{sum(numbers):,}"
 
     def _bands(self) -> tuple[_Band, ...]:
         """From below upwards."""
@@ -135,7 +139,7 @@ class OverTime(StaticPlot):
         worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "–"
         return (
             _Band(tr("Invalid bytes"), f"{sum(rejected):,}", rejected, ink),
-            _Band(tr("Without reply"), f"{sum(missed):,}", missed, ink),
+            _Band(tr("Without reply"), self._counted(missed), missed, ink),
             _Band(tr("Slowest answer"), worst, slowest, QColor(theme.curves[0])),
         )
 
