@@ -4,8 +4,10 @@ import errno
 import os
 import shutil
 import threading
+import time
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -23,6 +25,8 @@ MAX_BYTES = 5 * 1024**3 // 2
 TRASH = ".trash"
 """Folder of the originals of what was converted; earlier versions moved recordings there before they deleted them."""
 _PINNED: Final = ".kept"
+SETTLED_S: Final = 2.0
+"""More than a step of any file system's times."""
 _DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
 
@@ -143,24 +147,36 @@ def entry_of(path: Path) -> RecordingEntry:
         size_bytes, modified_s = status.st_size, status.st_mtime
     except OSError:
         size_bytes, modified_s = 0, 0.0
-    entry = RecordingEntry(
-        path=path, started_at=datetime.fromtimestamp(modified_s, UTC), size_bytes=size_bytes,
-        is_pinned=_mark_of(path).exists(), is_running=is_held(path),
-    )  # fmt: skip
+    is_running = is_held(path)
     try:
-        file = read_heading(path)
+        # One that was just written may change again without another size and time.
+        read = _read_entry if time.time() - modified_s > SETTLED_S else _read_entry.__wrapped__
+        entry = read(path, size_bytes, modified_s)
     except (OSError, UserError) as error:
-        return entry._replace(trouble=unreadable(path, error))
-    opening = file.opening
+        at = datetime.fromtimestamp(modified_s, UTC)
+        entry = RecordingEntry(path, at, size_bytes=size_bytes, trouble=unreadable(path, error))
     return entry._replace(
+        is_pinned=_mark_of(path).exists(), is_running=is_running, was_cut_off=entry.was_cut_off and not is_running
+    )
+
+
+@lru_cache(maxsize=10_000)
+def _read_entry(path: Path, size_bytes: int, _modified_s: float) -> RecordingEntry:
+    """Once for each state of a file: with a thousand of them, reading takes the recorder half a second at each
+    connection. Raises OSError, `UserError`."""
+    file = read_heading(path)
+    opening = file.opening
+    return RecordingEntry(
+        path=path,
         started_at=opening.started_at,
         port=opening.port,
         baud_rate=opening.baud_rate,
-        sequence=opening.sequence,
         module=opening.module,
         duration_s=max(0.0, file.end_ns / 1e9 - opening.started_at.timestamp()),
         sample_count=file.reports,
-        was_cut_off=not (entry.is_running or file.is_ended),
+        size_bytes=size_bytes,
+        was_cut_off=not file.is_ended,
+        sequence=opening.sequence,
         was_triggered=file.was_triggered,
     )
 

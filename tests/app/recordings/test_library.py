@@ -1,6 +1,8 @@
 """Recordings are listed, pinned, pruned (oldest first, never pinned or running ones) and deleted."""
 
 import json
+import os
+import time
 from datetime import timedelta
 from pathlib import Path
 
@@ -8,6 +10,7 @@ import pytest
 
 import app.__main__ as program
 from app.recordings.library import RecordingLibrary, recordings_folder
+from app.recordings.session_reader import SessionFile, read_heading
 from app.text.user_error import UserError
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_made import NOON, batch, recorded, recorder_in, report, written_at_once
@@ -154,6 +157,24 @@ def test_other_files_are_left_alone(tmp_path: Path) -> None:
     assert len(library.entries()) == 1
     library.prune()
     assert (tmp_path / "notes.txt").exists()
+
+
+def test_only_what_has_changed_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library = library_of(tmp_path, 1, 2)
+    for age_s, entry in enumerate(library.entries(), 100):
+        os.utime(entry.path, times=(time.time() - age_s,) * 2)
+    before, read = library.entries(), list[Path]()
+
+    def counted(path: Path) -> SessionFile:
+        read.append(path)
+        return read_heading(path)
+
+    monkeypatch.setattr("app.recordings.library.read_heading", counted)
+    library.set_pinned(before[0], is_pinned=True)
+    damage_heading(before[1].path)
+    now = {entry.path: entry for entry in library.entries()}
+    assert (read, now[before[0].path]) == ([before[1].path], before[0]._replace(is_pinned=True))
+    assert now[before[1].path].trouble is not None
 
 
 def test_a_damaged_recording_is_listed_with_its_error(tmp_path: Path) -> None:
