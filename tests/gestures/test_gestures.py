@@ -35,7 +35,7 @@ from tests.support.line.sim_line import FakeClock, WatchedLine
 from tests.support.line.truth import Truth
 from tests.support.window.steps import find
 
-EVERY = 499
+EVERY = 997
 """Of some 6,000 tries at each button."""
 
 
@@ -44,7 +44,7 @@ def test_no_careless_gesture_completes_an_act(qapp: QApplication, number: int, l
     """Each act is tried in one of the languages."""
     acts = ACTS[number :: len(LANGUAGES)]
     tallies = run_window(qapp, SIZES[number % len(SIZES)], language, 1, every=EVERY, first_try=7 * number, acts=acts)
-    assert all(sum(tally.tries.values()) >= 5 for tally in tallies)
+    assert all(sum(tally.tries.values()) >= 4 for tally in tallies)
     assert [one for tally in tallies for one in tally.left] == []
 
 

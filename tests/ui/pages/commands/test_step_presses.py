@@ -212,9 +212,10 @@ def test_what_is_refused_anyway_is_disabled_and_says_why(qapp: QApplication, tmp
 
 @pytest.mark.qt_log_ignore("does not support", extend=True)  # the platform, of a list that drops down
 def test_a_clumsy_person_completes_nothing_by_accident(qapp: QApplication) -> None:
-    report = run(qapp, 40, 7)
+    """A few minutes of what `make gestures` does for hours."""
+    report = run(qapp, 10, 7)
     assert report.faults == []
-    assert report.events > 200
+    assert report.events > 50
 
 
 class PaintedWidget(StepButton):
