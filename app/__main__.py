@@ -159,14 +159,14 @@ def _refuse_unknown_address(port: str) -> None:
 
 def _why_no_command(word: str) -> str:
     if word == "deploy":
-        return tr("Deploying is possible in the window only, where a person holds a button.")
+        return tr("Deploying is possible in the window only.")
     named = tr("There is no command {name}.", name=word + console.did_you_mean(word, BY_NAME))
     return "\n".join((named, tr("Help: {command}", command="dps-s -h")))
 
 
 def _whole_parser() -> Parser:
     """A parser whose help lists all commands in their groups, without importing them."""
-    about = tr("Configures, tests and watches a DPS-S parachute module over its serial port.")
+    about = tr("Configures, tests and watches a DPS-S parachute module.")
     parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.description = f"{about}\n\n{grouped_summaries()}"
     parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens

@@ -179,7 +179,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command(
         code=0x10, name="activation", title=marked("Activate / lock"), vendor_term="激活/锁定",
-        explanation=marked("An active module fires by its thresholds; a locked one is in standby."),
+        explanation=marked("An active module fires when it tips over or falls."),
         reply=FLAG, reply_key="active", write=FLAG, write_key="set",
         write_hazards={0x01: Hazard.DANGEROUS},
     ),
@@ -262,7 +262,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command(
         code=0x30, name="active", title=marked("Active?"), vendor_term="是否激活",
-        explanation=marked("An active module fires by its thresholds; a locked one is in standby."),
+        explanation=marked("An active module fires when it tips over or falls."),
         reply=Flag(lenient=True), reply_key="active", query_data=0x00,
     ),
     Command(

@@ -157,7 +157,7 @@ def wrong_control(control: int) -> Fault:
 
 def _wrong_value(raw: bytes) -> Fault:
     values = {"value": f"{raw[4]:02X}", "code": f"{raw[2]:02X}"}
-    return Fault(Reason.VALUE, marked("value {value} is not one that the table allows for {code}"), values)
+    return Fault(Reason.VALUE, marked("value {value} is not allowed for {code}"), values)
 
 
 def _flag_fault(*flags: int) -> Fault | None:

@@ -11,7 +11,7 @@ from app.archive.archive import Archive
 from app.archive.chains import in_chain_order
 from app.archive.facts import Fact
 from app.archive.module_names import KnownModule, ModuleNames, module_of_fact
-from app.guided.results import TITLES, GuidedVerdict, StoredTest, stored_test
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest, stored_test
 from app.limits.service import ServiceKind, due_services
 from app.records.check_store import CheckLine, check_line, number_of
 from app.records.verification import verify
@@ -193,7 +193,8 @@ def _due(state: ModuleToday, names: ModuleNames, now: datetime, check_days: int,
     for test in state.tests:
         title = message(TITLES[test.kind])
         if test.verdict is not GuidedVerdict.PASSED:
-            due.append(Due(DueKind.TEST, message(marked("Guided test not passed: {test}."), test=title)))
+            text, verdict = marked("Guided test {test}: {verdict}."), message(VERDICT_WORDS[test.verdict])
+            due.append(Due(DueKind.TEST, message(text, test=title, verdict=verdict)))
         elif (age := age_days(test.at, now)) is None or age > test_days:
             text = marked("Guided test not within the last {days} days: {test}.")
             due.append(Due(DueKind.OLD_TEST, message(text, days=test_days, test=title)))

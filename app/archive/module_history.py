@@ -105,7 +105,7 @@ def _fact_text(kind: FactKind, fact: Fact, act: AuditEntry | None) -> UserMessag
         case FactKind.SNAPSHOT:
             settings = sorted(content["settings"].items())[:MAX_SETTINGS]
             listed = joined([_setting(key, value) for key, value in settings])
-            return message(marked("Settings: {settings}."), settings=listed)
+            return message(marked("{value}: {why}."), value=message(marked("Settings")), why=listed)
         case FactKind.CHECK:
             line = line_of(fact)
             who = UserMessage(line.who) if line.who else message(marked("not named"))

@@ -33,7 +33,7 @@ class NamedModule(NamedTuple):
 
 MAX_ALIKE: Final = 100
 """Modules by one name, or with one record, that are asked about; the rest when these are settled."""
-_WHO_NEEDED: Final = marked("Enter the name of the person who decides.")
+_WHO_NEEDED: Final = marked("Enter who decides.")
 Pair = tuple[NamedModule, NamedModule]
 """In ascending order."""
 

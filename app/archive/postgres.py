@@ -140,7 +140,7 @@ def _connect(url: ServerUrl) -> "psycopg.Connection[Any]":
     try:
         import psycopg
     except ImportError as error:
-        text = marked("The archive server needs psycopg, which is not installed: {command}")
+        text = marked("psycopg is not installed: {command}")
         raise UserError(text, command=INSTALL) from error
     given: dict[str, Any] = {**_GIVEN, **dict(url.secrets)}
     for name, _value in url.options:

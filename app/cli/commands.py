@@ -117,7 +117,7 @@ _FILE = option("file", type=Path, metavar="FILE")
 _FORCE = flag("--force", marked("replace the file"))
 _RECORDING = option("name", metavar="NAME", text=marked("beginning of the name, or latest"))
 _EXPORT = option("file", type=export_path, metavar="FILE",
-                 text=marked(".mcap, .csv, or - for the table on standard output"))  # fmt: skip
+                 text=marked(".mcap, .csv, or - for standard output"))  # fmt: skip
 
 
 def _under(command: str, name: str, summary: str, example: str, *arguments: Describe) -> SubCommand:
@@ -154,8 +154,8 @@ GROUPS: Final = {
             flag("--dry-run", marked("only show what would change")),
             flag("--unlock", marked("write although the module may fire")), *PORT, JSON,
         )),
-        SubCommand("save", "settings.save.run", marked("Save the settings as a profile"), "save M-07.toml", (
-            option("file", type=Path, metavar="FILE.toml", text=marked("profile to write, or - for standard output")),
+        SubCommand("save", "settings.save.run", marked("Save as profile"), "save M-07.toml", (
+            option("file", type=Path, metavar="FILE.toml", text=marked("profile, or - for standard output")),
             module_of(marked("name of the profile")), _FORCE, *PORT,
         )),
         SubCommand("diff", "settings.save.run_diff", marked("Compare settings; exit code 1: they differ"),
@@ -175,7 +175,7 @@ GROUPS: Final = {
     marked("Checks and records"): (
         SubCommand("preflight", "preflight.run", marked("Pre-flight check"),
                    "preflight --module M-07 --enable-triggers --report M-07.pdf", (
-            *PORTS, option("--profile", type=Path, metavar="FILE", text=marked("compare with this profile")),
+            *PORTS, option("--profile", type=Path, metavar="FILE", text=marked("profile")),
             flag("--enable-triggers", marked("enable both automatic triggers first")),
             flag("--activate", marked("enable, check, activate if READY, read again: GO")), YES,
             option("--report", type=Path, metavar="FILE.pdf", text="PDF, JSON"), module_of(marked("Module")),
@@ -185,20 +185,20 @@ GROUPS: Final = {
                    text=marked("manual item N of the profile is OK")),
             flag("--records-reviewed", marked("trigger records reviewed; without an answer: a new module")),
             SAME_MODULE, JSON,
-        ), description=marked("Runs all checks. READY: passed and locked. GO: passed and active.")),
-        SubCommand("provision", "settings.provision.run", marked("Set up a batch of new modules"),
+        ), description=marked("READY: passed and locked. GO: passed and active.")),
+        SubCommand("provision", "settings.provision.run", marked("Batch of new modules"),
                    "provision --profile survey.toml --names M-001..M-050 --yes", (
             option("--profile", type=Path, required=True, metavar="FILE", text=marked("all settings of this profile")),
-            option("--names", type=batch_names, required=True, metavar="M-001..M-050", text=marked("names to give")),
+            option("--names", type=batch_names, required=True, metavar="M-001..M-050", text=marked("Names")),
             flag("--enable-triggers", marked("enable both automatic triggers first")), YES,
             flag("--accept-risk", marked("write values that take protection away")),
             flag("--records-reviewed", marked("trigger records reviewed; without an answer: a new module")),
             flag("--all-new", marked("all are new, also those that resemble a known module")),
             option("--who", type=any_name, default="", metavar="NAME", text=marked("Checked by")),
             option("--list", type=Path, metavar="FILE.pdf", text=marked("the list of the batch, and FILE.csv")),
-            option("--labels", type=Path, metavar="FILE.pdf", text=marked("labels of the modules that are done")),
+            option("--labels", type=Path, metavar="FILE.pdf", text=marked("Print labels")),
             option("--tape", choices=("62", "24", "A4"), default="A4",
-                   text=marked("paper of the labels: width in mm, or sheets")),
+                   text=marked("paper: width in mm, or sheets")),
             *PORT,
         )),
         SubCommand("verify", "verify.run", marked("Verify a pre-flight record"), "verify M-07.pdf", (
@@ -207,9 +207,9 @@ GROUPS: Final = {
             option("--name", default="", metavar="NAME", text=marked("Name")),
             option("--forget", metavar="FINGERPRINT", text=marked("stop trusting this station")),
             option("--revoke", metavar="FINGERPRINT", text=marked("its key is lost or was copied: never trust it")),
-            flag("--stations", marked("list trusted stations")), flag("--log", marked("verify the audit log")),
+            flag("--stations", marked("Known stations")), flag("--log", marked("verify the audit log")),
         )),
-        SubCommand("archive", "", marked("Share records between stations"), "archive status", acts=(
+        SubCommand("archive", "", marked("Archive of all stations"), "archive status", acts=(
             _archive("sync", marked("exchange with a server"), f"{SERVER} --remember",
                      option("url", nargs="?", metavar="URL", text=SERVER),
                      flag("--remember", marked("remember this server, without its password")),
@@ -224,7 +224,7 @@ GROUPS: Final = {
                      one_of(flag("--same"), flag("--different"), is_required=True),
                      option("--name", default="", metavar="NAME", text=marked("Name")),
                      option("--who", required=True, metavar="WHO", text=marked("decided by"))),
-            _archive("service", marked("keep what was done to a module, and when it is due again"),
+            _archive("service", marked("record service of a module"),
                      "M-07 --what repack --due 2027-05-01 --who Ann",
                      option("module", type=module_name, metavar="NAME"),
                      option("--what", choices=("repack", "ejector", "cell", "firmware"), required=True),
@@ -247,7 +247,7 @@ GROUPS: Final = {
                         option("files", nargs="*", type=Path, metavar="FILE")),
             _recordings("delete", marked("delete one permanently"), "latest --yes", _RECORDING, YES),
         )),
-        SubCommand("fired", "fired.run", marked("Would it have fired in these flight logs? Exit code 4: yes"),
+        SubCommand("fired", "fired.run", marked("Would it have fired?"),
                    "fired flights/ --thresholds freefall_time_s=1.2", (
             option("logs", nargs="*", metavar="LOG", text=marked("log, recording or folder")),
             option("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",

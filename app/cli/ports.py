@@ -18,7 +18,7 @@ def run(args: argparse.Namespace) -> int:
         console.write_lines([to_json(ports)])
         return console.SUCCESS
     if not ports:
-        console.note(tr("There is no serial port. Plug the adapter in; try another cable or its driver."))
+        console.note(tr("No serial port. Plug the adapter in; try another cable or its driver."))
         return console.SUCCESS
     head = (tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")
     rows = [

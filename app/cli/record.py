@@ -160,7 +160,7 @@ class RecordedSession:
             if self._recorder.trouble is not None:
                 console.notify(self._recorder.trouble.translated())
             if self._recorder.dropped:
-                console.notify(tr("The disk was too slow. Reports missing: {count}.", count=self._recorder.dropped))
+                console.notify(tr("The disk was too slow. Not recorded: {count}.", count=self._recorder.dropped))
         finally:
             self._recorder.stop(SETTLE_LIMIT_S)
 

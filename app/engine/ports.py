@@ -45,7 +45,7 @@ class PortInfo(NamedTuple):
         return f"{product}@{self.location}" if self.location else ""
 
 
-NOT_LISTED = marked("The system did not list its serial ports. Switch Bluetooth off and try again.")
+NOT_LISTED = marked("The system lists no serial ports. Switch Bluetooth off and try again.")
 
 
 def scan() -> list[PortInfo]:

@@ -52,10 +52,10 @@ class Absence(Enum):
     """Why the port is not open again yet; the value is a sentence in English, translatable."""
 
     AWAY = marked("Plug the same adapter in again: it is connected automatically.")
-    ANOTHER = marked("Another adapter is in its place and is left alone: plug the same one in again, or choose a port.")
-    SEVERAL = marked("Several adapters look the same: choose the port that the module is plugged into.")
-    FAILED = marked("The adapter is back, but its port does not open yet; it is tried again.")
-    NAME_ONLY = marked("The port has only a name, which may be another adapter's by now: connect again by hand.")
+    ANOTHER = marked("Another adapter is in its place: plug the same one in again, or choose a port.")
+    SEVERAL = marked("Several adapters look the same: choose the module's port.")
+    FAILED = marked("The port does not open yet; it is tried again.")
+    NAME_ONLY = marked("The port's name may be another adapter's by now: connect again by hand.")
 
     @property
     def is_waiting(self) -> bool:

@@ -55,12 +55,12 @@ class Applied(Enum):
     """Result of applying the profile to a module; the value is translatable."""
 
     WRITING = marked("writing")
-    NOTHING_TO_DO = marked("matches already")
-    VERIFIED = marked("written and verified")
+    NOTHING_TO_DO = marked("unchanged")
+    VERIFIED = marked("verified")
     ACKNOWLEDGED = marked("written")
     REFUSED = marked("refused")
     FAILED = marked("FAILED")
-    UNREACHABLE = marked("not reached")
+    UNREACHABLE = marked("offline")
 
     @property
     def is_fine(self) -> bool:

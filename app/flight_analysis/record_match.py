@@ -100,13 +100,13 @@ def _firings(
 
 def _why_hopeless(record: TriggerRecord, named: Source, log: FlightLog) -> UserMessage | None:
     if not named:
-        return message(marked("A flight log does not show this cause: {cause}."), cause=cause_message(record))
+        return message(marked("No flight log shows this cause: {cause}."), cause=cause_message(record))
     if Source.ATTITUDE in named and not np.isfinite(log.tilt_deg).any():
         return message(marked("No attitude: attitude trigger not judged."))
     if Source.FREEFALL in named and not np.isfinite(log.specific_force_g).any():
         return message(marked("No acceleration: free-fall trigger not judged."))
     if not log.is_judged.any():
-        return message(marked("Nothing in this log counts as flight."))
+        return message(marked("No flight in this log."))
     return None
 
 
@@ -139,11 +139,11 @@ def moment_message(moment: Moment, record: TriggerRecord) -> UserMessage:
                         time=moment_text(firing.at_s), what=measured_text(firing)))  # fmt: skip
     powered_s = firing.at_s - record.uptime_s
     if record.uptime_s < MAX_UPTIME_S:
-        words = (marked("The module was then powered on {seconds:.0f} s before the start of the log.") if powered_s < 0
-                 else marked("The module was then powered on {seconds:.0f} s after the start of the log."))  # fmt: skip
-        sentences.append(message(words, seconds=abs(powered_s)))
+        sentences.append(
+            message(marked("The module was then powered on at {seconds:.0f} s of the log."), seconds=powered_s)
+        )
     if moment.unnamed_s is not None:
-        words = marked("Against it: at {time} the other trigger was met; the record does not name it.")
+        words = marked("At {time} the other trigger was met; the record does not name it.")
         sentences.append(message(words, time=moment_text(moment.unnamed_s)))
     if len(moment.readings) < len(RuleReading):
         (reading,) = moment.readings

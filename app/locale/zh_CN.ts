@@ -34,16 +34,16 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
-        <source>.mcap, .csv, or - for the table on standard output</source>
-        <translation>.mcap、.csv，或 - 表示将表格写到标准输出</translation>
+        <source>.mcap, .csv, or - for standard output</source>
+        <translation>.mcap、.csv，或 - 表示标准输出</translation>
     </message>
     <message>
         <source>1. Connect: choose the adapter's port.
 2. Settings: compare with the vendor's advice.
-3. Pre-flight: check and activate before each flight, until it says GO.</source>
+3. Pre-flight: before each flight, until it says GO.</source>
         <translation>1. 连接：选择适配器的串口。
 2. 参数设置：与厂家建议对照。
-3. 飞行前检查：每次飞行前检查并激活，直到显示“可以飞行”。</translation>
+3. 飞行前检查：每次飞行前，直到显示“可以飞行”。</translation>
     </message>
     <message>
         <source>10 min</source>
@@ -90,10 +90,6 @@
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
     <message>
-        <source>A flight log does not show this cause: {cause}.</source>
-        <translation>飞行日志中看不到此原因：{cause}。</translation>
-    </message>
-    <message>
         <source>A higher window also shows: {plots}</source>
         <translation>窗口再高一些还会显示：{plots}</translation>
     </message>
@@ -104,10 +100,6 @@
     <message>
         <source>A module answers: leave it plugged in.</source>
         <translation>模块已应答：请勿拔下。</translation>
-    </message>
-    <message>
-        <source>A newer version is there: {newer}. This is {own}.</source>
-        <translation>已有新版本：{newer}。当前版本为 {own}。</translation>
     </message>
     <message>
         <source>A parachute, its ejector and its cell age.</source>
@@ -250,10 +242,6 @@
         <translation>开机后时间</translation>
     </message>
     <message>
-        <source>Against it: at {time} the other trigger was met; the record does not name it.</source>
-        <translation>不符之处：{time} 时另一触发条件已满足，但记录中没有该触发源。</translation>
-    </message>
-    <message>
         <source>Aircraft</source>
         <translation>飞行器</translation>
     </message>
@@ -286,28 +274,16 @@
         <translation>高度</translation>
     </message>
     <message>
-        <source>An active module fires by its thresholds; a locked one is in standby.</source>
-        <translation>激活的模块按阈值触发开伞；锁定的模块处于待机状态。</translation>
-    </message>
-    <message>
         <source>An active module fires when it tips over or falls.</source>
         <translation>激活的模块在倾覆或坠落时会开伞。</translation>
-    </message>
-    <message>
-        <source>An address with https:// or file:// is expected.</source>
-        <translation>地址应以 https:// 或 file:// 开头。</translation>
-    </message>
-    <message>
-        <source>An earlier session left the serial output on; it is switched off at the end.</source>
-        <translation>之前的会话未关闭串口输出；结束时将关闭。</translation>
     </message>
     <message>
         <source>An unexplained trigger can happen again.</source>
         <translation>原因不明的触发可能再次发生。</translation>
     </message>
     <message>
-        <source>Another adapter is in its place and is left alone: plug the same one in again, or choose a port.</source>
-        <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
+        <source>Another adapter is in its place: plug the same one in again, or choose a port.</source>
+        <translation>原位置插着另一个适配器：请重新插入原来的适配器，或选择一个串口。</translation>
     </message>
     <message>
         <source>Another module is shown now: nothing was opened.</source>
@@ -368,6 +344,10 @@
     <message>
         <source>Assumed: the threshold tilt fires, the threshold acceleration does not.</source>
         <translation>假定：倾角等于阈值触发，加速度等于阈值不触发。</translation>
+    </message>
+    <message>
+        <source>At {time} the other trigger was met; the record does not name it.</source>
+        <translation>{time} 时另一触发条件已满足，但记录中没有该触发源。</translation>
     </message>
     <message>
         <source>Attention: {count}</source>
@@ -522,6 +502,10 @@
         <translation>充电，断开外接供电，等一分钟。</translation>
     </message>
     <message>
+        <source>Charger</source>
+        <translation>外接供电</translation>
+    </message>
+    <message>
         <source>Charger disconnected</source>
         <translation>充电器已断开</translation>
     </message>
@@ -606,12 +590,8 @@
         <translation>请选择串口。</translation>
     </message>
     <message>
-        <source>Choose all columns of an attitude and of an acceleration, or none.</source>
+        <source>Choose all columns of attitude and acceleration, or none.</source>
         <translation>请选择姿态或加速度的全部列，否则都不选。</translation>
-    </message>
-    <message>
-        <source>Choose another port.</source>
-        <translation>请选择其他串口。</translation>
     </message>
     <message>
         <source>Choose columns…</source>
@@ -670,8 +650,8 @@
         <translation>比较参数；退出码 1：不一致</translation>
     </message>
     <message>
-        <source>Configures, tests and watches a DPS-S parachute module over its serial port.</source>
-        <translation>通过串口配置、测试和监视 DPS-S 伞降模块。</translation>
+        <source>Configures, tests and watches a DPS-S parachute module.</source>
+        <translation>配置、测试和监视 DPS-S 伞降模块。</translation>
     </message>
     <message>
         <source>Confirm again: {why}.</source>
@@ -726,16 +706,8 @@
         <translation>复制</translation>
     </message>
     <message>
-        <source>Copy details</source>
-        <translation>复制详细信息</translation>
-    </message>
-    <message>
         <source>Copy picture</source>
         <translation>复制图片</translation>
-    </message>
-    <message>
-        <source>Could not be read: {count}; see the rows.</source>
-        <translation>无法读取：{count} 项；请看各行。</translation>
     </message>
     <message>
         <source>Could not read the tilt: check it.</source>
@@ -818,8 +790,8 @@
         <translation>串口触发开伞</translation>
     </message>
     <message>
-        <source>Deploying is possible in the window only, where a person holds a button.</source>
-        <translation>开伞只能在窗口中进行，须由人按住按钮。</translation>
+        <source>Deploying is possible in the window only.</source>
+        <translation>开伞只能在窗口中进行。</translation>
     </message>
     <message>
         <source>Diagnosis</source>
@@ -942,7 +914,7 @@
         <translation>每次检查或测试都会加入相应的模块。</translation>
     </message>
     <message>
-        <source>Each module plugged in gets these settings, has both triggers enabled, is checked and named:</source>
+        <source>Each module gets these settings and both triggers, is checked and named:</source>
         <translation>每个接入的模块将写入以下参数、启用两种触发、接受检查并命名：</translation>
     </message>
     <message>
@@ -994,8 +966,8 @@
         <translation>{seconds:.0f} 秒后结束。</translation>
     </message>
     <message>
-        <source>Enter the name of the person who decides.</source>
-        <translation>请输入作出认定的人员姓名。</translation>
+        <source>Enter who decides.</source>
+        <translation>请输入认定人。</translation>
     </message>
     <message>
         <source>Entry {entry} was added from outside.</source>
@@ -1222,10 +1194,6 @@
         <translation>请返回并重新开始：已完成的都已保存。</translation>
     </message>
     <message>
-        <source>Guided test not passed: {test}.</source>
-        <translation>引导测试未通过：{test}。</translation>
-    </message>
-    <message>
         <source>Guided test not within the last {days} days: {test}.</source>
         <translation>最近 {days} 天内未做引导测试：{test}。</translation>
     </message>
@@ -1310,6 +1278,10 @@
         <translation>待机。</translation>
     </message>
     <message>
+        <source>Install a Chinese font (fonts-noto-cjk), then restart.</source>
+        <translation>请安装中文字体（fonts-noto-cjk），然后重启本程序。</translation>
+    </message>
+    <message>
         <source>Interpretation</source>
         <translation>规则解读</translation>
     </message>
@@ -1328,10 +1300,6 @@
     <message>
         <source>It answered before: read its label, restart it and check again.</source>
         <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
-    </message>
-    <message>
-        <source>It cannot be due again on the day on which it was done, or before.</source>
-        <translation>下次日期不能是完成当天或更早。</translation>
     </message>
     <message>
         <source>It cannot have been done on a day later than today.</source>
@@ -1358,16 +1326,16 @@
         <translation>正在写入，未删除。</translation>
     </message>
     <message>
+        <source>It is due again after the day on which it was done.</source>
+        <translation>下次日期须晚于完成日期。</translation>
+    </message>
+    <message>
         <source>It is kept as recording {name}.</source>
         <translation>已保存为数据记录 {name}。</translation>
     </message>
     <message>
         <source>It is locked</source>
         <translation>已锁定</translation>
-    </message>
-    <message>
-        <source>It is read, written, read back, enabled and checked. LOCK works at any time.</source>
-        <translation>正在读取、写入、回读、启用并检查。锁定随时有效。</translation>
     </message>
     <message>
         <source>It is this module</source>
@@ -1378,8 +1346,8 @@
         <translation>是 {module}</translation>
     </message>
     <message>
-        <source>It may be {module}, which is known: boot count and settings fit.</source>
-        <translation>可能是已登记的 {module}：开机次数和参数相符。</translation>
+        <source>It may be {module}: boot count and settings fit.</source>
+        <translation>可能是 {module}：开机次数和参数相符。</translation>
     </message>
     <message>
         <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>
@@ -1546,8 +1514,8 @@
         <translation>最近的无效字节</translation>
     </message>
     <message>
-        <source>Last value at {time}. Requests unanswered since the last reply: {lost} of {asked}. The port is open.</source>
-        <translation>最后一次收到数值：{time}。自上次响应以来无响应的请求：{lost} / {asked}。串口处于打开状态。</translation>
+        <source>Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.</source>
+        <translation>最后一次收到数值：{time}。此后无响应：{lost} / {asked}。串口处于打开状态。</translation>
     </message>
     <message>
         <source>Least margin: {tilt}°, {fall:.2f} s in {file}.</source>
@@ -1678,8 +1646,8 @@
         <translation>日志文件：{path}</translation>
     </message>
     <message>
-        <source>Log out and in again, or restart the computer.</source>
-        <translation>请注销后重新登录，或重启电脑。</translation>
+        <source>Log out and in again.</source>
+        <translation>请注销后重新登录。</translation>
     </message>
     <message>
         <source>Longest fall</source>
@@ -1770,8 +1738,8 @@
         <translation>测量光线阈值</translation>
     </message>
     <message>
-        <source>Measure which side of {limit:.1f} V means open, with the bay closed and open.</source>
-        <translation>请分别在伞仓关闭和打开时测量，确认 {limit:.1f} V 的哪一侧表示打开。</translation>
+        <source>Measure which side of {limit:.1f} V means open.</source>
+        <translation>请测量确认 {limit:.1f} V 的哪一侧表示打开。</translation>
     </message>
     <message>
         <source>Measured</source>
@@ -1802,6 +1770,10 @@
         <translation>链中缺失</translation>
     </message>
     <message>
+        <source>Missing system libraries: {names}.</source>
+        <translation>缺少系统库：{names}。</translation>
+    </message>
+    <message>
         <source>ModemManager sends AT commands on {port}.</source>
         <translation>ModemManager 正在 {port} 上发送 AT 命令。</translation>
     </message>
@@ -1824,18 +1796,6 @@
     <message>
         <source>Modules</source>
         <translation>模块</translation>
-    </message>
-    <message>
-        <source>Modules of the batch</source>
-        <translation>本批模块</translation>
-    </message>
-    <message>
-        <source>Moment</source>
-        <translation>时刻</translation>
-    </message>
-    <message>
-        <source>Moments that match: over {count}, the first are listed.</source>
-        <translation>符合的时刻：超过 {count} 个，仅列出最早的。</translation>
     </message>
     <message>
         <source>Moments that match: {count}.</source>
@@ -1930,10 +1890,6 @@
         <translation>名称已替换。不会发送任何内容。</translation>
     </message>
     <message>
-        <source>Names such as {example} are expected.</source>
-        <translation>名称应如 {example}。</translation>
-    </message>
-    <message>
         <source>Needs decision</source>
         <translation>待确认</translation>
     </message>
@@ -1974,6 +1930,10 @@
         <translation>新模块，无记录</translation>
     </message>
     <message>
+        <source>Newer version: {newer}. This is {own}.</source>
+        <translation>已有新版本：{newer}。当前版本为 {own}。</translation>
+    </message>
+    <message>
         <source>Newer versions</source>
         <translation>新版本</translation>
     </message>
@@ -1992,10 +1952,6 @@
     <message>
         <source>Next: Settings, then Pre-flight.</source>
         <translation>接下来：“参数设置”，然后“飞行前检查”。</translation>
-    </message>
-    <message>
-        <source>No Chinese font is installed. Install one (fonts-noto-cjk), then restart.</source>
-        <translation>未安装中文字体。请安装（fonts-noto-cjk）后重启本程序。</translation>
     </message>
     <message>
         <source>No acceleration: free-fall trigger not judged.</source>
@@ -2030,6 +1986,14 @@
         <translation>没有有效的状态数据。</translation>
     </message>
     <message>
+        <source>No flight in this log.</source>
+        <translation>此日志中没有飞行时段。</translation>
+    </message>
+    <message>
+        <source>No flight log shows this cause: {cause}.</source>
+        <translation>飞行日志中看不到此原因：{cause}。</translation>
+    </message>
+    <message>
         <source>No flight log.</source>
         <translation>没有飞行日志。</translation>
     </message>
@@ -2058,12 +2022,8 @@
         <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
     </message>
     <message>
-        <source>No module connected</source>
-        <translation>未连接模块</translation>
-    </message>
-    <message>
-        <source>No module is READY without both triggers: let them be enabled.</source>
-        <translation>两项触发未启用的模块不会待激活：请选择启用。</translation>
+        <source>No module is READY without both triggers.</source>
+        <translation>两项触发未启用的模块不会待激活。</translation>
     </message>
     <message>
         <source>No modules yet</source>
@@ -2132,6 +2092,14 @@
     <message>
         <source>No result: {why}.</source>
         <translation>无结果：{why}。</translation>
+    </message>
+    <message>
+        <source>No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.</source>
+        <translation>没有屏幕：DISPLAY 和 WAYLAND_DISPLAY 均未设置。</translation>
+    </message>
+    <message>
+        <source>No serial port. Plug the adapter in; try another cable or its driver.</source>
+        <translation>没有串口。请插入适配器；或更换线缆、安装驱动。</translation>
     </message>
     <message>
         <source>No server is set.</source>
@@ -2230,10 +2198,6 @@
         <translation>未记录</translation>
     </message>
     <message>
-        <source>Not recorded, the disk was too slow; reports and frames: {count}.</source>
-        <translation>磁盘过慢，未能记录的报告和帧：{count}。</translation>
-    </message>
-    <message>
         <source>Not recording to {folder}: {why}.</source>
         <translation>无法记录到 {folder}：{why}。</translation>
     </message>
@@ -2278,10 +2242,6 @@
         <translation>没有控件获得焦点：请按 Tab 键。</translation>
     </message>
     <message>
-        <source>Nothing in this log counts as flight.</source>
-        <translation>此日志中没有飞行时段。</translation>
-    </message>
-    <message>
         <source>Nothing is sent.</source>
         <translation>不发送任何内容。</translation>
     </message>
@@ -2290,16 +2250,12 @@
         <translation>有 {seconds:.2f} s 未记录。</translation>
     </message>
     <message>
-        <source>Nothing was applied. Correct these and open it again:</source>
-        <translation>未应用任何内容。请更正以下问题后重新打开：</translation>
+        <source>Nothing was applied:</source>
+        <translation>未应用任何内容：</translation>
     </message>
     <message>
         <source>Nothing was done. Add {option} to do it.</source>
         <translation>未执行任何操作。如需执行，请加 {option}。</translation>
-    </message>
-    <message>
-        <source>Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.</source>
-        <translation>未执行：这可能不是模块 {module}（{differences}）。若确认是，请加 --same-module。</translation>
     </message>
     <message>
         <source>Nothing was recorded.</source>
@@ -2362,6 +2318,10 @@
         <translation>只有一个列表有飞行日志。</translation>
     </message>
     <message>
+        <source>Only the record in the report is signed.</source>
+        <translation>报告中只有记录带签名。</translation>
+    </message>
+    <message>
         <source>Open</source>
         <translation>打开</translation>
     </message>
@@ -2370,8 +2330,8 @@
         <translation>打开文件夹…</translation>
     </message>
     <message>
-        <source>Open logs of PX4, ArduPilot, CSV or recordings, or drop them here.</source>
-        <translation>请打开 PX4、ArduPilot、CSV 日志或数据记录，或拖放到此处。</translation>
+        <source>Open or drop logs of PX4, ArduPilot, CSV or recordings.</source>
+        <translation>请打开或拖入 PX4、ArduPilot、CSV 日志或数据记录。</translation>
     </message>
     <message>
         <source>Open profile…</source>
@@ -2570,10 +2530,6 @@
         <translation>上一条记录</translation>
     </message>
     <message>
-        <source>Print label</source>
-        <translation>打印标签</translation>
-    </message>
-    <message>
         <source>Print labels</source>
         <translation>打印标签</translation>
     </message>
@@ -2610,12 +2566,8 @@
         <translation>证明模块在线；上电后自行发送两次。</translation>
     </message>
     <message>
-        <source>Put this label on the module that is plugged in, then say so: scan it, type it or press.</source>
-        <translation>请把该标签贴到已接入的模块上，然后确认：扫码、输入或按按钮。</translation>
-    </message>
-    <message>
-        <source>Qt needs system libraries that are not here: {names}.</source>
-        <translation>缺少 Qt 所需的系统库：{names}。</translation>
+        <source>Put this label on the module, then scan it, type it or press.</source>
+        <translation>请把该标签贴到模块上，然后扫码、输入或按按钮。</translation>
     </message>
     <message>
         <source>Quantity</source>
@@ -2632,6 +2584,10 @@
     <message>
         <source>READY</source>
         <translation>待激活</translation>
+    </message>
+    <message>
+        <source>READY: passed and locked. GO: passed and active.</source>
+        <translation>就绪：通过且已锁定。可以飞行：通过且已激活。</translation>
     </message>
     <message>
         <source>REHEARSAL</source>
@@ -2686,8 +2642,8 @@
         <translation>正在读取触发记录</translation>
     </message>
     <message>
-        <source>Reading {file}…</source>
-        <translation>正在读取 {file}…</translation>
+        <source>Reading, writing, enabling and checking. LOCK works at any time.</source>
+        <translation>正在读取、写入、启用并检查。锁定随时有效。</translation>
     </message>
     <message>
         <source>Reading: {what}</source>
@@ -2704,10 +2660,6 @@
     <message>
         <source>Recent files</source>
         <translation>最近的文件</translation>
-    </message>
-    <message>
-        <source>Recent profiles</source>
-        <translation>最近的配置文件</translation>
     </message>
     <message>
         <source>Record</source>
@@ -2786,10 +2738,6 @@
         <translation>重新叠伞装仓</translation>
     </message>
     <message>
-        <source>Repacked, ejector, cell, firmware</source>
-        <translation>叠伞装仓、弹射装置、电芯、固件</translation>
-    </message>
-    <message>
         <source>Report</source>
         <translation>报告</translation>
     </message>
@@ -2846,10 +2794,6 @@
         <translation>运行模拟模块，按 Ctrl-C 结束。第一行输出其串口。</translation>
     </message>
     <message>
-        <source>Runs all checks. READY: passed and locked. GO: passed and active.</source>
-        <translation>运行所有检查。READY：通过且已锁定。GO：通过且已激活。</translation>
-    </message>
-    <message>
         <source>SET ASIDE</source>
         <translation>搁置</translation>
     </message>
@@ -2886,8 +2830,8 @@
         <translation>保存</translation>
     </message>
     <message>
-        <source>Save as profile…</source>
-        <translation>另存为配置文件…</translation>
+        <source>Save as profile</source>
+        <translation>另存为配置文件</translation>
     </message>
     <message>
         <source>Save as…</source>
@@ -2900,10 +2844,6 @@
     <message>
         <source>Save support bundle…</source>
         <translation>保存诊断包…</translation>
-    </message>
-    <message>
-        <source>Save the settings as a profile</source>
-        <translation>将参数保存为配置文件</translation>
     </message>
     <message>
         <source>Save traffic…</source>
@@ -3050,10 +2990,6 @@
         <translation>请在驱动设置中将延迟计时器设为 1 ms。</translation>
     </message>
     <message>
-        <source>Set up a batch of new modules</source>
-        <translation>批量配置新模块</translation>
-    </message>
-    <message>
         <source>Settings</source>
         <translation>参数设置</translation>
     </message>
@@ -3070,11 +3006,7 @@
         <translation>尚未写入的参数：{count} 项。</translation>
     </message>
     <message>
-        <source>Settings: {settings}.</source>
-        <translation>参数：{settings}。</translation>
-    </message>
-    <message>
-        <source>Several adapters look the same: choose the port that the module is plugged into.</source>
+        <source>Several adapters look the same: choose the module's port.</source>
         <translation>有多个适配器无法区分：请选择伞降模块所接的串口。</translation>
     </message>
     <message>
@@ -3084,10 +3016,6 @@
     <message>
         <source>Shaken for 15 s</source>
         <translation>已晃动 15 秒</translation>
-    </message>
-    <message>
-        <source>Share records between stations</source>
-        <translation>在站点之间共享记录</translation>
     </message>
     <message>
         <source>Shell completion script</source>
@@ -3154,8 +3082,8 @@
         <translation>分段间隔</translation>
     </message>
     <message>
-        <source>Standby at once: always allowed, never asked twice, sent before everything else.</source>
-        <translation>立即待机：始终允许，从不二次询问，优先于其他一切发送。</translation>
+        <source>Standby at once: always allowed, never asked twice.</source>
+        <translation>立即待机：始终允许，从不二次询问。</translation>
     </message>
     <message>
         <source>Start</source>
@@ -3262,7 +3190,7 @@
         <translation>已触发：锁定并读取触发记录。</translation>
     </message>
     <message>
-        <source>Take the label {module} off again: the name is free.</source>
+        <source>Take the label {module} off: the name is free.</source>
         <translation>请取下标签 {module}：该名称仍可使用。</translation>
     </message>
     <message>
@@ -3274,20 +3202,12 @@
         <translation>以当前姿态为水平；仅用于修正小角度安装误差。</translation>
     </message>
     <message>
-        <source>Tells an open bay from a closed one.</source>
-        <translation>用于区分伞仓打开与关闭。</translation>
-    </message>
-    <message>
         <source>Test again</source>
         <translation>重新测试</translation>
     </message>
     <message>
         <source>Tested by</source>
         <translation>测试人</translation>
-    </message>
-    <message>
-        <source>Tested without a name: the result counts for no check.</source>
-        <translation>测试时模块未命名：此结果不计入任何检查。</translation>
     </message>
     <message>
         <source>Tests</source>
@@ -3304,14 +3224,6 @@
     <message>
         <source>The adapter delays every answer by {ms} ms (latency timer).</source>
         <translation>适配器使每次应答延迟 {ms} ms（延迟计时器）。</translation>
-    </message>
-    <message>
-        <source>The adapter is back, but its port does not open yet; it is tried again.</source>
-        <translation>适配器已重新插入，但串口暂时无法打开；程序会继续尝试。</translation>
-    </message>
-    <message>
-        <source>The archive server needs psycopg, which is not installed: {command}</source>
-        <translation>使用归档服务器需要 psycopg，尚未安装：{command}</translation>
     </message>
     <message>
         <source>The archive server {server} cannot be used: {why}</source>
@@ -3362,8 +3274,8 @@
         <translation>磁盘写入过慢。</translation>
     </message>
     <message>
-        <source>The disk was too slow. Reports missing: {count}.</source>
-        <translation>磁盘太慢。缺少上报：{count} 条。</translation>
+        <source>The disk was too slow. Not recorded: {count}.</source>
+        <translation>磁盘太慢。未记录：{count} 条。</translation>
     </message>
     <message>
         <source>The flight controller must then use {rate} baud, too.</source>
@@ -3462,20 +3374,20 @@
         <translation>模块已关机。</translation>
     </message>
     <message>
-        <source>The module was then powered on {seconds:.0f} s after the start of the log.</source>
-        <translation>据此，模块在日志开始后 {seconds:.0f} s 开机。</translation>
-    </message>
-    <message>
-        <source>The module was then powered on {seconds:.0f} s before the start of the log.</source>
-        <translation>据此，模块在日志开始前 {seconds:.0f} s 开机。</translation>
+        <source>The module was then powered on at {seconds:.0f} s of the log.</source>
+        <translation>据此，模块在日志的 {seconds:.0f} s 开机。</translation>
     </message>
     <message>
         <source>The parachute is spent.</source>
         <translation>降落伞已用完。</translation>
     </message>
     <message>
-        <source>The port has only a name, which may be another adapter's by now: connect again by hand.</source>
-        <translation>该串口只能按名称识别，现在可能已是另一个适配器：请手动重新连接。</translation>
+        <source>The port does not open yet; it is tried again.</source>
+        <translation>串口暂时无法打开；程序会继续尝试。</translation>
+    </message>
+    <message>
+        <source>The port's name may be another adapter's by now: connect again by hand.</source>
+        <translation>该串口名称现在可能属于另一个适配器：请手动重新连接。</translation>
     </message>
     <message>
         <source>The profile demands manual checks or guided tests, which a batch does not have.</source>
@@ -3534,7 +3446,7 @@
         <translation>状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
-        <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
+        <source>The system lists no serial ports. Switch Bluetooth off and try again.</source>
         <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
@@ -3574,28 +3486,8 @@
         <translation>没有串口 {port}。</translation>
     </message>
     <message>
-        <source>There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.</source>
-        <translation>此处没有屏幕：DISPLAY 和 WAYLAND_DISPLAY 均未设置。</translation>
-    </message>
-    <message>
-        <source>There is no serial port. Plug the adapter in; try another cable or its driver.</source>
-        <translation>没有串口。请插入适配器；或更换线缆、安装驱动。</translation>
-    </message>
-    <message>
-        <source>This is what the record in the report says; only the record is signed.</source>
-        <translation>以上是报告中所含记录的内容；只有该记录带签名。</translation>
-    </message>
-    <message>
-        <source>This may be another module than {module} ({differences}). Else add --same-module.</source>
-        <translation>这可能不是模块 {module}（{differences}）。如果是，请加上 --same-module。</translation>
-    </message>
-    <message>
         <source>This may be another module: {differences}.</source>
         <translation>这可能是另一个模块：{differences}。</translation>
-    </message>
-    <message>
-        <source>This page shows the record that this file carries. “dps-s verify FILE” tells what that record says and who signed it. Keep this file with the aircraft's papers.</source>
-        <translation>本页显示此文件所含的记录。“dps-s verify FILE”说明该记录的内容和签名者。请将此文件与飞行器文档一并保存。</translation>
     </message>
     <message>
         <source>This station: {fingerprint}</source>
@@ -3982,8 +3874,8 @@
         <translation>接有外接供电时为充电电压。</translation>
     </message>
     <message>
-        <source>With other thresholds, on Flight logs</source>
-        <translation>在飞行日志页面用其他阈值试算</translation>
+        <source>Without a name the result counts for no check.</source>
+        <translation>测试时模块未命名：此结果不计入任何检查。</translation>
     </message>
     <message>
         <source>Without a serial number its name identifies it</source>
@@ -4004,10 +3896,6 @@
     <message>
         <source>Wobbles</source>
         <translation>晃动</translation>
-    </message>
-    <message>
-        <source>Would it have fired in these flight logs? Exit code 4: yes</source>
-        <translation>在这些飞行日志中会触发吗？退出码 4：会</translation>
     </message>
     <message>
         <source>Would it have fired?</source>
@@ -4076,10 +3964,6 @@
     <message>
         <source>Writing: {what}</source>
         <translation>正在写入：{what}</translation>
-    </message>
-    <message>
-        <source>Written to {folder}: {names}.</source>
-        <translation>已写入 {folder}：{names}。</translation>
     </message>
     <message>
         <source>Written: {names}.</source>
@@ -4354,10 +4238,6 @@
         <translation>开与关读数不同</translation>
     </message>
     <message>
-        <source>compare with this profile</source>
-        <translation>与此配置文件比较</translation>
-    </message>
-    <message>
         <source>computer slept</source>
         <translation>电脑曾休眠</translation>
     </message>
@@ -4518,10 +4398,6 @@
         <translation>应为 {expected}</translation>
     </message>
     <message>
-        <source>exported by an earlier version; “dps-s recordings convert FILE” converts it</source>
-        <translation>由早期版本导出；请用“dps-s recordings convert FILE”转换</translation>
-    </message>
-    <message>
         <source>failed</source>
         <translation>失败</translation>
     </message>
@@ -4650,16 +4526,8 @@
         <translation>并非由所属站点签名</translation>
     </message>
     <message>
-        <source>keep what was done to a module, and when it is due again</source>
-        <translation>记录对模块的维护及下次日期</translation>
-    </message>
-    <message>
         <source>label</source>
         <translation>标签</translation>
-    </message>
-    <message>
-        <source>labels of the modules that are done</source>
-        <translation>已完成模块的标签</translation>
     </message>
     <message>
         <source>late</source>
@@ -4698,10 +4566,6 @@
         <translation>列出可能重复的模块</translation>
     </message>
     <message>
-        <source>list trusted stations</source>
-        <translation>列出可信站点</translation>
-    </message>
-    <message>
         <source>locked</source>
         <translation>已锁定</translation>
     </message>
@@ -4736,10 +4600,6 @@
     <message>
         <source>manual item N of the profile is OK</source>
         <translation>配置文件的第 N 项人工检查正常</translation>
-    </message>
-    <message>
-        <source>matches already</source>
-        <translation>已一致</translation>
     </message>
     <message>
         <source>may have been carried out</source>
@@ -4778,20 +4638,12 @@
         <translation>配置文件的名称</translation>
     </message>
     <message>
-        <source>names to give</source>
-        <translation>要使用的名称</translation>
-    </message>
-    <message>
         <source>nested too deeply.</source>
         <translation>嵌套过深。</translation>
     </message>
     <message>
         <source>never</source>
         <translation>从未</translation>
-    </message>
-    <message>
-        <source>never tested</source>
-        <translation>从未测试</translation>
     </message>
     <message>
         <source>new</source>
@@ -4978,10 +4830,6 @@
         <translation>未填写</translation>
     </message>
     <message>
-        <source>not reached</source>
-        <translation>未连接上</translation>
-    </message>
-    <message>
         <source>not read</source>
         <translation>未读取</translation>
     </message>
@@ -5050,6 +4898,10 @@
         <translation>共 20 次；更差的线路可能丢失参数</translation>
     </message>
     <message>
+        <source>of an earlier version: “dps-s recordings convert FILE”</source>
+        <translation>由早期版本导出：“dps-s recordings convert FILE”</translation>
+    </message>
+    <message>
         <source>of earlier versions, into session files</source>
         <translation>将早期版本的记录转换为数据记录文件</translation>
     </message>
@@ -5098,7 +4950,7 @@
         <translation>超过 {value}°</translation>
     </message>
     <message>
-        <source>paper of the labels: width in mm, or sheets</source>
+        <source>paper: width in mm, or sheets</source>
         <translation>标签纸：宽度（mm）或整页</translation>
     </message>
     <message>
@@ -5162,12 +5014,12 @@
         <translation>配置文件</translation>
     </message>
     <message>
-        <source>profile to write, or - for standard output</source>
-        <translation>要写入的配置文件，- 表示标准输出</translation>
-    </message>
-    <message>
         <source>profile, capture, recording or check</source>
         <translation>配置文件、抓包文件、数据记录或检查记录</translation>
+    </message>
+    <message>
+        <source>profile, or - for standard output</source>
+        <translation>配置文件，或 - 表示标准输出</translation>
     </message>
     <message>
         <source>profile; without it the module</source>
@@ -5184,6 +5036,10 @@
     <message>
         <source>propose thresholds that fire in none</source>
         <translation>推荐全部不触发的阈值</translation>
+    </message>
+    <message>
+        <source>psycopg is not installed: {command}</source>
+        <translation>未安装 psycopg：{command}</translation>
     </message>
     <message>
         <source>query</source>
@@ -5216,6 +5072,10 @@
     <message>
         <source>record ALTERED</source>
         <translation>记录已被修改</translation>
+    </message>
+    <message>
+        <source>record service of a module</source>
+        <translation>记录模块的维护</translation>
     </message>
     <message>
         <source>recorded</source>
@@ -5279,7 +5139,7 @@
     </message>
     <message>
         <source>same</source>
-        <translation>相同</translation>
+        <translation>一致</translation>
     </message>
     <message>
         <source>save a screenshot and the values there</source>
@@ -5430,10 +5290,6 @@
         <translation>触发记录与上次读取的不衔接</translation>
     </message>
     <message>
-        <source>the same</source>
-        <translation>一致</translation>
-    </message>
-    <message>
         <source>the same throughout; GO: active</source>
         <translation>检查期间不变；激活后才可以飞行</translation>
     </message>
@@ -5566,8 +5422,8 @@
         <translation>上次使用</translation>
     </message>
     <message>
-        <source>value {value} is not one that the table allows for {code}</source>
-        <translation>数值 {value} 不是协议表允许命令 {code} 使用的值</translation>
+        <source>value {value} is not allowed for {code}</source>
+        <translation>命令 {code} 不允许数值 {value}</translation>
     </message>
     <message>
         <source>verified</source>
@@ -5616,10 +5472,6 @@
     <message>
         <source>written</source>
         <translation>已写入</translation>
-    </message>
-    <message>
-        <source>written and verified</source>
-        <translation>已写入，已验证</translation>
     </message>
     <message>
         <source>written by a newer version</source>
@@ -5710,8 +5562,8 @@
         <translation>无法写入 {file}：{why}。</translation>
     </message>
     <message>
-        <source>{file} exists and is another kind of file: choose another name.</source>
-        <translation>{file} 已存在且是其他类型的文件：请换一个文件名。</translation>
+        <source>{file} exists and is another kind of file.</source>
+        <translation>{file} 已存在且是其他类型的文件。</translation>
     </message>
     <message>
         <source>{file} exists: use {options}.</source>
@@ -5736,10 +5588,6 @@
     <message>
         <source>{file} needs a newer version of this program.</source>
         <translation>{file} 需要本程序的更新版本。</translation>
-    </message>
-    <message>
-        <source>{file}: the name of the report must end in .pdf.</source>
-        <translation>{file}：报告文件名必须以 .pdf 结尾。</translation>
     </message>
     <message>
         <source>{group}: {what} to spare ({name})</source>
@@ -5882,8 +5730,8 @@
         <translation>无法连接 {port}。</translation>
     </message>
     <message>
-        <source>{port} does not open within {seconds:.0f} s. Unplug the adapter and plug it in again.</source>
-        <translation>{port} 在 {seconds:.0f} s 内未能打开。请拔出适配器后重新插入。</translation>
+        <source>{port} does not open within {seconds:.0f} s.</source>
+        <translation>{port} 在 {seconds:.0f} s 内未能打开。</translation>
     </message>
     <message>
         <source>{port} is in use by another program.</source>
@@ -6094,10 +5942,6 @@
         <translation>{what}。在此期间未打开：{when}。</translation>
     </message>
     <message>
-        <source>{what}: {percent} %</source>
-        <translation>{what}：{percent} %</translation>
-    </message>
-    <message>
         <source>{who} at station {station}, not known here, decided: {decision} Is it so?</source>
         <translation>未知站点 {station} 的{who}认定：{decision}是这样吗？</translation>
     </message>
@@ -6112,6 +5956,10 @@
     <message>
         <source>“Verified” means written, asked for again, and equal.</source>
         <translation>“已验证”表示：写入后再次读取，且值相同。</translation>
+    </message>
+    <message>
+        <source>“dps-s verify FILE” tells what this file says and who signed it. Keep it with the aircraft.</source>
+        <translation>“dps-s verify FILE”说明此文件中记录的内容和签名者。请与飞行器文档一并保存。</translation>
     </message>
     <message>
         <source>“{name}” in {place} is not this program's: install it with pipx or uv tool.</source>

@@ -28,7 +28,7 @@ def undisturbed(case: Case) -> Finding:
 
 
 def read_twice(case: Case) -> Finding:
-    limit = message(marked("the same"))
+    limit = message(marked("same"))
     first, last = case.evidence.first, case.evidence.last
     changes = case.evidence.changes
     if changes:

@@ -225,7 +225,7 @@ def _last_tested(kind: GuidedKind, last: LastTested | None) -> UserMessage:
     """ "Free fall: passed (3 d)"."""
     test = UserMessage(TITLES[kind])
     if last is None:
-        return message(marked("{value}: {why}"), value=test, why=message(marked("never tested")))
+        return message(marked("{value}: {why}"), value=test, why=message(marked("not tested")))
     days = "?" if last.age_days is None else f"{last.age_days:.0f}"
     return message(
         "{test}: {verdict} ({days} d)", test=test, verdict=message(VERDICT_WORDS[last.stored.verdict]), days=days
@@ -249,7 +249,7 @@ MODULE_CHECKS: Final = (
     Check("freefall_time", marked("Free-fall time"), _setting("freefall_time", "0.50–2.55 s"),
           marked("Too short, it fires without need; too long, it costs height."), _SETTING),
     Check("light_threshold", marked("Light threshold"), light_threshold,
-          marked("Tells an open bay from a closed one."),
+          marked("Light in the parachute bay: tells whether it is open."),
           marked("Measure the light threshold.")),
     Check("attitude_trigger", marked("Attitude trigger enabled"), partial(trigger, key="attitude_trigger"),
           marked("The module cannot say whether it is enabled."), _TRIGGER),

@@ -46,7 +46,7 @@ def provision(
         return replace(done, why=message(marked("The module is ACTIVE: lock it first.")))
     known = find_known(settings.evidence)
     if known is not None:
-        text = marked("It may be {module}, which is known: boot count and settings fit.")
+        text = marked("It may be {module}: boot count and settings fit.")
         return replace(done, why=message(text, module=known))
     report = yield from write_all(changes, context)
     if report.is_fine:

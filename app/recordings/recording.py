@@ -171,7 +171,7 @@ def _damage(gaps: Sequence[tuple[float, float]], missing_count: int, wall_offset
         )
         missing.append(message(marked("Damaged or altered; left out: {first} – {last}."), first=first, last=last))
     if missing_count:
-        text = marked("Not recorded, the disk was too slow; reports and frames: {count}.")
+        text = marked("The disk was too slow. Not recorded: {count}.")
         missing.append(message(text, count=f"{missing_count:,}"))
     return joined(missing, " ") if missing else None
 

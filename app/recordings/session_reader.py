@@ -241,7 +241,7 @@ class _Walk:
 
     def _on_metadata(self, record: Metadata) -> None:
         if record.name == OLD_EXPORT:
-            raise UserError(marked("exported by an earlier version; “dps-s recordings convert FILE” converts it"))
+            raise UserError(marked("of an earlier version: “dps-s recordings convert FILE”"))
         if record.name == FORMAT:
             if self._file is None:
                 opening = opening_of(record.metadata)

@@ -16,6 +16,7 @@ from app.records.labels import A4, Printer
 from app.records.record import FORMAT, Record, as_text, recorded_verdict
 from app.records.report_html import body
 from app.system.files import write_whole
+from app.text.messages import message
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
@@ -104,12 +105,13 @@ def check_target(path: Path, is_ours: Callable[[bytes], bool] = is_record, *, be
     """Raises `UserError` where the PDF, and the file of this suffix beside it, cannot be written there. `is_ours`:
     whether a file of this content may be replaced."""
     if path.suffix.lower() != ".pdf":
-        raise UserError(marked("{file}: the name of the report must end in .pdf."), file=path.name)
+        why = message(marked("expected {expected}"), expected=".pdf")
+        raise UserError(marked("{value}: {why}."), value=path.name, why=why)
     if not path.parent.is_dir():
         raise UserError(marked("There is no folder {folder}."), folder=path.parent)
     for target in (path, path.with_suffix(beside)):
         if target.exists() and not is_ours(_content(target)):
-            text = marked("{file} exists and is another kind of file: choose another name.")
+            text = marked("{file} exists and is another kind of file.")
             raise UserError(text, file=target)
 
 

@@ -211,10 +211,7 @@ def _measured_text(row: Mapping[str, object]) -> str:
 
 
 def _footer(record: Record) -> str:
-    note = tr(
-        "This page shows the record that this file carries. “dps-s verify FILE” tells what that record says and who "
-        "signed it. Keep this file with the aircraft's papers."
-    )
+    note = tr("“dps-s verify FILE” tells what this file says and who signed it. Keep it with the aircraft.")
     previous = record.get("previous") or tr("none")
     public = decoded(record.get("station"), KEY_BYTES)
     station = tr("none") if public is None else fingerprint_of(public)

@@ -105,7 +105,7 @@ class Verification:
         if self.record.get("is_simulated") is True:
             rest.append(message(marked("SIMULATED MODULE: no evidence.")))
         if self.is_report:
-            rest.append(message(marked("This is what the record in the report says; only the record is signed.")))
+            rest.append(message(marked("Only the record in the report is signed.")))
         if self.signer is None:
             if self.state is not RecordState.NOT_SIGNED and SIGNATURE not in self.altered:
                 rest.append(message(_HEADLINES[RecordState.NOT_SIGNED]))

@@ -113,7 +113,7 @@ def _time(value: Value) -> Consequence:
 def _light(value: Value) -> Consequence:
     if not 0 < float(value) < LIGHT_MAX_V:
         return Consequence(message(marked("Never tells an open bay from a closed one.")), weight=Weight.GRAVE)
-    text = marked("Measure which side of {limit:.1f} V means open, with the bay closed and open.")
+    text = marked("Measure which side of {limit:.1f} V means open.")
     return Consequence(message(text, limit=float(value)))
 
 

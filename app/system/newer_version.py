@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
-EXPECTED: Final = marked("An address with https:// or file:// is expected.")
+EXPECTED: Final = "https://, file://"
 LIMIT_S: Final = 5.0
 MAX_BYTES: Final = 64 * 1024
 _LOCAL: Final = ("localhost", "127.0.0.1", "::1")
@@ -70,7 +70,7 @@ def _fetch(address: str) -> bytes:
 
 def _require_usable(address: str) -> None:
     if not is_usable(address):
-        raise UserError(EXPECTED)
+        raise UserError(marked("Expected {expected}."), expected=EXPECTED)
 
 
 def _version_in(data: bytes) -> str:

@@ -16,7 +16,7 @@ def window_obstacle() -> str | None:
     platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
     x, wayland = os.environ.get("DISPLAY"), os.environ.get("WAYLAND_DISPLAY")
     if platform in ("", "xcb", "wayland") and not (x or wayland):
-        return tr("There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.")
+        return tr("No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.")
     lacking = missing_libraries()
     if lacking is not None:
         return lacking
@@ -31,7 +31,7 @@ def missing_libraries() -> str | None:
     if not lacking:
         return None
     names = ", ".join(library.name for library in lacking)
-    what, manager = tr("Qt needs system libraries that are not here: {names}.", names=names), package_manager()
+    what, manager = tr("Missing system libraries: {names}.", names=names), package_manager()
     if manager is None:
         return what
     command = f"sudo {INSTALL[manager]} {' '.join(package_names(lacking, manager))}"

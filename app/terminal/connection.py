@@ -78,8 +78,8 @@ class Conversation:
             self.wait()
             self._raise_trouble()
             if time.monotonic() > deadline and not self._is_open():
-                raise NoLink(tr("{port} does not open within {seconds:.0f} s. Unplug the adapter and plug it in again.",
-                                port=port, seconds=OPENING_LIMIT_S))  # fmt: skip
+                late = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
+                raise NoLink(join_sentences((late, tr("Unplug the adapter and plug it in again."))))
         clear_progress()
         opened_at = time.monotonic()
         while time.monotonic() <= opened_at:  # Windows' clock has a resolution of 16 ms

@@ -11,7 +11,7 @@ from app.system.folders import data_folder
 from app.terminal.console import note, notify
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import join_names
+from app.text.sentences import join_names, join_sentences
 
 if TYPE_CHECKING:
     from app.store.left_active import LeftActive
@@ -91,8 +91,8 @@ def end_left_active(conversation: "Conversation", store: "Store", args: argparse
         with LinkTrouble():
             against = [] if args.same_module else differences_from(conversation, store, name)
         if against:
-            notify(tr("This may be another module than {module} ({differences}). Else add --same-module.",
-                      module=name, differences=join_names(against)))  # fmt: skip
+            other = tr("This may be another module: {differences}.", differences=join_names(against))
+            notify(join_sentences((other, tr("If it is this module, add {option}.", option="--same-module"))))
         for left in left_here(store, args.port, name) if against == [] else ():
             if args.same_module or left.known_as.name == name:
                 store.queue.submit(partial(note_locked, store, left, ORIGIN))

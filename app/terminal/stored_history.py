@@ -23,7 +23,7 @@ def may_be_another(conversation: Conversation, store: Store | None, module: str)
         notify(error.sentence)
         return True
     if against:
-        _notify_other_module(clean(module.strip()), against)
+        _notify_other_module(against)
     return bool(against)
 
 
@@ -47,13 +47,13 @@ def store_visit(reading: TriggersReading, module: str, *, port: str, is_same_mod
         notify(join_sentences((error.sentence, tr("Not kept."))))
         return False
     if isinstance(visit, PossiblyOther):
-        _notify_other_module(name, visit.differences)
+        _notify_other_module(visit.differences)
         return False
     new = visit.records if visit.new is None else visit.new
     note(tr("{module}: {new} new; records: {count}.", module=name, new=len(new), count=len(visit.records)))
     return True
 
 
-def _notify_other_module(module: str, differences: Iterable[str]) -> None:
-    notify(tr("Nothing was done: this may be another module than {module} ({differences}). Else add --same-module.",
-           module=module, differences=join_names(differences)))  # fmt: skip
+def _notify_other_module(differences: Iterable[str]) -> None:
+    other = tr("This may be another module: {differences}.", differences=join_names(differences))
+    notify(join_sentences((other, tr("Nothing was done. Add {option} to do it.", option="--same-module"))))

@@ -19,7 +19,7 @@ from app.text.i18n import tr
 from protocol.link_states import Presence
 from protocol.translatable import marked
 
-LEFT_ON = marked("An earlier session left the serial output on; it is switched off at the end.")
+LEFT_ON = marked("Serial output was left on; it is switched off when not needed.")
 UNKNOWN_BEFORE = marked("The serial output is off now; it may have been on before.")
 WITHOUT_STATUS_S = 5.0
 """With a time limit: additional time to wait for the first status."""

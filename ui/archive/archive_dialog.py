@@ -139,7 +139,7 @@ class ArchiveDialog(QDialog):
         label.setBuddy(self.server)
         self._lay_out_question()
         self.service = control(QPushButton(), texts, "archive_service", "Service…", picture=Icon.CLOCK,
-                               tip="Repacked, ejector, cell, firmware", slot=self._ask_service)  # fmt: skip
+                               slot=self._ask_service)  # fmt: skip
         self.modules = RowsTable(texts, "archive_modules", "Modules", _MODULE_COLUMNS, lambda row: row.module.members,
                                  _accessible_text, row_px=_ROW_PX, is_single=True)  # fmt: skip
         self.life = RowsTable(texts, "archive_life", "Records", _HISTORY_COLUMNS, lambda row: row.fact.id,

@@ -246,7 +246,7 @@ class ConnectPanel(QScrollArea):
         if self._ports.has_listed and not self._ports.is_current:
             self.empty.setText(tr(NOT_LISTED))
         elif self._ports.has_listed:
-            self.empty.setText(tr("There is no serial port. Plug the adapter in; try another cable or its driver."))
+            self.empty.setText(tr("No serial port. Plug the adapter in; try another cable or its driver."))
         else:
             self.empty.setText(tr("Looking for ports…"))
         self._show_state()

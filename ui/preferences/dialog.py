@@ -123,7 +123,7 @@ class PreferencesDialog(QDialog):
         texts.bind(self.updates.setPlaceholderText, "empty: never asked")
         form.addRow(label_for(texts, self.updates, marked("Newer versions")), self.updates)
         self.unusable = text_label("preferences_updates_unusable", "attention")
-        texts.bind(self.unusable.setText, EXPECTED)
+        texts.bind(self.unusable.setText, "Expected {expected}.", expected=EXPECTED)
         form.addRow(self.unusable)
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         self.buttons.rejected.connect(self.reject)
@@ -173,7 +173,7 @@ class PreferencesDialog(QDialog):
 
 
 def _no_font_notice() -> Notice:
-    return Notice(Meaning.ATTENTION, tr("No Chinese font is installed. Install one (fonts-noto-cjk), then restart."))
+    return Notice(Meaning.ATTENTION, tr("Install a Chinese font (fonts-noto-cjk), then restart."))
 
 
 _log = logging.getLogger(__name__)
@@ -201,7 +201,7 @@ class UpdateNotice(QObject):
             self._tell(partial(self._notice, newer))
 
     def _notice(self, newer: str) -> Notice:
-        text = tr("A newer version is there: {newer}. This is {own}.", newer=newer, own=version())
+        text = tr("Newer version: {newer}. This is {own}.", newer=newer, own=version())
         return Notice(Meaning.INFORMATION, text)
 
     @staticmethod

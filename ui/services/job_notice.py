@@ -79,7 +79,7 @@ class JobNotice(QObject):
         def progress() -> Notice:
             text, share = doing(), task.share
             if share is not None:
-                text = tr("{what}: {percent} %", what=text, percent=f"{share * 100:.0f}")
+                text = labelled(text, f"{share * 100:.0f} %")
             return progress_notice(text, self.cancel_files)
 
         def end(result: Result) -> None:

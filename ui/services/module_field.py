@@ -40,9 +40,9 @@ class ModuleField(QComboBox):
         edit.setMaxLength(MAX_NAME_LENGTH)
         self.label = named(edit.addAction(icon(Icon.LABEL), QLineEdit.ActionPosition.TrailingPosition), f"{name}_label")
         self.label.triggered.connect(ports.label_wanted)
-        texts.bind(self.label.setText, "Print label")
+        texts.bind(self.label.setText, "Print labels")
         for button in edit.findChildren(QToolButton):
-            texts.bind(named(button, f"{name}_label_button").setAccessibleName, "Print label")
+            texts.bind(named(button, f"{name}_label_button").setAccessibleName, "Print labels")
         edit.editingFinished.connect(self._apply)
         self.activated.connect(self._apply)
         texts.bind(self.setAccessibleName, "Module")

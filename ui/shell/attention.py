@@ -396,5 +396,5 @@ class UncaughtErrors(QObject):
             self._counts.pop(error.details, None)
             self._attention.dismiss_queued()
 
-        choices = (Choice("copy_details", tr("Copy details"), copy_details),)
+        choices = (Choice("copy_details", tr("Copy"), copy_details),)
         return Notice(Meaning.ATTENTION, text, choices, dismiss=dismiss)

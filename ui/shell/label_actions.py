@@ -38,7 +38,7 @@ class LabelActions(QObject):
         self._folder = Path.home()
         self._job = JobNotice(self, is_of_module=False)
         self._job.changed.connect(self._say)
-        menu = window.menus.add_menu("label", marked("Print label"))
+        menu = window.menus.add_menu("label", marked("Print labels"))
         for key, title in _TITLES.items():
             when = None if key == _SHEET else lambda: bool(services.connector.current.module.name)
             window.menus.add("label", MenuEntry(f"label_{key}", title, partial(self.print_on, key), when=when))
@@ -60,7 +60,7 @@ class LabelActions(QObject):
         find = self._labels_of_all if key == _SHEET else lambda: [shown]
         name = file_name("DPS-S" if key == _SHEET else shown.name, tr("label"))
         suggested, write = self._folder / f"{name}.pdf", partial(self._write, find, PAPERS[key])
-        self.ask_path(self._window, tr("Print label"), suggested, "*.pdf", write)
+        self.ask_path(self._window, tr("Print labels"), suggested, "*.pdf", write)
 
     def _labels_of_all(self) -> list[Label]:
         """With the settings that were last read of each."""

@@ -175,7 +175,7 @@ class RecordingSign(QWidget):
             text = tr("Recorded since {time}", time=f"{sign.since.astimezone():%H:%M}")
             if sign.dropped:
                 text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
-                whole = tr("The disk was too slow. Reports missing: {count}.", count=sign.dropped)
+                whole = tr("The disk was too slow. Not recorded: {count}.", count=sign.dropped)
         self.label.setText(text)
         self.setToolTip(whole)
         self.setAccessibleName(f"{text}. {whole}".rstrip(". ") if text else tr("Not recorded"))

@@ -137,7 +137,7 @@ class TopBar(QFrame):
             explain_setting(texts, chip, BY_NAME[name])
         self.lock = control(
             QPushButton(), texts, "lock_button", "LOCK", key="Ctrl+L", picture=Icon.LOCK, slot=connector.lock.press,
-            about="Standby at once: always allowed, never asked twice, sent before everything else.",
+            about="Standby at once: always allowed, never asked twice.",
         )  # fmt: skip
         connector.lock.buttons.add(self.lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
         check_batch_target(path)
     if not args.yes:
         console.write_lines([
-            tr("Each module plugged in gets these settings, has both triggers enabled, is checked and named:"),
+            tr("Each module gets these settings and both triggers, is checked and named:"),
             *console.columns([(change.command.key, typed(change.value)) for change in batch.changes], indent=2),
             f"  {batch.title}",
         ])  # fmt: skip

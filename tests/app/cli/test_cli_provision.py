@@ -103,7 +103,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
         plugs=[again, new(3, active), new(2, dark), new(7, lambda bench: bench.set_bay(is_open=False))],
     )
     aside = [line for line in lines if line.startswith("SET ASIDE")]
-    assert aside[0] == "SET ASIDE: It may be M-001, which is known: boot count and settings fit."
+    assert aside[0] == "SET ASIDE: It may be M-001: boot count and settings fit."
     assert aside[1] == "SET ASIDE: The module is ACTIVE: lock it first."
     assert aside[2].startswith("SET ASIDE: ")
     assert (len(aside), _sets(wire)) == (
@@ -131,7 +131,7 @@ def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, p
     bench_of(port).module.memory.boot_count = 4
     plugs = [SimulatedBench.restart, new(8), SimulatedBench.restart, used]
     lines = batch(*ALLOWED, "--all-new", "--names", "M-001..M-003", plugs=plugs)
-    known = "SET ASIDE: It may be {}, which is known: boot count and settings fit."
+    known = "SET ASIDE: It may be {}: boot count and settings fit."
     assert [line for line in lines if line.startswith("SET ASIDE:")] == [known.format("M-001"), known.format("M-002")]
     assert (_verdicts("M-002"), _verdicts("M-003")) == (["READY"], ["READY"])
     # The last one is not unplugged; the next batch does not take it for one of its own.

@@ -160,7 +160,7 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
         assert "Fires: 61° (60°)" in text
         assert ("simulated" in text.lower()) is is_simulated
     else:
-        assert "Attitude trigger: never tested" in text
+        assert "Attitude trigger: not tested" in text
         assert "Fires: " not in text
     assert verify(filed.record).state is not RecordState.ALTERED
 

@@ -223,7 +223,7 @@ def last(verdict: GuidedVerdict, age_days: float | None) -> LastTested:
         (last(GuidedVerdict.PASSED, None), FAIL, "Attitude trigger: passed (? d)"),
         (last(GuidedVerdict.FAILED, 1.0), FAIL, "Attitude trigger: FAILED (1 d)"),
         (last(GuidedVerdict.UNCLEAR, 1.0), FAIL, "Attitude trigger: unclear (1 d)"),
-        (None, FAIL, "Attitude trigger: never tested"),
+        (None, FAIL, "Attitude trigger: not tested"),
     ],
 )
 def test_a_demanded_test_that_is_missing_failed_or_too_old_fails_the_check(

@@ -8,7 +8,7 @@ from app.__main__ import main
 from app.system import qt_libraries, screen
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE")
-MISSING = "Qt needs system libraries that are not here:"
+MISSING = "Missing system libraries:"
 COMMAND = "Type: sudo apt-get install"
 
 
@@ -30,7 +30,7 @@ def test_a_window_without_a_screen_is_one_sentence(
     lacking: set[str], capsys: pytest.CaptureFixture[str], words: list[str]
 ) -> None:
     assert main(words) == 3
-    assert capsys.readouterr().err == "There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.\n"
+    assert capsys.readouterr().err == "No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.\n"
 
 
 def test_all_that_is_missing_is_named_in_one_command(lacking: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,7 +40,7 @@ def test_all_that_is_missing_is_named_in_one_command(lacking: set[str], monkeypa
     said = screen.window_obstacle()
     assert said == f"{MISSING} libEGL.so.1, libxcb-cursor.so.0. {COMMAND} libegl1 libxcb-cursor0"
     monkeypatch.setattr(screen, "package_manager", lambda: None)
-    assert (screen.window_obstacle() or "").endswith("here: libEGL.so.1, libxcb-cursor.so.0.")
+    assert (screen.window_obstacle() or "").endswith("libraries: libEGL.so.1, libxcb-cursor.so.0.")
     lacking -= {"libEGL.so.1"}
     monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
     assert screen.window_obstacle() is None

@@ -92,7 +92,7 @@ def test_without_a_chinese_font_it_says_so_in_english(tmp_path: Path) -> None:
     )
     ended = ran_code(NO_CHINESE, tmp_path, FONTCONFIG_FILE=str(tmp_path / "fonts.conf"))
     first, second = ended.stdout.splitlines()
-    assert first.startswith("en DPS-S Configurator No Chinese font is installed.")
+    assert first.startswith("en DPS-S Configurator Install a Chinese font")
     assert "fonts-noto-cjk" in first
     assert second == "en"
 
@@ -133,7 +133,7 @@ def test_only_who_gave_an_address_asks_and_is_told(
         give(newer.as_uri())
         assert not dialog.unusable.isVisible()
         (make,) = told
-        assert make().text.startswith("A newer version is there: 999.1. This is ")
+        assert make().text.startswith("Newer version: 999.1. This is ")
         give("")
         assert len(asked) == 4
         notice.check()

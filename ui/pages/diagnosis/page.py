@@ -141,7 +141,7 @@ class WhyPanel(QScrollArea):
             return ""
         last = max(known.at for known in current.device.values.values())
         return tr(
-            "Last value at {time}. Requests unanswered since the last reply: {lost} of {asked}. The port is open.",
+            "Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.",
             time=clock_text(time.time() - self._connector.clock() + last),
             lost=f"{evidence.counters.time_outs:,}", asked=f"{evidence.counters.sent:,}",
         )  # fmt: skip

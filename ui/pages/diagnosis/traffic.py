@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QAbstractItemView, QComboBox, QLabel, QLineEdit, Q
 from app.captures.rows import CaptureRows
 from app.engine.worker import Batch
 from app.text.i18n import tr
+from app.text.sentences import labelled
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.table_kit import list_rows, select_row
@@ -338,7 +339,7 @@ class TrafficPage(QWidget):
     def _show_count(self) -> None:
         rows = self.model.rowCount()
         if self.search.is_searching:
-            text = tr("{what}: {percent} %", what=tr("Search"), percent=round(self.search.share * 100))
+            text = labelled(tr("Search"), f"{round(self.search.share * 100)} %")
         elif self._is_not_found:
             text = tr("No matches")
         elif self._is_paused and not self.model.is_recorded:

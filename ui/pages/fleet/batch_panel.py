@@ -52,8 +52,8 @@ _HIGH: Final = 7
 _PAPERS: Final = {"A4": marked("A4 sheets…"), "62": marked("62 mm tape…"), "24": marked("24 mm tape…")}
 _HINTS: Final = {
     Stage.PLUG_IN: marked("Plug in the next module. Only questions are sent until its label is confirmed."),
-    Stage.ASK: marked("Put this label on the module that is plugged in, then say so: scan it, type it or press."),
-    Stage.WORKING: marked("It is read, written, read back, enabled and checked. LOCK works at any time."),
+    Stage.ASK: marked("Put this label on the module, then scan it, type it or press."),
+    Stage.WORKING: marked("Reading, writing, enabling and checking. LOCK works at any time."),
     Stage.DONE: marked("Every name is given. Export the list and print the labels."),
     Stage.STOPPED: marked("Go back and begin again: what is done is kept."),
 }
@@ -139,7 +139,7 @@ class BatchPanel(QWidget):
         self.confirm = control(StepButton(), texts, "fleet_batch_confirm", role="primary",
                                slot=lambda: self._confirm(turns.name))  # fmt: skip
         self.table: RowsTable[BatchRow] = RowsTable(
-            texts, "fleet_batch_table", "Modules of the batch", _COLUMNS, lambda row: (row.name, row.at),
+            texts, "fleet_batch_table", "Modules", _COLUMNS, lambda row: (row.name, row.at),
             lambda row: join_names(filter(None, cells(row))), row_px=scaled(_ROW_PX),
         )  # fmt: skip
         row = FlowRow(self.label, self.confirm, right=(self.close_button, self.labels, self.export))
@@ -194,7 +194,7 @@ class BatchPanel(QWidget):
         outcome, trouble = self._turns.outcome, self._turns.trouble
         sentences = [] if trouble is None else [trouble.sentence]
         if outcome is not None and outcome.why is not None:
-            sentences.append(tr("Take the label {module} off again: the name is free.", module=outcome.name))
+            sentences.append(tr("Take the label {module} off: the name is free.", module=outcome.name))
         return join_sentences((*sentences, tr(_HINTS[stage]) if stage in _HINTS else ""))
 
     def _outcome(self) -> str:
@@ -241,12 +241,12 @@ class BatchPanel(QWidget):
         form, port = self.form, self._services.connector.current
         names = counted_names(form.names.text().strip())
         if names is None:
-            raise UserError(marked("Names such as {example} are expected."), example=EXAMPLE)
+            raise UserError(marked("Expected {expected}."), expected=EXAMPLE)
         if not port.is_requested:
             raise UserError(marked("Add the port that the modules are plugged into."))
         batch = batch_of(form.path or Path(), names, port.connection.baud_rate)
         if not (form.enables.isChecked() or batch.enables_triggers):
-            raise UserError(marked("No module is READY without both triggers: let them be enabled."))
+            raise UserError(marked("No module is READY without both triggers."))
         return batch
 
     # Files

@@ -102,7 +102,7 @@ class FleetPage(Page):
         self.lock_all = control(QPushButton(), texts, "fleet_lock_all", "LOCK ALL", picture=Icon.LOCK, role="primary",
                                 slot=self._lock_all)  # fmt: skip
         self.notice_bar = named(NoticeBar(texts), "fleet_said")
-        words = marked("No module connected"), marked("Add the port of each module.")
+        words = marked("Not connected"), marked("Add the port of each module.")
         self.empty = EmptyState("fleet_empty", Icon.FLEET, texts, *words)
         self.first = control(QPushButton(), texts, "fleet_connect_all", "Connect all ports", role="primary",
                              slot=self.members.connect_all)  # fmt: skip

@@ -70,7 +70,7 @@ class FlightsPage(Page):
         self.strip = self.proposal.strip
         self.flight = FlightView(texts)
         self.form = ColumnForm(texts)
-        how = marked("Open logs of PX4, ArduPilot, CSV or recordings, or drop them here.")
+        how = marked("Open or drop logs of PX4, ArduPilot, CSV or recordings.")
         self.empty = EmptyState("flights_empty", Icon.MAP, texts, marked("No flight logs yet"), how)
         folder = control(QPushButton(), texts, "flights_empty_folder", "Open folder…", picture=Icon.FOLDER,
                          slot=self.choose_folder)  # fmt: skip
@@ -197,7 +197,7 @@ class FlightsPage(Page):
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
             if task.share is not None:
-                text = tr("{what}: {percent} %", what=text, percent=f"{task.share * 100:.0f}")
+                text = labelled(text, f"{task.share * 100:.0f} %")
             return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self.work.cancel),))
         if self._stack.currentWidget() is self.form:
             return None  # which it leads to

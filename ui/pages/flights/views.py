@@ -192,7 +192,7 @@ class ColumnForm(QWidget):
         columns = CsvColumns(names)
         used = {*TIMES, *columns.attitude, *columns.force, CsvRole.ALTITUDE_M, CsvRole.ARMED}
         if names.keys() - used:
-            raise UserError(marked("Choose all columns of an attitude and of an acceleration, or none."))
+            raise UserError(marked("Choose all columns of attitude and acceleration, or none."))
         return columns
 
     def _choose(self) -> None:

@@ -60,8 +60,8 @@ class EmptyPage(EmptyState):
         super().__init__("live_empty", Icon.LIVE, texts)
         self._connector = services.connector
         self._way = control(QLabel(), texts, "live_empty_way",
-                            "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's "
-                            "advice.\n3. Pre-flight: check and activate before each flight, until it says GO.",
+                            "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
+    "3. Pre-flight: before each flight, until it says GO.",
                             role="muted")  # fmt: skip
         self._way.setWordWrap(True)
         self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", key="Ctrl+K",
@@ -84,7 +84,7 @@ class EmptyPage(EmptyState):
         state = self._connector.current.state
         state_text = link_text(state, self._connector.clock())
         is_idle = state.phase is Phase.CLOSED
-        self.title.setText(tr("No module connected") if is_idle else state_text.word)
+        self.title.setText(tr("Not connected") if is_idle else state_text.word)
         self.text.setText(state_text.next_step)
         self.text.setVisible(is_idle)
         set_role(self.choose, "primary" if is_idle else "")
@@ -118,8 +118,7 @@ class LivePage(StreamPage):
         self.data = LiveData()
         self.panel = LivePanel(texts)
         self.try_out = control(QToolButton(), texts, "live_would_fire", "Would it have fired?", keys="Ctrl+T",
-                               tip="With other thresholds, on Flight logs", picture=Icon.PARACHUTE,
-                               slot=self._try_out)  # fmt: skip
+                               picture=Icon.PARACHUTE, slot=self._try_out)  # fmt: skip
         drawn = lanes(self.data, self._in_use, self.data.stale)
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")

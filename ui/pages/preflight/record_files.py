@@ -60,8 +60,7 @@ class RecordFiles(QObject):
         self._folder = path.parent
 
         def saved(written: tuple[Path, ...]) -> str:
-            names = ", ".join(file.name for file in reversed(written))
-            return tr("Written to {folder}: {names}.", folder=path.parent, names=names)
+            return tr("Saved to {path}.", path=", ".join(map(str, reversed(written))))
 
         self._result.write_file(path, partial(write_report, path, record, self.printer), saved)
 
@@ -72,7 +71,7 @@ class RecordFiles(QObject):
 
     def verify(self, path: Path) -> None:
         """Verify a file in a background thread: it may be large, and on a slow disk. It replaces one being read."""
-        self._result.notify(Meaning.INFORMATION, lambda: tr("Reading {file}…", file=path.name))
+        self._result.notify(Meaning.INFORMATION, lambda: tr("Reading: {what}", what=path.name))
         store = self._storage.store
         folder = self._storage.folder
 

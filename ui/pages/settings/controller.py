@@ -11,7 +11,7 @@ from app.engine.procedure import Cancelled
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Batch, Job
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
-from app.procedures.read import Everything, read_everything
+from app.procedures.read import READABLE, Everything, read_everything
 from app.procedures.write import Written
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, unconfirmed, write_all
 from app.safety.acts import Act
@@ -148,7 +148,8 @@ class SettingsController(QObject):
             self.job.set_notice(partial(_interrupted_notice, job.run.error))
             return
         self.form.watch.accept()  # the user asked for the current values
-        missing = len(job.outcome().errors)
+        errors = job.outcome().errors
+        missing = tuple(command for command in READABLE if command.key in errors)
         if missing:
             self.job.set_notice(partial(self._unread_notice, missing))
 
@@ -241,8 +242,9 @@ class SettingsController(QObject):
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
         return Notice(meaning, join_sentences(parts), (test,) if verified else (), self.job.dismiss)
 
-    def _unread_notice(self, missing: int) -> Notice:
-        text = tr("Could not be read: {count}; see the rows.", count=missing)
+    def _unread_notice(self, missing: Sequence[Command]) -> Notice:
+        names = join_names(tr(command.title) for command in missing)
+        text = tr("Could not read: {names}. Read again or check the wiring.", names=names)
         again = Choice("read_again", tr("Read all"), self.read_all)
         return Notice(Meaning.ATTENTION, text, (again,), self.job.dismiss)
 

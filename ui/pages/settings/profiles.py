@@ -91,7 +91,7 @@ class ProfileCompare(QWidget):
             widget.setVisible(profile is not None)
         if profile is None:
             self.title.setText(tr("{file} is not a profile", file=self._path.name))
-            self.about.setText(tr("Nothing was applied. Correct these and open it again:"))
+            self.about.setText(tr("Nothing was applied:"))
             self.faults.setText("" if self._refusal is None else "\n".join(self._refusal.sentences))
             return
         self.title.setText(profile.name)
@@ -186,7 +186,7 @@ class ProfileFiles(QObject):
         texts = services.texts
         self.title = control(QLabel(), texts, "profile_title_label", "Profile", role="small")
         self.open = control(QPushButton(), texts, "profile_open", "Open…", keys="Ctrl+O", slot=self.choose)
-        self.recent = control(QPushButton(), texts, "profile_recent", "Compare", tip="Recent profiles")
+        self.recent = control(QPushButton(), texts, "profile_recent", "Compare", tip="Recent files")
         self.menu = named(QMenu(page), "profile_recent_menu")
         self.recent.setMenu(self.menu)
         self.save = control(QPushButton(), texts, "profile_save", "Save as…", slot=self.choose_and_save)

@@ -230,7 +230,7 @@ class TestsPage(Page):
         if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
             return None
         if not work.tested_as:
-            return Notice(Meaning.ATTENTION, tr("Tested without a name: the result counts for no check."))
+            return Notice(Meaning.ATTENTION, tr("Without a name the result counts for no check."))
         if work.tested_as != self._connector.current.module.name:
             return Notice(Meaning.ATTENTION, tr("The result is that of {module}.", module=work.tested_as))
         return None

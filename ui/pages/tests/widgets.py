@@ -138,7 +138,7 @@ def instruction(work: GuidedController) -> str:
 
 def last_text(last: StoredTest | None) -> str:
     if last is None:
-        return tr("never tested")
+        return tr("not tested")
     return f"{tr(VERDICT_WORDS[last.verdict])} {local_time(last.at, DAY)}, {last.who or '—'}"
 
 

@@ -95,7 +95,7 @@ COLUMNS: Final = (
         marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no"), is_beside=True
     ),
     TableColumn[TriggerRow](
-        marked("External power"), lambda row: tr("charging") if row.record.charging else tr("no"), is_beside=True
+        marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no"), is_beside=True
     ),
     TableColumn[TriggerRow](
         marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda row: row.record.light_v, is_beside=True

@@ -91,7 +91,7 @@ class RecordBesideLog(QWidget):
         self.record = text_label("beside_record", "strong", is_selectable=True)
         self.picture = IconLabel("beside_icon", _ICON_PX)
         self.explanation = text_label("beside_said", is_selectable=True)
-        self.moments = control(QComboBox(), texts, "beside_moments", says="Moment")
+        self.moments = control(QComboBox(), texts, "beside_moments", says="Time")
         WheelGuard(self.moments)
         self.moments.currentIndexChanged.connect(self._show_moment)
         self.question = control(QLabel(), texts, "beside_question", "Confirm this moment as:")
@@ -178,10 +178,8 @@ class RecordBesideLog(QWidget):
             self.picture.show_icon(Icon.INFORMATION, Meaning.INFORMATION)
             count = len(match.moments)
             lines = [moment_message(moment, row.record).translated()]
-            if match.has_more:
-                lines.append(tr("Moments that match: over {count}, the first are listed.", count=count))
-            elif count > 1:
-                lines.append(tr("Moments that match: {count}.", count=count))
+            if count > 1:
+                lines.append(tr("Moments that match: {count}.", count=f"> {count}" if match.has_more else count))
             if not self._has_room:
                 lines.append(tr("A higher window also shows: {plots}", plots=tr("Plots")))
             self.explanation.setText("\n".join(lines))

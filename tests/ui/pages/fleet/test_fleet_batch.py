@@ -167,7 +167,7 @@ def test_it_goes_on_with_the_names_that_are_left(bench: Bench, tmp_path: Path) -
     bench.until(lambda: bench.fleet.turns.name == "M-002")
     assert [row.result for row in bench.fleet.turns.rows] == ["READY", "open"]
     said = bench.take_turn("M-002")  # it was never unplugged
-    assert said.startswith("SET ASIDE: It may be M-001, which is known: boot count and settings fit.")
+    assert said.startswith("SET ASIDE: It may be M-001: boot count and settings fit.")
     assert bench.sets == WRITES
     assert bench.store.module_named("M-002") is None
     assert bench.assembly.connector.current.module.name == ""

@@ -109,7 +109,7 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     form.boxes[CsvRole.TILT_DEG].setCurrentText("a")
     form.boxes[CsvRole.X_G].setCurrentText("g")
     form.read.click()
-    assert form.fault.text() == "Choose all columns of an attitude and of an acceleration, or none."
+    assert form.fault.text() == "Choose all columns of attitude and acceleration, or none."
     form.boxes[CsvRole.X_G].setCurrentIndex(0)
     form.boxes[CsvRole.ACCELERATION_G].setCurrentText("g")
     assert form.columns().names == {

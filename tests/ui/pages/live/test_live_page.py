@@ -194,7 +194,7 @@ def test_at_the_smallest_size_everything_is_in_sight(
 
 def longer(folder: Path) -> Path:
     """A language in which the captions are two fifths longer."""
-    words = ("Acceleration", "Cell voltage", "Charging voltage", "Boot count", "Light", "Charging", "Save values…")
+    words = ("Acceleration", "Cell voltage", "Charging voltage", "Boot count", "Light", "Charger", "Save values…")
     messages = "".join(
         f"<message><source>{word}</source><translation>{word}{'x' * round(len(word) * 0.4)}</translation></message>"
         for word in words

@@ -100,7 +100,7 @@ def test_a_report_on_a_slow_disk_does_not_stop_the_window(tmp_path: Path, quick:
     rig.click(page.buttons.print)
     assert said(rig) == "Saving…"
     release.set()
-    rig.until(lambda: "Written to" in said(rig))
+    rig.until(lambda: "Saved to" in said(rig))
     assert is_slow == [True]
 
 

@@ -64,7 +64,7 @@ def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> No
     one.until(lambda: state(one, TILT) is RowState.FAILED)
     assert "refused" in reason(one, TILT)
     assert one.settings.rows[TILT].state.meaning is Meaning.DANGER
-    assert "NOT as set" in notice(one)
+    assert "Not as written" in notice(one)
     one.bench.change(refuses=False)
     write(one)
     one.until(lambda: state(one, TILT) is RowState.VERIFIED)

@@ -22,7 +22,7 @@ from ui.pages.tests.controller import Stage
 from ui.widgets.step_button import bring_into_sight
 
 KINDS = [test.kind for test in GUIDED_TESTS]
-WITHOUT_A_NAME = "Tested without a name: the result counts for no check."
+WITHOUT_A_NAME = "Without a name the result counts for no check."
 LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
 
 

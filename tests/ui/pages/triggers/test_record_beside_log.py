@@ -52,7 +52,7 @@ def test_a_moment_is_proposed_shown_and_confirmed(rig: OnBench, tmp_path: Path) 
     assert beside.name.text() == "Trigger record beside crash.csv"
     assert beside.record.text().startswith("Tipped past 60")
     assert beside.explanation.text().startswith("Proposal: at 10.0 s the log shows 75°.")
-    assert "powered on 98 s before the start of the log" in beside.explanation.text()
+    assert "powered on at -98 s of the log" in beside.explanation.text()
     plot = beside.chart.plot
     assert plot is not None
     assert plot.time_range.cursor_s == pytest.approx(10.0, abs=0.05)
@@ -91,7 +91,7 @@ def test_one_of_several_moments_is_chosen_and_the_note_of_before_is_kept(rig: On
 
 @pytest.mark.parametrize(("data", "tilt", "why"), [
     (ATTITUDE, 40, "No moment of this log matches: tilt at most 40°."),
-    (SERIAL, 75, "A flight log does not show this cause: fired by serial."),
+    (SERIAL, 75, "No flight log shows this cause: fired by serial."),
 ])  # fmt: skip
 def test_without_a_moment_there_is_nothing_to_confirm(
     rig: OnBench, tmp_path: Path, data: bytes, tilt: float, why: str
