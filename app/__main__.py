@@ -205,9 +205,13 @@ def _open_window(args: argparse.Namespace) -> int:
 
 def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None) -> bytes:
     """Passed to the command, which does not import Qt."""
-    from ui.files.report_printer import print_pages
+    from app.terminal.interruption import Interruption
 
-    return print_pages(bodies, paper, attachment)
+    with Interruption() as interruption:
+        interruption.ignore_from_now()  # an exception in the middle of Qt, or of its import, aborts the process
+        from ui.files.report_printer import print_pages
+
+        return print_pages(bodies, paper, attachment)
 
 
 def _prepare_output() -> None:

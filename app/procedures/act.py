@@ -28,9 +28,10 @@ from app.engine.procedure import (
     is_alive,
     pause_asking,
 )
+from app.engine.setting_changes import BOOT_COUNT
 from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
-from app.procedures.settings_reading import is_another, is_refuted
+from app.procedures.settings_reading import is_another, is_in_doubt, is_refuted
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome, durable
@@ -210,7 +211,9 @@ def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
         yield from pause_asking(WATCH_S)  # to judge whether it lies still
     yield from ask_status()
     view: EngineView = yield Inspect()
-    if _is_quick(view):  # else the permit would expire meanwhile
+    if _is_quick(begin) and not _is_quick(view) and is_in_doubt(begin, view):
+        yield Ask(BOOT_COUNT.query())  # a silence counts as the line's delay until the next question is answered
+    if _is_quick((yield Inspect())):  # else the permit would expire meanwhile
         yield from is_another(begin)
     if (yield from _ask_threshold(act)):  # a silence meanwhile cast doubt on it
         yield from ask_status()

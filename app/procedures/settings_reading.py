@@ -101,14 +101,14 @@ def is_another(begin: EngineView) -> Procedure[bool]:
     """Whether what is read refutes that the module of `begin` answers. After a break it is read again first, and the
     status after it."""
     for _ in range(REREADINGS):
-        if not _is_in_doubt(begin, (yield Inspect())):
+        if not is_in_doubt(begin, (yield Inspect())):
             break
         yield from read_settings()
         yield from ask_status()
     return is_refuted(begin, (yield Inspect()))
 
 
-def _is_in_doubt(begin: EngineView, view: EngineView) -> bool:
+def is_in_doubt(begin: EngineView, view: EngineView) -> bool:
     """Whether a break made stale what tells that it is the module of `begin`, and no person is asked about it."""
     before, now = evidence_of(begin.device.values, is_fresh=False), evidence_of(view.device.values, is_fresh=True)
     has_count = now.boot_count is not None or before.boot_count is None

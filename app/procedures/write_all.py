@@ -176,7 +176,7 @@ class _WriteProgress:
         begin = self.context.begin or view
         if view.device.breaks == begin.device.breaks:
             begin = view
-        else:
+        elif self.results[-1].heard is not SetReply.NOT_SENT:
             values = {key: known for key, known in begin.device.values.items() if key != command.key}
             begin = begin._replace(device=begin.device._replace(values=values))
         self.context = replace(self.context, begin=begin)

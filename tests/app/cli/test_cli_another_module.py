@@ -166,6 +166,28 @@ def test_of_a_module_that_was_written_nobody_says_what_another_one_holds(stage: 
     assert recorded() == [(Act.WRITE, Outcome.UNKNOWN)]
 
 
+@pytest.mark.parametrize("frame", [16, 17, 18, 19])
+def test_a_setting_that_was_not_sent_still_tells_another_module(stage: Stage, frame: int) -> None:
+    """Nothing else differs."""
+    bench = stage.bench
+    with falls_after(bench, frame, lambda: exchange(bench, boot_count=37)):
+        shown = json.loads(run(stage, ["set", "freefall_time_s=1.7", "attitude_threshold_deg=75", "--json"], 1).out)
+    assert shown["results"]["attitude_threshold_deg"]["error"].startswith("not sent: ")
+    assert (shown["results"]["freefall_time_s"]["verified"], shown["changed"]) == (False, {})
+
+
+@pytest.mark.parametrize("gap_s", [0.36, 0.44])
+@pytest.mark.parametrize("words", [["shutdown", "--yes"], ["set", "baud_rate=57600"]])
+def test_a_short_silence_is_not_taken_for_a_slow_line(
+    stage: Stage, words: list[str], gap_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On which too little time would be left to read again what tells another module."""
+    monkeypatch.setattr("tests.support.cli_line.GAP_S", gap_s)
+    with falls_after(stage.bench, 14, lambda: exchange(stage.bench)):
+        run(stage, words, 1)
+    assert recorded() == []
+
+
 def test_a_write_before_a_restart_is_not_logged_as_refused(stage: Stage) -> None:
     """What is read afterwards may be what the restart left, or another module's."""
     with falls_after(stage.bench, 20, stage.bench.restart):

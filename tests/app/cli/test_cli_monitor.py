@@ -54,7 +54,7 @@ def test_monitor_switches_the_stream_on_and_off(
     [
         ({"boot_count": 36, "attitude_threshold": 60}, "boot count 36, was 37."),
         ({"boot_count": 37}, "attitude threshold 85°, was 60°."),
-        ({"boot_count": 90, "attitude_threshold": 60}, "communication was interrupted."),
+        ({"boot_count": 90, "attitude_threshold": 60}, "link lost."),
     ],
 )
 def test_monitor_says_where_another_module_may_answer(

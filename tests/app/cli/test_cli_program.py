@@ -7,6 +7,7 @@ import json
 import logging
 import os
 import re
+import signal
 import sys
 import threading
 from pathlib import Path
@@ -21,6 +22,7 @@ from app.engine import transport
 from app.engine.ports import NOT_LISTED
 from app.engine.procedure import Inspect, Procedure
 from app.procedures.history import History
+from app.records.labels import PAPERS
 from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.user_error import UserError
@@ -30,6 +32,17 @@ from tests.support.cli_line import Printed, bench_of, falls_after, is_one_senten
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
+
+
+def test_ctrl_c_while_qt_prints_does_not_end_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An exception in the middle of its import aborts it."""
+
+    def interrupted(*_: object) -> bytes:
+        signal.raise_signal(signal.SIGINT)
+        return b"%PDF"
+
+    monkeypatch.setattr("ui.files.report_printer.print_pages", interrupted)
+    assert program._print_pages([], PAPERS["A4"], None) == b"%PDF"
 
 
 def test_no_permission(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
