@@ -300,5 +300,5 @@ def test_no_revision_is_too_high_to_be_overridden(
 
 
 def test_whoever_decides_says_who(stations: list[ArchiveStation], alike: list[NamedModule]) -> None:
-    with pytest.raises(UserError, match="name of the person"):
+    with pytest.raises(UserError, match="who decides"):
         settle(stations[0].archive, *alike, is_same=False, who="  ")

@@ -296,7 +296,7 @@ def test_the_target_is_checked_before_anything_is_sent(tmp_path: Path) -> None:
         with pytest.raises(UserError):
             check_target(wrong)
     (tmp_path / "r.json").write_text('{"mine": 1}', encoding="utf-8")
-    with pytest.raises(UserError, match="another name"):
+    with pytest.raises(UserError, match="another kind of file"):
         check_target(tmp_path / "r.pdf")
     (tmp_path / "r.json").write_text(as_text(_record()), encoding="utf-8")
     check_target(tmp_path / "r.pdf")

@@ -152,8 +152,8 @@ def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
     assert words.startswith("INTACT: NO-GO, signed by hangar.")
     assert "Record 1 of M-07: NO-GO," in words
     assert "Its checks give NO-GO." in words
-    assert "only the record is signed" in words
-    assert "only the record is signed" not in _words(_verified(record))
+    assert "Only the record in the report is signed" in words
+    assert "Only the record in the report is signed" not in _words(_verified(record))
 
 
 def test_a_report_that_carries_two_records_is_none(qapp: object) -> None:
