@@ -235,14 +235,17 @@ class TriggersPage(Page):
         if has_rows and not self.table.selectionModel().hasSelection():
             select_row(self.table, 0)
         self.list.empty.title.setText(empty_title(work))
-        self.list.empty.text.setText(empty_text(work, is_open=self._connector.current.is_open))
+        notice = work.notice() or self._idle_notice()
+        why = empty_text(work, is_open=self._connector.current.is_open)
+        is_told = notice is not None and notice.text.startswith(why)
+        self.list.empty.text.setText("" if is_told else why)
         self.count.setText(count_text(work))
         known_by = self._connector.current.module.known_by if has_rows else ""
         self.news.setText(" · ".join(filter(None, (news_text(work), known_by))))
         self.read.setEnabled(work.can_read)
         for widget in (self.copy, self.save_page, self.save_archive, self.list.search):
             widget.setEnabled(has_rows)
-        self.strip.show_notice(work.notice() or self._idle_notice())
+        self.strip.show_notice(notice)
         self._show_detail()
 
     # A record beside a flight log

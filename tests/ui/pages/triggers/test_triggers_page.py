@@ -57,16 +57,14 @@ def choose(bench: OnBench, key: str, text: str = "") -> None:
 
 def fire(bench: OnBench, number: int = 1) -> None:
     """Trigger records of the worked example, as if it had fired."""
-    for _ in range(number):
-        bench.bench.module.memory.records.append(EXAMPLE)
+    bench.bench.module.memory.records.extend([EXAMPLE] * number)
 
 
 def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "none", "triggers", is_connected=False) as bench:
         page = bench.triggers
         assert "Connect or choose" in page.list.empty.text.text()
-        assert not page.read.isEnabled()
-        assert not page.save_page.isEnabled()
+        assert (page.read.isEnabled(), page.save_page.isEnabled()) == (False, False)
         assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
 
 
@@ -96,7 +94,9 @@ def test_a_module_that_never_fired(rig: OnBench) -> None:
 def test_a_silent_named_module_is_said_to_be_new_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "silent", "triggers", "preflight", empty_slots=EmptySlots.NONE) as bench:
         bench.read_triggers()
-        assert said(bench) == "No answer: the records are unknown."
+        assert (said(bench), bench.triggers.list.empty.text.text()) == ("No answer: the records are unknown.", "")
+        bench.triggers.work.job.dismiss()
+        assert bench.triggers.list.empty.text.text() == "No answer: the records are unknown."
         assert bench.triggers.strip.button("say_new") is None  # nothing is kept for a module without a name
         name_kept(bench, "M-07")
         assert said(bench) == "No answer: the records are unknown."
