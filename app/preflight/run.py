@@ -31,7 +31,7 @@ from app.engine.setting_changes import BOOT_COUNT
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagState, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.history import read_history
-from app.procedures.settings_reading import read_settings
+from app.procedures.settings_reading import is_refuted, read_settings
 from app.procedures.write import SetReply, Written, read_back
 from app.procedures.write_all import SettingChange, WriteContext, settle_writes, write_logged
 from app.safety.journal import Entry, Journal, NoJournal
@@ -94,7 +94,9 @@ def _collect(evidence: Evidence, journal: Journal) -> Procedure[None]:
     is_changed = False
     if evidence.is_enabling:  # the records end in a silence, in which it may have been exchanged
         again = yield from read_settings()
+        view: EngineView = yield Inspect()
         is_changed = same_module(evidence.first.settings.evidence, again.evidence) is Trust.REFUTED
+        is_changed, start = is_changed or is_refuted(start, view), view
     for command in TRIGGERS:
         evidence.flags[command.key] = TriggerFlag()
         if evidence.is_enabling and (is_changed or (yield Inspect()).device.breaks != evidence.breaks):

@@ -229,12 +229,12 @@ def test_a_check_shows_no_boot_count_of_one_module_beside_settings_of_another(st
     assert all(value in (None, another) for value, another in zip(shown, (90, 7.0, 85), strict=True)), shown
 
 
-@pytest.mark.parametrize("frame", [25, 40, 50])
+@pytest.mark.parametrize("frame", [25, 40, 50, 72, 73])
 def test_no_trigger_is_enabled_on_another_module_than_is_checked(stage: Stage, frame: int) -> None:
     bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench)):
         run(stage, ["preflight", "--enable-triggers"], 1)
-    assert recorded() == []
+    assert not stage.truth.acts_sent
 
 
 @pytest.mark.parametrize("more", [[], ["--module", "M-07"]])
@@ -275,7 +275,7 @@ def test_nothing_is_kept_of_two_modules_that_only_their_records_tell_apart(stage
     words = ["history", "--json", "--module", "M-07"]
     with falls_after(bench, frame, exchange_records):
         printed = run(stage, words, 4)
-    assert "this may be another module than M-07 (readings differ)" in printed.err
+    assert "This may be another module: readings differ." in printed.err
     assert len(json.loads(printed.out)["records"]) == 5
     run(stage, words)
 
