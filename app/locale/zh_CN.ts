@@ -1326,7 +1326,7 @@
         <translation>正在写入，未删除。</translation>
     </message>
     <message>
-        <source>It is due again after the day on which it was done.</source>
+        <source>It must be due again after the day on which it was done.</source>
         <translation>下次日期须晚于完成日期。</translation>
     </message>
     <message>
