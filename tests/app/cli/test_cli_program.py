@@ -162,7 +162,7 @@ def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
 
 def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.cli.ports.list_ports", list)
-    assert "There is no serial port." in run_here(capsys, ["ports"]).err
+    assert "No serial port." in run_here(capsys, ["ports"]).err
 
     def fail() -> list[port_list.PortInfo]:
         raise UserError(NOT_LISTED)
