@@ -193,7 +193,7 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
         assert recording.missing_count == 1800
         assert [marker.kind for marker in recording.markers].count(MarkerKind.MISSING) == 1
         assert recording.damage is not None
-        assert recording.damage.in_english().endswith("the disk was too slow; reports and frames: 1,800.")
+        assert recording.damage.in_english().endswith("The disk was too slow. Not recorded: 1,800.")
         assert not recording.entry.was_cut_off
 
 
