@@ -78,7 +78,7 @@ class Rig:
         self.worker.hand_over(link=LinkView(Counters(sent=9518), 0.0, 0.0))
         request = BY_NAME["light_threshold"].set(7.9)
         self.worker.hand_over(events=(Sent(request.encode(), request, 1, self.ports.now_s),))
-        self.pages["flights"]._try({"attitude_threshold_deg": 79, "attitude_trigger": False}, None)
+        self.pages["flights"]._try({"attitude_threshold_deg": 79, "attitude_trigger": False}, None, bool)
         self.connector.current.kept.as_found = Snapshot(settings={"light_threshold_v": 7.9})
         for notice in self.assembly.window.findChildren(JobNotice):
             if notice.is_of_module:

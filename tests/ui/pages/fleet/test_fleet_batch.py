@@ -176,7 +176,7 @@ def test_it_goes_on_with_the_names_that_are_left(bench: Bench, tmp_path: Path) -
 def test_an_active_module_is_set_aside_and_lock_works(bench: Bench, tmp_path: Path) -> None:
     bench.begin(tmp_path)
     bench.bench.module.activate(is_active=True)
-    assert "It is ACTIVE" in bench.take_turn("M-001")
+    assert "The module is ACTIVE" in bench.take_turn("M-001")
     assert bench.sets == []
     bench.assembly.connector.lock.press()
     bench.until(lambda: bench.assembly.connector.current.device.fresh("active", bench.clock()) is False)
