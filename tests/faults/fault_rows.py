@@ -15,7 +15,7 @@ from app.procedures.light_calibration import measure_light
 from app.procedures.lock import Locked, lock
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.read import Everything, read_everything, undisturbed
-from app.procedures.settings_reading import SettingsReading, is_another, read_settings
+from app.procedures.settings_reading import SettingsReading, is_another, read_one_module, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import ReadBack, SetReply, Written, read_back, restarted_since, write_verified
 from app.procedures.write_all import SettingChange, WriteContext, write_all, write_logged
@@ -218,6 +218,11 @@ ROWS: tuple[Row, ...] = (
         runs_for_s=3.0,
     ),
     Row("settings_reading.read_settings", read_settings, _no_reading_lie),
+    Row(
+        "settings_reading.read_one_module",
+        read_one_module,
+        lambda reading, cell: [] if reading is None else _no_reading_lie(reading, cell),
+    ),
     Row(
         "settings_reading.is_another",
         _is_another,
