@@ -52,7 +52,7 @@ def _take_none(arguments: list[str]) -> None:
 
 def _test(arguments: list[str]) -> int:
     """Run the tests in parallel, more than there are cores, since a quarter of their time is waiting; `-n 0` runs one
-    after the other. Each process more takes 5 s of processor time and 450 MB."""
+    after the other. Each process more takes 5 s of processor time and 400 MB."""
     at_a_time = min(8, 2 * (os.cpu_count() or 1))
     side_by_side = ("-n", str(at_a_time), "--dist", "worksteal")
     return call(_python("-m", "pytest", *side_by_side, *arguments), QT_QPA_PLATFORM="offscreen")
