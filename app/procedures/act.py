@@ -213,6 +213,7 @@ def _refresh(act: Act, begin: EngineView) -> Procedure[bool]:
     view: EngineView = yield Inspect()
     if _is_quick(begin) and not _is_quick(view) and is_in_doubt(begin, view):
         yield Ask(BOOT_COUNT.query())  # a silence counts as the line's delay until the next question is answered
+        yield from ask_status()
     if _is_quick((yield Inspect())):  # else the permit would expire meanwhile
         yield from is_another(begin)
     if (yield from _ask_threshold(act)):  # a silence meanwhile cast doubt on it

@@ -230,7 +230,7 @@ def test_where_the_system_lists_none_nothing_is_taken(
 
     found(monkeypatch)
     monkeypatch.setattr(port_list, "list_ports", refuse)
-    assert "did not list its serial ports" in run_here(capsys, ["read"], 3).err
+    assert "lists no serial ports" in run_here(capsys, ["read"], 3).err
 
 
 @pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])
