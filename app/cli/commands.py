@@ -247,7 +247,7 @@ GROUPS: Final = {
                         option("files", nargs="*", type=Path, metavar="FILE")),
             _recordings("delete", marked("delete one permanently"), "latest --yes", _RECORDING, YES),
         )),
-        SubCommand("fired", "fired.run", marked("Would it have fired?"),
+        SubCommand("fired", "fired.run", marked("Would it have fired? Exit code 4: yes"),
                    "fired flights/ --thresholds freefall_time_s=1.2", (
             option("logs", nargs="*", metavar="LOG", text=marked("log, recording or folder")),
             option("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",

@@ -44,7 +44,7 @@ class Service:
     def content(self) -> dict[str, object]:
         """Of its fact. Raises `UserError` for what makes no sense."""
         if self.due is not None and self.due <= self.on:
-            raise UserError(marked("It must be due again after the day on which it was done."))
+            raise UserError(marked("It must be due on a later day."))
         return {
             "service": self.kind.value, "on": self.on.isoformat(), "due": self.due and self.due.isoformat(),
             "who": clean(self.who.strip(), longest=MAX_TEXT_LENGTH),

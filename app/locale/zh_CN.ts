@@ -46,14 +46,6 @@
 3. 飞行前检查：每次飞行前，直到显示“可以飞行”。</translation>
     </message>
     <message>
-        <source>10 min</source>
-        <translation>10 分</translation>
-    </message>
-    <message>
-        <source>10 s</source>
-        <translation>10 秒</translation>
-    </message>
-    <message>
         <source>115200 (usual)</source>
         <translation>115200（常用）</translation>
     </message>
@@ -64,10 +56,6 @@
     <message>
         <source>55° or more.</source>
         <translation>55° 或以上。</translation>
-    </message>
-    <message>
-        <source>60 s</source>
-        <translation>60 秒</translation>
     </message>
     <message>
         <source>62 mm tape…</source>
@@ -1326,10 +1314,6 @@
         <translation>正在写入，未删除。</translation>
     </message>
     <message>
-        <source>It must be due again after the day on which it was done.</source>
-        <translation>下次日期须晚于完成日期。</translation>
-    </message>
-    <message>
         <source>It is kept as recording {name}.</source>
         <translation>已保存为数据记录 {name}。</translation>
     </message>
@@ -1352,6 +1336,10 @@
     <message>
         <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>
         <translation>模块未静止：2 秒内 {low:.0f}–{high:.0f}°，{weak:.1f}–{strong:.1f} g。</translation>
+    </message>
+    <message>
+        <source>It must be due on a later day.</source>
+        <translation>下次日期须晚于完成日期。</translation>
     </message>
     <message>
         <source>It only grows; there is no serial number.</source>
@@ -3900,6 +3888,10 @@
     <message>
         <source>Would it have fired?</source>
         <translation>是否会触发？</translation>
+    </message>
+    <message>
+        <source>Would it have fired? Exit code 4: yes</source>
+        <translation>会触发吗？退出码 4：会</translation>
     </message>
     <message>
         <source>Write</source>

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
 from app.text.durations import duration
 from app.text.i18n import tr
-from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.plots.lanes import Lane, Mark, Span, TimeRange
 from ui.plots.plot_view import PlotView
@@ -24,7 +23,7 @@ from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_LENGTHS_S: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}
+_LENGTHS_S: Final = {10.0: ("{value} s", 10), 60.0: ("{value} s", 60), 600.0: ("{value:.0f} min", 10)}
 _LEAST_PX: Final = 144
 
 
@@ -155,9 +154,12 @@ class PlotHeader(QWidget):
             button.setVisible(not time_range.is_recorded)
 
     def _segment(self, length_s: float) -> QToolButton:
-        return control(ChoiceButton(), self._texts, f"time-plot-window-{length_s:g}", _LENGTHS_S[length_s],
-                       says="Length of the time line", tip="Length of the time line", role="segment",
-                       slot=lambda: self._time_range.choose_length(length_s))  # fmt: skip
+        text, value = _LENGTHS_S[length_s]
+        button = control(ChoiceButton(), self._texts, f"time-plot-window-{length_s:g}",
+                         says="Length of the time line", tip="Length of the time line", role="segment",
+                         slot=lambda: self._time_range.choose_length(length_s))  # fmt: skip
+        self._texts.bind(button.setText, text, value=value)
+        return button
 
     def refresh(self) -> None:
         """Shows the length in sight and how far it is behind now."""
