@@ -373,5 +373,5 @@ def test_it_reads_as_it_was_kept() -> None:
     service = service_of(repacked(date(2026, 12, 6)))
     assert (service.kind, service.on, service.due) == (ServiceKind.REPACK, date(2026, 5, 24), date(2026, 12, 6))
     assert service.summary().in_english() == "Repack on 2026-05-24 by Li Wei, due again: 2026-12-06. [U+001B][2J"
-    with pytest.raises(UserError, match="due again"):
+    with pytest.raises(UserError, match="on a later day"):
         repacked(TODAY, on=TODAY)
