@@ -18,7 +18,7 @@ from ui.plots.lanes import Lane, Mark, Span, TimeRange
 from ui.plots.plot_view import PlotView
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import ChoiceButton, control, named
+from ui.widgets.controls import ChoiceButton, control, named, rename
 from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -155,10 +155,10 @@ class PlotHeader(QWidget):
 
     def _segment(self, length_s: float) -> QToolButton:
         text, value = _LENGTHS_S[length_s]
-        button = control(ChoiceButton(), self._texts, f"time-plot-window-{length_s:g}",
-                         says="Length of the time line", tip="Length of the time line", role="segment",
-                         slot=lambda: self._time_range.choose_length(length_s))  # fmt: skip
-        self._texts.bind(button.setText, text, value=value)
+        button = control(ChoiceButton(), self._texts, f"time-plot-window-{length_s:g}", tip="Length of the time line",
+                         role="segment", slot=lambda: self._time_range.choose_length(length_s))  # fmt: skip
+        self._texts.bind(button.setAccessibleDescription, "Length of the time line")
+        rename(button, self._texts, text, value=value)
         return button
 
     def refresh(self) -> None:

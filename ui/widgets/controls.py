@@ -112,10 +112,10 @@ def control(
     return widget
 
 
-def rename(button: QAbstractButton, texts: Texts, text: str) -> None:
+def rename(button: QAbstractButton, texts: Texts, text: str, **values: object) -> None:
     """Binds another text, in English, as the text and the accessible name of a button."""
     for setter in (button.setText, button.setAccessibleName):
-        texts.bind(setter, text)
+        texts.bind(setter, text, **values)
 
 
 def _apply(setter: Callable[[str], object], text: str, /, **values: object) -> None:
