@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final
 
+from app.cli.history import page_of
+from app.procedures.history import History
 from app.simulator.memory import record_frame
 from app.terminal.console import ANSWER_NO, NO_LINK, PARTIAL, SUCCESS
 from protocol.fields import Value
@@ -25,6 +27,7 @@ SETTLED_S: Final = 0.5
 LOOKS_IN_A_ROW: Final = 40
 """Count of answers that a final read of everything may take; it takes longer on a slow line."""
 VOLT_STEP: Final = 0.03
+NO_RECORDS: Final = page_of(History((), 0, is_confirmed=True))[0]
 
 
 class Breach(Enum):
@@ -242,7 +245,7 @@ def judge_history(case: Case) -> Iterator[Finding]:
         yield Finding(Breach.EXIT_CODE, f"exit code {code} with complete: {answer.get('complete')}")
     if code == SUCCESS and not case.withholds and listed != own:
         yield Finding(Breach.LOST_RECORD, f"exit code 0 with {len(listed)} records, and it keeps {len(own)}")
-    if "keeps no trigger records" in case.ran.err + case.ran.out and own:
+    if NO_RECORDS in case.ran.err + case.ran.out and own:
         yield Finding(Breach.LOST_RECORD, f"said to keep none, and it keeps {len(own)}")
 
 

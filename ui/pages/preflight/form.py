@@ -69,7 +69,6 @@ class PreflightForm(QWidget):
         self.menu = named(QMenu(self.choose), "preflight_profile_menu")
         self.menu.aboutToShow.connect(self._fill_menu)
         self.choose.setMenu(self.menu)
-
         self.committed = self._entered()
         """Person and aircraft."""
         self._reading_aircraft: BackgroundTask[tuple[str, ...]] = BackgroundTask("dps-s aircraft", self)

@@ -215,7 +215,6 @@ class RecordingsPage(Page):
             return
         entry = chosen[0]
         name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
-
         title = tr("Recording of {time}", time=when_text(entry))
 
         def export(path: Path) -> None:

@@ -89,7 +89,6 @@ class TestsPage(Page):
         self.list = control(QListWidget(), texts, "tests_list", says="Guided tests")
         self.who = control(QLineEdit(), texts, "tests_who", says="Tested by")
         self.who.setMaxLength(MAX_NAME_LENGTH)
-
         self.module = ModuleField("tests_module", services.connector, texts)
         self.module.setMinimumContentsLength(10)
         self.known_by = text_label("tests_known_by", "small")
