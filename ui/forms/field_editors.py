@@ -237,9 +237,9 @@ STALE_WORDS: Final[Mapping[StaleReason, str]] = {
 
 
 def how_known(known: Known, now: float) -> str:
-    """Doubt, source and age in the language in use: "too old (read 12 s ago)"; its end may be elided."""
+    """Source, age and doubt in the language in use: "read 12 s ago (too old)"; its end may be elided."""
     text = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
-    return text if known.stale_reason is None else tr(STALE_WORDS[known.stale_reason]) + in_brackets(text)
+    return text if known.stale_reason is None else text + in_brackets(tr(STALE_WORDS[known.stale_reason]))
 
 
 class ValueLabel(Readout):
