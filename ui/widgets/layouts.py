@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Final, NamedTuple, TypeVar
 
 from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QHBoxLayout,
@@ -20,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from ui.core.texts import Texts
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import control
+from ui.widgets.controls import control, set_role
 
 _LOWEST_PX: Final = 130
 """Of a list and of its details, one below the other."""
@@ -111,13 +112,40 @@ def captioned_row(texts: Texts, *fields: tuple[str, QWidget]) -> "FlowRow":
     return FlowRow(*boxes, is_even=True)
 
 
+class ScrollArea(QScrollArea):
+    """As large as its content or larger. Takes the focus only while it scrolls, and shows it by its bars."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWidgetResizable(True)
+        self._bars = (self.verticalScrollBar(), self.horizontalScrollBar())
+        for bar in self._bars:
+            bar.rangeChanged.connect(self._offer_focus)
+        self._offer_focus()
+
+    def _offer_focus(self) -> None:
+        scrolls = any(bar.maximum() > bar.minimum() for bar in self._bars)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus if scrolls else Qt.FocusPolicy.NoFocus)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self._show_focus("focus")
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self._show_focus("")
+
+    def _show_focus(self, role: str) -> None:
+        for bar in self._bars:
+            set_role(bar, role)
+
+
 def scroll_area(
     content: QWidget, texts: Texts, name: str, says: str, *, is_vertical: bool = False, is_transparent: bool = False
-) -> QScrollArea:
+) -> ScrollArea:
     """An area that scrolls `content`; `says` is its accessible name. Where it `is_vertical` it never scrolls sideways;
     where it `is_transparent` the card below it shows through."""
-    area = control(QScrollArea(), texts, name, says=says)
-    area.setWidgetResizable(True)
+    area = control(ScrollArea(), texts, name, says=says)
     area.setWidget(content)
     if is_vertical:
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

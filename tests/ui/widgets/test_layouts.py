@@ -29,7 +29,7 @@ from ui.style.appearance import Appearance
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Meaning, Space, Theme
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow, Gap, captioned_row, in_column, in_row
+from ui.widgets.layouts import FlowRow, Gap, captioned_row, in_column, in_row, scroll_area
 
 WIDTH, HEIGHT = 100, 30
 
@@ -273,6 +273,30 @@ def turn(widget: QWidget, notches: int) -> QWheelEvent:
     event.ignore()
     QApplication.sendEvent(widget, event)
     return event
+
+
+def test_what_scrolls_shows_that_it_has_the_focus_and_what_does_not_is_no_stop(
+    qtbot: QtBot, qapp: QApplication
+) -> None:
+    for one in (LIGHT, DARK, SUNLIGHT):
+        style_all(qapp, one)
+        content = QWidget()
+        area = scroll_area(content, Texts(), "notes", "Note")
+        qtbot.addWidget(area)
+        area.resize(WIDTH, WIDTH)
+        content.setMinimumHeight(2 * WIDTH)
+        with qtbot.waitExposed(area):
+            area.show()
+        area.activateWindow()
+        qtbot.waitUntil(area.isActiveWindow)
+        assert area.focusPolicy() is Qt.FocusPolicy.StrongFocus
+        area.clearFocus()
+        before = area.grab().toImage()
+        area.setFocus()
+        assert area.grab().toImage() != before, one.name
+        content.setMinimumHeight(0)
+        let_lay_out(area)
+        assert area.focusPolicy() is Qt.FocusPolicy.NoFocus
 
 
 def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

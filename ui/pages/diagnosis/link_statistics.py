@@ -7,7 +7,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QLabel, QScrollArea, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QGridLayout, QLabel, QWidget
 
 from app.diagnosis.link_statistics import MAX_SECONDS, LinkStatistics, Slice, TripClass
 from app.text.durations import duration
@@ -22,7 +22,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, Theme, current, is_text_large, scaled
 from ui.widgets.controls import control, named
 from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import ScrollArea, in_column, in_row
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _TICK_MS: Final = frozenset((1, 4, 16, 64, 250, 1000))
@@ -216,11 +216,10 @@ class Tile(QWidget):
         self.figure.setText(text)
 
 
-class LinkStatisticsView(QScrollArea):
+class LinkStatisticsView(ScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("link_figures_view")
-        self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._connector = services.connector
         self._recorded: LinkStatistics | None = None

@@ -10,7 +10,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QTabBar, QTabWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QTabBar, QTabWidget, QToolButton, QWidget
 
 from app.captures.text import MAX_FAULTS
 from app.captures.traffic_buffer import TrafficBuffer
@@ -36,7 +36,7 @@ from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
 from ui.widgets.controls import Shortcut, control, named, rename
 from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.layouts import Gap, in_column, in_row
+from ui.widgets.layouts import Gap, ScrollArea, in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -65,7 +65,7 @@ _LONG: Final = ("port", "noise")
 _NOISE_SHOWN: Final = 16
 
 
-class WhyPanel(QScrollArea):
+class WhyPanel(ScrollArea):
     """Collects evidence always, diagnoses while visible. `choose_wanted`: show the list of ports."""
 
     choose_wanted = Signal()
@@ -74,7 +74,6 @@ class WhyPanel(QScrollArea):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("why_panel")
-        self.setWidgetResizable(True)
         self._texts, self._connector, self._storage = services.texts, services.connector, services.storage
         self._evidence, self._history = EvidenceCollector(), PortHistory()
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")

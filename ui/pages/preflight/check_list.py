@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QToolButton, QWidget
 
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import CHECKS, VALID_FOR_S
@@ -17,10 +17,10 @@ from ui.services.port_check import Standing
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control, named
-from ui.widgets.layouts import in_column
+from ui.widgets.layouts import ScrollArea, in_column
 
 
-class CheckList(QScrollArea):
+class CheckList(ScrollArea):
     """`mend_wanted`: the `Remedy` of a row. `ticked`: a manual item was ticked or unticked."""
 
     mend_wanted = Signal(object)
@@ -61,7 +61,6 @@ class CheckList(QScrollArea):
             margins=(Space.M, 0, Space.M, Space.S),
         )
         self._show_fold()
-        self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
         texts.bind(self.setAccessibleName, "Pre-flight")

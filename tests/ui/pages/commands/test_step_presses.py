@@ -17,7 +17,9 @@ from tests.support.window.steps import notice_text
 from ui.services.port_check import Standing
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice as Look
+from ui.widgets.controls import named
 from ui.widgets.gestures import gestures
+from ui.widgets.layouts import in_column
 from ui.widgets.step_button import DEAD_FOR_S, StepButton
 
 
@@ -258,3 +260,22 @@ def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
         qtbot.waitUntil(lambda: fresh.takes_pointer)  # noqa: B023  called before the next turn
         assert fresh.size() == buttons[0].size()
         assert fresh.grab().toImage() == buttons[0].grab().toImage()
+
+
+def test_a_dead_step_shows_that_it_has_the_focus(qtbot: QtBot, qapp: QApplication) -> None:
+    gestures().reset()
+    gestures().clock = lambda: 0.0  # so that it stays dead
+    for look, role in product((Look.LIGHT, Look.DARK, Look.SUNLIGHT), ("", "primary", "danger", "quiet")):
+        window, step = QWidget(), named(StepButton(), "step", role)
+        qtbot.addWidget(window)
+        in_column(step, of=window)
+        Appearance(qapp, look).apply_theme(window)
+        with qtbot.waitExposed(window):
+            window.show()
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        step.clearFocus()
+        before = step.grab().toImage()
+        step.setFocus()
+        assert not step.is_live
+        assert step.grab().toImage() != before, (look, role)
