@@ -2,9 +2,8 @@
 
 import random
 import shutil
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -150,33 +149,19 @@ class Campaign:
     """Counts of a campaign; `breaches` holds every result with a finding, in order."""
 
     runs: int = 0
-    took_s: float = 0.0
-    fake_s: float = 0.0
-    by_command: Counter[str] = field(default_factory=Counter)
-    by_code: Counter[tuple[str, int]] = field(default_factory=Counter)
     said: Counter[str] = field(default_factory=Counter)
     """Counts of positive claims; without claims there can be no breach."""
     breaches: list[Result] = field(default_factory=list)
 
-    def feed(self, result: Result) -> None:
-        self.runs += 1
-        self.fake_s += result.ran.took_s
-        self.by_command[result.plan.command] += 1
-        self.by_code[result.plan.command, result.ran.code] += 1
-        for word in ('"verdict": "GO"', '"verdict": "READY"', '"verified": true'):
-            self.said[word] += result.ran.out.count(word)
-        if result.findings:
-            self.breaches.append(result)
 
-
-def run_all(
-    planned: Iterator[Plan], home: Path, on_result: Callable[[Result], None] = lambda _result: None
-) -> Campaign:
-    campaign, begun = Campaign(), time.perf_counter()
+def run_all(planned: Iterable[Plan], home: Path) -> Campaign:
+    campaign = Campaign()
     with Desk(home) as desk:
         for plan in planned:
             result = desk.run(plan)
-            campaign.feed(result)
-            on_result(result)
-    campaign.took_s = time.perf_counter() - begun
+            campaign.runs += 1
+            for word in ('"verdict": "GO"', '"verdict": "READY"', '"verified": true'):
+                campaign.said[word] += result.ran.out.count(word)
+            if result.findings:
+                campaign.breaches.append(result)
     return campaign

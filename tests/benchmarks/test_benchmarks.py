@@ -7,7 +7,7 @@ import pytest
 
 from tests.benchmarks import __main__ as program
 from tests.benchmarks import link, others, parser, reading
-from tests.benchmarks.figures import Durations, Figure, quantile
+from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import NAMES
 from tests.benchmarks.window import reserve
 from tests.support.processes import ROOT
@@ -39,19 +39,6 @@ def test_the_memory_of_plots_is_reserved_without_a_sample() -> None:
     data = LiveData()
     reserve(SimpleNamespace(data=data))
     assert data.tilt.last is None
-
-
-def test_durations_take_the_same_memory_however_many_they_are() -> None:
-    durations, few = Durations(), [0.0, 0.00004, 0.0123, 0.31, 2.5]
-    for duration_s in few:
-        durations.add(duration_s)
-    assert durations.longest_s == durations.quantile_s(1) == 2.5
-    for share in (0.0, 0.3, 0.5, 0.7):
-        assert 0 <= durations.quantile_s(share) - quantile(few, share) <= 0.0001 + 1e-9
-    before = sum(map(sys.getsizeof, vars(durations).values()))
-    for at in range(10_000):
-        durations.add(at * 1e-4)
-    assert sum(map(sys.getsizeof, vars(durations).values())) == before
 
 
 def test_missed_aims_are_marked_and_set_the_exit_code_only_with_strict(

@@ -12,7 +12,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,7 +24,6 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.frame import Direction, Frame
 from protocol.messages import Status
-from tests.benchmarks.figures import Durations
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.storage import Storage
@@ -61,9 +60,9 @@ class Traffic:
 
 @dataclass
 class LoopWatch:
-    """Measures the delay of a timer of the event loop, in seconds."""
+    """Measures the longest delay of a timer of the event loop, in seconds."""
 
-    late: Durations = field(default_factory=Durations)
+    longest_s: float = 0.0
     is_measuring: bool = False
     _beat_at: float = 0.0
 
@@ -76,7 +75,7 @@ class LoopWatch:
     def beat(self) -> None:
         now = time.perf_counter()
         if self.is_measuring and self._beat_at:
-            self.late.add(max(0.0, now - self._beat_at - BEAT_MS / 1000))
+            self.longest_s = max(self.longest_s, now - self._beat_at - BEAT_MS / 1000)
         self._beat_at = now
 
 
@@ -182,7 +181,7 @@ def measure(port: str, seconds: float) -> dict[str, object]:
     return {
         "is_streaming": is_streaming, "is_closed": is_closed, "cpu_share": cpu_s / wall_s,
         "rate_hz": measured / wall_s, "statuses": traffic.statuses, "asked": traffic.asked,
-        "samples": traffic.samples, "kept": kept, "stall_s": watch.late.longest_s,
+        "samples": traffic.samples, "kept": kept, "stall_s": watch.longest_s,
     }  # fmt: skip
 
 

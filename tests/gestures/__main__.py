@@ -1,4 +1,4 @@
-"""Runs the table of careless gestures and writes the counts to build/gestures.md, or random hands.
+"""Runs the table of careless gestures, or random hands; exit code 1 if one completed an act, or anything was wrong.
 
 python -m tests.gestures                      one in 293 tries (a prime, so that all gaps occur)
 python -m tests.gestures --every 1            the whole table; takes hours
@@ -6,55 +6,46 @@ python -m tests.gestures --sequences 20000    random hands, and what happens to 
 """
 
 import argparse
-import json
 import os
+import subprocess
 import sys
-from collections import Counter, defaultdict
-from dataclasses import asdict
-from pathlib import Path
+from itertools import product
 
 from PySide6.QtWidgets import QApplication
 
 from tests.gestures.clumsy import run
-from tests.gestures.gesture_table import GESTURES, Tally, run_table, run_windows
+from tests.gestures.gesture_table import LANGUAGES, SIZES, run_window
 
-TARGET = Path(__file__).parents[2] / "build" / "gestures.md"
+SCALE = "QT_SCALE_FACTOR"
 
 
-def table(tallies: list[Tally]) -> str:
-    rows: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
-    left: Counter[tuple[str, str, str]] = Counter()
-    for tally in tallies:
-        key = (tally.act, tally.size, tally.language)
-        rows[key].update(tally.tries)
-        left[key] += len(tally.left)
-    heads = ("Act", "Window", "Language", *GESTURES, "completed")
-    lines = [heads, ["---"] * 3 + ["---:"] * (len(GESTURES) + 1)]
-    lines += [[*key, *(f"{tries[gesture]:,}" for gesture in GESTURES), str(left[key])] for key, tries in rows.items()]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+def _run_table(application: QApplication, every: int, first: int) -> int:
+    """At the scale of this process, which Qt reads once; then at the other one, in another."""
+    tries, left = 0, list[str]()
+    for size, language in product(SIZES, LANGUAGES):
+        for count, of_act in run_window(application, size, language, every=every, first_try=first):
+            tries += count
+            left += [f"{size[0]}×{size[1]}, {language}: {one}" for one in of_act]
+    print(f"{tries:,} tries, {len(left)} completed", *left, sep="\n", flush=True)
+    if SCALE in os.environ:
+        return len(left)
+    words = [sys.executable, "-m", "tests.gestures", "--every", str(every), "--first", str(first)]
+    return len(left) + subprocess.run(words, env={**os.environ, SCALE: "2"}, check=False).returncode
 
 
 def main() -> int:
-    """Exit code 1 if a gesture completed an act, or random hands found anything."""
     parser = argparse.ArgumentParser(prog="python -m tests.gestures", description="Run careless gestures.")
     parser.add_argument("--every", type=int, default=293, help="take each n-th try only (default: 293)")
     parser.add_argument("--first", type=int, default=0, help="begin with this try")
     parser.add_argument("--sequences", type=int, default=0, help="random hands instead of the table")
     parser.add_argument("--seed", type=int, default=1, help="the same seed, the same hands")
-    parser.add_argument("--scale", type=int, help="this scale only, as QT_SCALE_FACTOR has set it; prints JSON")
     given = parser.parse_args()
     if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    if not given.sequences and given.scale is None:
-        tallies = run_table(given.every, given.first)
-        TARGET.parent.mkdir(exist_ok=True)
-        TARGET.write_text(table(tallies), encoding="utf-8", newline="\n")
-        return 1 if any(tally.left for tally in tallies) else 0
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
-    if given.scale is not None:
-        print(json.dumps([asdict(tally) for tally in run_windows(application, given.scale, given.every, given.first)]))
-        return 0
+    if not given.sequences:
+        return 1 if _run_table(application, given.every, given.first) else 0
     report = run(application, given.sequences, given.seed, is_told=True)
     print("\n".join(report.faults[:10]))
     return 1 if report.faults else 0

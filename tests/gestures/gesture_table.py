@@ -3,13 +3,9 @@
 Whatever is done at one unmoved point must never complete an act: nothing may leave, and nothing may be begun.
 """
 
-import json
-import os
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Final
@@ -28,7 +24,6 @@ from ui.widgets.step_button import bring_into_sight
 
 SIZES: Final = ((1024, 600), (1366, 768))
 LANGUAGES: Final = (ENGLISH, CHINESE, PSEUDO)
-SCALES: Final = (1, 2)
 GRID_PX: Final = 4
 GAPS_S: Final = (0.0, 0.06, 0.15, 0.25, 0.35, 0.45, 0.499, 0.55, 0.6)
 HOLD_S: Final = 2.6
@@ -153,19 +148,6 @@ ACTS: Final = (
 GESTURES: Final = ("click", "double click", "click, click", "click, click, hold")
 
 
-@dataclass
-class Tally:
-    """The outcome of the tries at one act in one window."""
-
-    act: str
-    size: str
-    language: str
-    scale: int
-    tries: dict[str, int] = field(default_factory=dict)
-    left: list[str] = field(default_factory=list)
-    """Tries after which a frame was sent or an act begun; must be empty."""
-
-
 def points(widget: QWidget) -> Iterator[QPoint]:
     """Yield points of a grid over the button where a press reaches it."""
     window = widget.window()
@@ -224,23 +206,26 @@ def attempt(bench: GestureBench, act: DangerousAct, point: QPoint, gesture: str,
     return not bench.sent and not bench.worker.submitted and not is_armed
 
 
-def try_act(bench: GestureBench, act: DangerousAct, tally: Tally, *, every: int = 1, first_try: int = 0) -> None:
-    """Make every `every`-th try at this act, starting at `first_try`."""
+def try_act(bench: GestureBench, act: DangerousAct, *, every: int = 1, first_try: int = 0) -> tuple[int, list[str]]:
+    """Make every `every`-th try at this act, starting at `first_try`; return how many there were, and those after which
+    a frame was sent or an act begun."""
     go_to(bench, act)
+    left = []
     grid = list(points(first_button(bench, act)))
     tries = [(point, "click", 0.0) for point in grid]
     tries += [(point, gesture, gap) for point in grid for gesture in GESTURES[1:] for gap in GAPS_S]
-    for number, (point, gesture, gap_s) in enumerate(tries[first_try::every]):
+    tries = tries[first_try::every]
+    for number, (point, gesture, gap_s) in enumerate(tries):
         if number % 100 == 99:
             bench.wait(0.3)  # what the module reports stays fresh
         first_button(bench, act)
-        tally.tries[gesture] = tally.tries.get(gesture, 0) + 1
         if not attempt(bench, act, point, gesture, gap_s):
-            tally.left.append(f"{act.name}: {gesture} at {point.x()}, {point.y()} after {gap_s} s")
+            left.append(f"{act.name}: {gesture} at {point.x()}, {point.y()} after {gap_s} s")
             bench.worker.refuse_orders()
             bench.wait(1.0)
             go_to(bench, act)
     bench.reset()
+    return len(tries), left
 
 
 def is_possible(bench: GestureBench, act: DangerousAct) -> bool:
@@ -268,45 +253,14 @@ def run_window(
     application: QApplication,
     size: tuple[int, int],
     language: str,
-    scale: int,
     *,
     every: int,
     first_try: int = 0,
     acts: Sequence[DangerousAct] = ACTS,
-) -> list[Tally]:
-    """Run these acts in one window."""
-    tallies = []
+) -> list[tuple[int, list[str]]]:
+    """Try these acts in one window, one after the other."""
     with (
         tempfile.TemporaryDirectory() as folder,
         gesture_bench(application, Path(folder), language=language, size=size) as bench,
     ):
-        for act in acts:
-            tally = Tally(act.name, f"{size[0]}×{size[1]}", language, scale)
-            try_act(bench, act, tally, every=every, first_try=first_try)
-            tallies.append(tally)
-    return tallies
-
-
-def run_windows(application: QApplication, scale: int, every: int, first_try: int) -> list[Tally]:
-    """Run every size and language at the scale of this process."""
-    return [
-        tally
-        for size, language in product(SIZES, LANGUAGES)
-        for tally in run_window(application, size, language, scale, every=every, first_try=first_try)
-    ]
-
-
-def run_scale(scale: int, every: int, first_try: int) -> list[Tally]:
-    """Run all windows at one scale, in a new process because Qt reads the scale once."""
-    command = [sys.executable, "-m", "tests.gestures", "--scale", str(scale)]
-    command += ["--every", str(every), "--first", str(first_try)]
-    environment = {**os.environ, "QT_SCALE_FACTOR": str(scale)}
-    environment.setdefault("QT_QPA_PLATFORM", "offscreen")
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(done.stderr)
-    return [Tally(**one) for one in json.loads(done.stdout.splitlines()[-1])]
-
-
-def run_table(every: int = 1, first_try: int = 0) -> list[Tally]:
-    return [tally for scale in SCALES for tally in run_scale(scale, every, first_try)]
+        return [try_act(bench, act, every=every, first_try=first_try) for act in acts]

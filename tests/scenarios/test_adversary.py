@@ -12,7 +12,7 @@ from app.engine.procedure import Ask, Inspect, Pause, Procedure
 from app.preflight.verdict import Assessment, Verdict
 from protocol.catalogue import BY_NAME
 from protocol.messages import TriggerRecord
-from tests.adversary.__main__ import breaches_of, main, table_of
+from tests.adversary.__main__ import main, told
 from tests.adversary.campaign import Desk, Plan, plan_of, plans, run_all
 from tests.adversary.commands import NAMES, WINDOW
 from tests.adversary.faults import DIALECTS, TROUBLES
@@ -60,7 +60,7 @@ def test_a_sound_module_at_the_window_works(desk: Desk) -> None:
 
 def test_a_part_of_the_campaign_finds_no_breach(tmp_path: Path) -> None:
     campaign = run_all(plans(RUNS, 1), tmp_path)
-    assert campaign.breaches == [], "\n".join(breaches_of(campaign))
+    assert campaign.breaches == [], told(campaign)
     assert campaign.said['"verified": true'] > 2, "a program that says nothing breaks no promise"
 
 
@@ -207,10 +207,9 @@ def test_a_breach_is_reported_with_the_command_that_repeats_it(
 ) -> None:
     no_last_reading(monkeypatch)
     plan = Plan("ack one", "reverts after 300 ms", "set freefall_time_s", 4)
-    campaign = run_all(iter([plan]), tmp_path)
-    told = "\n".join([*table_of(campaign), *breaches_of(campaign)])
-    assert "false verified" in told
-    assert f'--only "{plan}"' in told
+    said = told(run_all([plan], tmp_path))
+    assert "false verified" in said
+    assert f'--only "{plan}"' in said
     assert main(["--only", str(plan)]) == 1
     assert "false verified" in capsys.readouterr().out
     monkeypatch.undo()
