@@ -10,11 +10,13 @@ import threading
 import time
 from collections.abc import Sequence
 from itertools import chain, repeat
+from math import inf
 from pathlib import Path
 
+from app.engine.procedure import await_asking
 from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
-from app.preflight.activation import activate_ready, await_while_asking
+from app.preflight.activation import activate_ready
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.findings import RESULT_WORDS, CheckResult, Person
 from app.preflight.run import run_preflight
@@ -141,7 +143,12 @@ class _PortCheck:
     def _activate(self, conversation: Conversation) -> None:
         """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
         store = self._store
-        filed = self.file() if store is None else conversation.run(await_while_asking(store.queue.submit(self.file)))
+        if store is None:
+            filed = self.file()
+        else:
+            filing = store.queue.submit(self.file)
+            conversation.run(await_asking(filing, inf))
+            filed = filing.result()
         if filed.assessment.verdict is not Verdict.READY:
             return
         permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, time.monotonic())

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
 ASK_EVERY_S = 0.05
+SLOW_S = 0.1
+"""After a longer wait for a disk the module is asked."""
 
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
 MAX_LOCKS = 50
@@ -180,3 +182,12 @@ def pause_asking(seconds: float) -> Procedure[None]:
     while now < begin + seconds:
         yield from ask_report()
         now = yield Pause(ASK_EVERY_S)
+
+
+def await_asking(future: "Future[Any]", limit_s: float) -> Procedure[bool]:
+    """Whether it is done, after at most `limit_s` and a question. If it takes long the module is asked meanwhile."""
+    view = begin = yield Inspect()
+    while not (yield Await(future, SLOW_S)) and view.now < begin.now + limit_s:
+        yield from ask_report()
+        view = yield Inspect()
+    return future.done()

@@ -1,10 +1,8 @@
 """From READY to GO in the connection in which the triggers were enabled."""
 
-from concurrent.futures import Future
 from dataclasses import replace
-from typing import TypeVar
 
-from app.engine.procedure import ASK_EVERY_S, EngineView, Inspect, Pause, Procedure, ask_report, pause_asking
+from app.engine.procedure import EngineView, Inspect, Procedure, pause_asking
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.reread import read_state
 from app.preflight.verdict import Assessment, Void, void_of_reading, void_reason
@@ -18,15 +16,6 @@ from protocol.translatable import marked
 
 SETTLE_S = 0.6
 """A module that restarts when it is activated has said so by then, with two heartbeats."""
-Result = TypeVar("Result")
-
-
-def await_while_asking(future: Future[Result]) -> Procedure[Result]:
-    """Its result. The module is asked meanwhile: one that is not asked could be exchanged unseen."""
-    while not future.done():
-        yield from ask_report()
-        yield Pause(ASK_EVERY_S)
-    return future.result()
 
 
 def activate_ready(ready: Assessment, journal: Journal, permit: Permit) -> Procedure[tuple[Performed, Evidence]]:

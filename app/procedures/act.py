@@ -174,11 +174,12 @@ def perform(
 
 def begin_act(
     act: Act, request: Request, journal: Journal, *, permit: Permit | None, armed: Armed | None,
-    detail: Mapping[str, object] | None = None,
+    detail: Mapping[str, object] | None = None, begin: EngineView | None = None,
 ) -> Procedure[Entry | tuple[Refusal, ...]]:  # fmt: skip
     """Judge the conditions, wait until the intent is durable, judge them again and spend the permit. The entry: the
-    frame may be sent now, and only now; else why not. `detail`: for the log; else what is known."""
-    begin: EngineView = yield Inspect()
+    frame may be sent now, and only now; else why not. `detail`: for the log; else what is known. `begin`: of the module
+    that it was decided for; by default the one that answers now."""
+    begin = begin or (yield Inspect())
     is_same = yield from _refresh(act, begin)
     view: EngineView = yield Inspect()
     refused = _conditions_open(act, view, journal, permit=permit, armed=armed, is_same=is_same)

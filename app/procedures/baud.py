@@ -74,15 +74,18 @@ class BaudChanged:
 
 
 def change_baud(
-    new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
-) -> Procedure[BaudChanged]:
+    new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None,
+    begin: EngineView | None = None,
+) -> Procedure[BaudChanged]:  # fmt: skip
     """Raises `ValueRefused` for a rate without a code, before anything is sent. If it is cancelled or the port is lost
-    after the set, it raises, and the logged rates remain to be searched."""
+    after the set, it raises, and the logged rates remain to be searched. For `begin` see `begin_act`."""
     request = BAUD_RATE.set(new_rate)
     view: EngineView = yield Inspect()
     old_rate = view.baud_rate
     rates = {"old": old_rate, "new": new_rate}
-    entry = yield from begin_act(Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates)
+    entry = yield from begin_act(
+        Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates, begin=begin
+    )
     if isinstance(entry, tuple):
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=entry)
     # Without an outcome, as where the port is lost now, the module is searched for at the next start.

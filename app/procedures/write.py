@@ -11,7 +11,8 @@ verified, only acknowledged.
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, ask_value
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, ask_value, pause_asking
+from app.procedures.ask_status import ask_status
 from protocol.catalogue import Command
 from protocol.events import Answered, Outcome, Role, Unanswered
 from protocol.fields import Value
@@ -119,8 +120,9 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     """Write one setting that changes nothing about the link; for the baud rate see `change_baud`. Raises `ValueRefused`
     or `LookupError` before anything is sent. `write_all` checks whether writing is allowed."""
     request = command.set(value)
-    old = yield from _old_value(command)
     before: EngineView = yield Inspect()
+    known = before.device.fresh(command.key, before.now)
+    old = None if known is None or command.write is None else command.write.encode(known)
     reply = acknowledged((yield Ask(request)))
     if reply.heard is SetReply.NOT_SENT:
         verdict = False if command.reads_back else None
@@ -128,6 +130,8 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     back = ReadBack()
     if command.reads_back:
         back = yield from read_back(command)
+    else:  # else the next set would wait for the answer to a question, which another module may give
+        yield from ask_status()
     has_restarted = yield from restarted_since(before)
     fault = WriteFault.RESTARTED if has_restarted else _fault(command, command.set(value).data, reply, back, old=old)
     return Written(
@@ -139,18 +143,6 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
         fault=fault,
         waited_s=reply.waited_s,
     )
-
-
-def _old_value(command: Command) -> Procedure[int | None]:
-    """The byte before the write, which distinguishes "refused" from "clamped"; None if unknown."""
-    if not command.reads_back or command.write is None:
-        return None
-    view: EngineView = yield Inspect()
-    known = view.device.fresh(command.key, view.now)
-    if known is not None:
-        return command.write.encode(known)
-    reading = yield from ask_value(command)
-    return reading.raw if reading is not None else None
 
 
 def acknowledged(outcome: Outcome) -> Acknowledged:
@@ -169,7 +161,7 @@ def restarted_since(before: EngineView) -> Procedure[bool]:
     after: EngineView = yield Inspect()
     old, new = before.link.counters.by_role, after.link.counters.by_role
     if any(new[role] != old[role] for role in _RESTART_ROLES):
-        yield Pause(RESTART_SHOWS_S)
+        yield from pause_asking(RESTART_SHOWS_S)
         after = yield Inspect()
     return after.device.restarts != before.device.restarts
 

@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from app.engine.procedure import Await, EngineView, Inspect, Procedure, Report, pause_asking
+from app.engine.procedure import EngineView, Inspect, Procedure, Report, await_asking, pause_asking
 from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import ANOTHER_ANSWERED, Armed
@@ -189,7 +189,9 @@ def _write_one(progress: _WriteProgress, change: SettingChange) -> Procedure[Non
     elif change.command is BAUD_RATE:
         if context.on_begun is not None:
             context.on_begun(BAUD_RATE)
-        baud = yield from change_baud(int(change.value), context.journal, permit=context.permit, armed=context.armed)
+        baud = yield from change_baud(
+            int(change.value), context.journal, permit=context.permit, armed=context.armed, begin=context.begin
+        )
         progress.refused = baud.refusals
         progress.results.append(_written(change, baud))
     else:
@@ -294,7 +296,7 @@ def _store_snapshot(store: Callable[[Snapshot], Future[int] | None]) -> Procedur
 
 def _wait_for_disk(future: Future[int]) -> Procedure[None]:
     """Wait, then ask for the status again, as other requests may have been sent meanwhile."""
-    yield Await(future, DISK_LIMIT_S)
+    yield from await_asking(future, DISK_LIMIT_S)
     yield from ask_status()
 
 

@@ -10,15 +10,13 @@ from concurrent.futures import Future
 from enum import Enum
 from typing import Protocol
 
-from app.engine.procedure import Await, EngineView, Inspect, Procedure
+from app.engine.procedure import SLOW_S, EngineView, Inspect, Procedure, await_asking
 from app.safety.acts import Act
 from app.text.user_error import UserError
 from protocol.translatable import marked
 
 DURABLE_LIMIT_S = 5.0
 """As long as a confirmation is valid: an intent that is not on disk by then is dropped."""
-SLOW_DISK_S = 0.1
-"""After a longer wait for the disk the module is asked again before the conditions are checked."""
 
 
 class Outcome(Enum):
@@ -71,11 +69,12 @@ class NoJournal:
 
 
 def durable(entry: Entry) -> Procedure[bool]:
-    """Wait until the intent is on disk; returns whether it took long. Raises `UserError`."""
+    """Wait until the intent is on disk; returns whether it took so long that the conditions are read
+    again. Raises `UserError`."""
     began: EngineView = yield Inspect()
-    is_written = yield Await(entry, DURABLE_LIMIT_S)
+    is_written = yield from await_asking(entry, DURABLE_LIMIT_S)
     if not is_written or entry.cancelled():
         raise UserError(marked("The disk is too slow."))
     entry.result()
     ended: EngineView = yield Inspect()
-    return ended.now - began.now > SLOW_DISK_S
+    return ended.now - began.now > SLOW_S

@@ -9,13 +9,14 @@ that are left. Exit code 0 if all names are given, 1 if not, 4 if a file could n
 import argparse
 import time
 from collections.abc import Callable, Sequence
+from math import inf
 from pathlib import Path
 from typing import Final
 
 from app.cli.settings.set import warn
+from app.engine.procedure import await_asking
 from app.fleet.batch import PLUG_IN, READY, SET_ASIDE, TAKEN, UNPLUG, BatchRow, Bench, ModuleBatch, batch_of
 from app.fleet.batch_list import cells, check_batch_target, is_done, write_batch_labels, write_list
-from app.preflight.activation import await_while_asking
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.preflight.provision import await_gone
@@ -130,7 +131,7 @@ class _Turns:
             raise
         keeping = self._store.queue.submit(lambda: self._bench.keep(name, evidence, done, records.adapter()))
         with LinkTrouble():
-            conversation.run(await_while_asking(keeping))
+            conversation.run(await_asking(keeping, inf))
         why = keeping.result()
         if why is None:
             console.write_lines([coloured(f"{name}: {tr(READY)}", Colour.GOOD)])

@@ -1,6 +1,8 @@
 """Another module takes the place of the first one in the middle of a command."""
 
 import json
+from collections.abc import Callable
+from concurrent.futures import Future
 from contextlib import closing
 from pathlib import Path
 
@@ -13,7 +15,7 @@ from app.simulator.memory import invent_records
 from app.store.facts import FactKind
 from app.store.store import open_store
 from protocol.catalogue import STATUS_CODE
-from tests.adversary.program import PORT, Ran, Stage
+from tests.adversary.program import PORT, Ran, Stage, write_at_once
 from tests.app.cli.test_cli_act import recorded
 from tests.support.cli_line import bench_of, exchange, falls_after, run_here
 from tests.support.line.lies import lying_bench
@@ -234,6 +236,41 @@ def test_no_trigger_is_enabled_on_another_module_than_is_checked(stage: Stage, f
     bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench)):
         run(stage, ["preflight", "--enable-triggers"], 1)
+    assert not stage.truth.acts_sent
+
+
+@pytest.mark.parametrize(
+    ("words", "frame"),
+    [
+        (["preflight", "--enable-triggers"], 75),
+        (["set", "attitude_trigger=true", "freefall_trigger=true"], 17),
+        (["set", "attitude_threshold_deg=75", "baud_rate=57600"], 17),
+    ],
+)
+def test_the_second_set_is_not_sent_to_another_module_than_the_first(
+    stage: Stage, words: list[str], frame: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It takes its place after the first one was acknowledged."""
+    monkeypatch.setattr("tests.support.cli_line.GAP_S", 0.36)
+    with falls_after(stage.bench, frame, lambda: exchange(stage.bench)):
+        run(stage, words, 1)
+    assert stage.truth.acts_sent.total() == 1
+
+
+@pytest.mark.parametrize("words", [["activate", "--yes"], ["set", "light_threshold_v=2.0"], ["set", "baud_rate=57600"]])
+def test_nothing_is_sent_to_another_module_that_came_while_the_disk_was_slow(
+    stage: Stage, words: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their boot counts are the same."""
+
+    def write_slowly(queue: object, work: Callable[[], object]) -> "Future[object]":
+        future, ends_at_s = write_at_once(queue, work), stage.clock() + 0.8
+        monkeypatch.setattr(future, "done", lambda: stage.clock() >= ends_at_s)
+        return future
+
+    monkeypatch.setattr("tests.adversary.program.write_at_once", write_slowly)
+    stage.happens_at(stage.clock() + 0.3, lambda bench: exchange(bench, boot_count=37))
+    run(stage, words, 1)
     assert not stage.truth.acts_sent
 
 

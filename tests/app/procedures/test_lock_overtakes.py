@@ -10,7 +10,7 @@ from app.engine.session import Run
 from app.procedures.act import Performed, perform
 from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.lock import Locked, lock
-from app.procedures.write import SetReply, write_verified
+from app.procedures.write import SetReply, read_back, write_verified
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock, InterlockInputs, refusals
 from app.safety.journal import Outcome
@@ -180,6 +180,7 @@ def test_lock_pressed_again_leaves_at_once_and_takes_the_place_of_the_first() ->
 
 def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
     rig = Rig(SLOW)
+    rig.run(read_back(LIGHT_THRESHOLD))
     writing = Run(write_verified(LIGHT_THRESHOLD, 2.0))
     rig.session.run(writing)
     rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT_THRESHOLD.set(2.0)])

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import pytest
 
-from app.procedures.write import SetReply, WriteFault, Written, write_verified
+from app.procedures.write import SetReply, WriteFault, Written, read_back, write_verified
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
 from protocol.catalogue import BY_NAME, Command
 from protocol.fields import Value, ValueRefused
@@ -40,6 +40,9 @@ def held(rig: Rig, command: Command) -> Value:
 
 
 def write(rig: Rig, name: str, value: Value) -> Written:
+    """After it was read."""
+    if BY_NAME[name].reads_back:
+        rig.run(read_back(BY_NAME[name]))
     return rig.run(write_verified(BY_NAME[name], value))
 
 
@@ -68,7 +71,7 @@ def test_a_set_goes_out_once_and_is_read_back_twice() -> None:
     rig = Rig()
     write(rig, "freefall_time", 1.2)
     sent = [request for request in rig.line.requests if request.command.name == "freefall_time"]
-    assert [request.is_set for request in sent] == [False, True, False, False]
+    assert [request.is_set for request in sent] == [False, False, True, False, False]
 
 
 @pytest.mark.parametrize("ack", ["echo", "one"])
@@ -162,7 +165,7 @@ def test_a_restart_in_the_middle_claims_nothing(name: str, after_frames: int) ->
 def test_a_value_that_no_byte_carries_is_refused_before_anything_is_sent() -> None:
     rig = Rig()
     with pytest.raises(ValueRefused, match=r"0\.5 g and 0\.6 g"):
-        write(rig, "freefall_acceleration", 0.55)
+        rig.run(write_verified(BY_NAME["freefall_acceleration"], 0.55))
     assert rig.line.sent == b""
 
 
