@@ -2,6 +2,7 @@
 
 import threading
 import time
+from functools import partial
 from itertools import count
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from app.engine.worker import Worker
 from app.simulator import bench as benches
 from app.terminal.connection import Conversation
 from tests.support.check_pace import hurry_check
+from tests.support.cli_line import Program, run_here
 
 _numbers = count(1)
 
@@ -37,6 +39,11 @@ def wire(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
 
     monkeypatch.setattr(transport.SerialLine, "write", recorded)
     return frames
+
+
+@pytest.fixture
+def dps_s(capsys: pytest.CaptureFixture[str]) -> Program:
+    return partial(run_here, capsys)
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Helpers for tests of the command line: printed output, the module behind a port, and faults at a given frame."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pytest
 
@@ -22,6 +22,10 @@ def run_here(capsys: pytest.CaptureFixture[str], words: Sequence[str], code: int
     found, printed = program.main(words), Printed(capsys)
     assert found == code, printed.err
     return printed
+
+
+Program = Callable[..., Printed]
+"""`run_here`, as a fixture gives it: called with the words and the exit code."""
 
 
 def is_one_sentence(text: str) -> bool:

@@ -19,7 +19,7 @@ from app.store.store import open_store
 from app.system.folders import data_folder
 from tests.app.records.test_filing import FRAME
 from tests.app.records.test_record import checked_record
-from tests.support.cli_line import Printed, bench_of, run_here
+from tests.support.cli_line import Printed, Program, bench_of, run_here
 from tests.support.flights import log_bytes as made
 from tests.support.records.kept_facts import tamper
 from tests.support.records.stations_made import station
@@ -42,11 +42,9 @@ def recorded() -> list[tuple[Act, Outcome]]:
 
 
 @pytest.mark.parametrize("name", ["activate", "lock", "zero", "shutdown"])
-def test_with_yes_it_is_done_once_and_recorded(
-    name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
+def test_with_yes_it_is_done_once_and_recorded(name: str, port: str, dps_s: Program, wire: list[bytes]) -> None:
     options = {"lock": "?active=yes", "zero": "?tilt=4"}.get(name, "")
-    assert run_here(capsys, [name, "--port", port + options, "--yes"]).out.startswith(("The module ", "Acknowledged"))
+    assert dps_s([name, "--port", port + options, "--yes"]).out.startswith(("The module ", "Acknowledged"))
     assert acts(wire) == [REQUESTS[Act(name)].encode()]
     assert recorded() == [(Act(name), Outcome.CONFIRMED)]
     module = bench_of(port).module
@@ -55,10 +53,10 @@ def test_with_yes_it_is_done_once_and_recorded(
     assert module.memory.zero_tilt_deg == (4 if name == "zero" else 0)
 
 
-def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+def test_without_a_store_only_locking_is_done(port: str, dps_s: Program, wire: list[bytes]) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_text("in the way", encoding="utf-8")
-    assert "The audit log cannot be written." in run_here(capsys, ["activate", "--port", port, "--yes"], 1).err
+    assert "The audit log cannot be written." in dps_s(["activate", "--port", port, "--yes"], 1).err
     assert acts(wire) == []
     assert program.main(["lock", "--port", port, "--yes"]) == 0
     assert acts(wire) == [REQUESTS[Act.LOCK].encode()]
@@ -66,9 +64,9 @@ def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureF
 
 @pytest.mark.parametrize(("module", "code"), [("?mute=yes", 3), ("?active=yes&mute_codes=10", 1)])
 def test_lock_is_sent_before_anything_is_answered(
-    module: str, code: int, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+    module: str, code: int, port: str, dps_s: Program, wire: list[bytes]
 ) -> None:
-    said = run_here(capsys, ["lock", "--port", port + module, "--yes"], code).err
+    said = dps_s(["lock", "--port", port + module, "--yes"], code).err
     assert wire[0] == REQUESTS[Act.LOCK].encode()
     assert "not confirmed: treat the module as ACTIVE." in said
 
@@ -129,20 +127,20 @@ def test_no_station_is_taken_over_from_what_is_altered_or_not_signed(
     assert len(capsys.readouterr().out.splitlines()) == 1
 
 
-def test_the_audit_log_is_verified(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "No audit log." in run_here(capsys, ["verify", "--log"], 2).err
+def test_the_audit_log_is_verified(dps_s: Program) -> None:
+    assert "No audit log." in dps_s(["verify", "--log"], 2).err
     assert not data_folder().exists()
     with closing(open_store()) as store:
         for _ in range(3):
             store.begin(Act.LOCK, FRAME, {}, port="p", origin="window")
-    assert "intact; entries: 3" in run_here(capsys, ["verify", "--log"]).out
+    assert "intact; entries: 3" in dps_s(["verify", "--log"]).out
     tamper(data_folder() / FILE_NAME, "DELETE FROM facts WHERE number = 2")
-    assert run_here(capsys, ["verify", "--log"], 1).out == "Entry 2 was removed.\n"
+    assert dps_s(["verify", "--log"], 1).out == "Entry 2 was removed.\n"
 
 
-def test_an_audit_log_that_cannot_be_opened_is_not_said_to_be_none(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_audit_log_that_cannot_be_opened_is_not_said_to_be_none(dps_s: Program) -> None:
     (data_folder() / FILE_NAME).mkdir(parents=True)
-    said = run_here(capsys, ["verify", "--log"], 2).err
+    said = dps_s(["verify", "--log"], 2).err
     assert FILE_NAME in said
     assert "No audit log." not in said
 

@@ -17,7 +17,7 @@ from app.store.store import open_store
 from protocol.catalogue import STATUS_CODE
 from tests.adversary.program import PORT, Ran, Stage, write_at_once
 from tests.app.cli.test_cli_act import recorded
-from tests.support.cli_line import bench_of, exchange, falls_after, run_here
+from tests.support.cli_line import Program, bench_of, exchange, falls_after
 from tests.support.line.lies import lying_bench
 from tests.support.line.sim_line import FakeClock
 
@@ -50,14 +50,14 @@ def test_values_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame:
 @pytest.mark.parametrize("ends", ["unplugged", "silent"])
 @pytest.mark.parametrize("frame", [9, 11])
 def test_values_of_two_modules_are_not_read_as_those_of_one_where_reading_ends_then(
-    ends: str, frame: int, port: str, capsys: pytest.CaptureFixture[str]
+    ends: str, frame: int, port: str, dps_s: Program
 ) -> None:
     bench = bench_of(port)
     with (
         falls_after(bench, frame, bench.unplug if ends == "unplugged" else lambda: bench.change(mute=True)),
         falls_after(bench, 5, lambda: exchange(bench, light_threshold=70)),
     ):
-        shown = json.loads(run_here(capsys, ["read", "--port", port, "--json"], 4).out)
+        shown = json.loads(dps_s(["read", "--port", port, "--json"], 4).out)
     settings = shown["settings"]
     assert (settings["light_threshold_v"], settings["attitude_threshold_deg"]) == (None, 85)
     assert "light_threshold_v" in shown["errors"]
@@ -136,18 +136,15 @@ def test_a_slow_line_is_no_silence(stage: Stage) -> None:
     assert run(stage, ["lock", "--yes"]).out == "The module reports LOCKED.\n"
 
 
-@pytest.mark.parametrize("frame", [4, 8, 12])
-def test_nothing_is_written_to_another_module_than_was_read(stage: Stage, frame: int) -> None:
+def test_nothing_is_written_to_another_module_than_was_read(stage: Stage) -> None:
     bench = stage.bench
-    with falls_after(bench, frame, lambda: exchange(bench)):
+    with falls_after(bench, 8, lambda: exchange(bench)):
         printed = run(stage, ["set", "attitude_threshold_deg=75"], 1)
     assert "not sent: The module restarted. Read again." in printed.out
     assert bench.module.memory.attitude_threshold == 85
 
 
-@pytest.mark.parametrize(
-    ("act", "frame"), [*(("activate", frame) for frame in range(4, 16)), ("zero", 20), ("shutdown", 14)]
-)
+@pytest.mark.parametrize(("act", "frame"), [("activate", 4), ("activate", 15), ("zero", 20), ("shutdown", 14)])
 def test_no_act_is_done_to_another_module_than_was_there(stage: Stage, act: str, frame: int) -> None:
     bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench)):
@@ -157,7 +154,7 @@ def test_no_act_is_done_to_another_module_than_was_there(stage: Stage, act: str,
 
 
 @pytest.mark.parametrize("boots", [37, 90])
-@pytest.mark.parametrize("frame", [20, 22, 25, 32, 34])
+@pytest.mark.parametrize("frame", [20, 34])
 def test_of_a_module_that_was_written_nobody_says_what_another_one_holds(stage: Stage, frame: int, boots: int) -> None:
     """What answers then, or after the settings have settled, is another one."""
     bench = stage.bench
@@ -190,14 +187,6 @@ def test_a_short_silence_is_not_taken_for_a_slow_line(
     assert recorded() == []
 
 
-def test_a_write_before_a_restart_is_not_logged_as_refused(stage: Stage) -> None:
-    """What is read afterwards may be what the restart left, or another module's."""
-    with falls_after(stage.bench, 20, stage.bench.restart):
-        shown = json.loads(run(stage, ["set", "attitude_threshold_deg=75", "--json"], 1).out)
-    assert shown["results"]["attitude_threshold_deg"]["error"] == "the module restarted"
-    assert recorded() == [(Act.WRITE, Outcome.UNKNOWN)]
-
-
 def test_what_is_set_aside_of_a_batch_has_no_settings_of_another_module(stage: Stage, tmp_path: Path) -> None:
     profile = tmp_path / "batch.toml"
     profile.write_text('name = "x"\n[settings]\nfreefall_time_s = 1.2\n', encoding="utf-8")
@@ -221,7 +210,7 @@ def test_a_check_that_met_two_modules_tells_nothing_of_the_named_one(stage: Stag
     assert checks["boot_count"]["result"] == "warn", checks["boot_count"]
 
 
-@pytest.mark.parametrize("frame", [10, 30, 60, 78, 80, 83, 86])
+@pytest.mark.parametrize("frame", [10, 60, 83])
 def test_a_check_shows_no_boot_count_of_one_module_beside_settings_of_another(stage: Stage, frame: int) -> None:
     bench = stage.bench
     with falls_after(bench, frame, lambda: exchange(bench, light_threshold=70)):
@@ -275,7 +264,7 @@ def test_nothing_is_sent_to_another_module_that_came_while_the_disk_was_slow(
 
 
 @pytest.mark.parametrize("more", [[], ["--module", "M-07"]])
-@pytest.mark.parametrize("frame", [15, 20, 30, 38])
+@pytest.mark.parametrize("frame", [15, 38])
 def test_records_of_two_modules_are_not_read_as_those_of_one(stage: Stage, frame: int, more: list[str]) -> None:
     """What came is listed, as incomplete, and nothing is kept."""
     bench, words = stage.bench, ["history", "--json", *more]
@@ -317,13 +306,11 @@ def test_nothing_is_kept_of_two_modules_that_only_their_records_tell_apart(stage
     run(stage, words)
 
 
-def test_nothing_is_kept_of_two_modules_where_the_port_is_lost_then(
-    port: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_is_kept_of_two_modules_where_the_port_is_lost_then(port: str, dps_s: Program) -> None:
     bench, words = bench_of(port), ["history", "--port", port, "--json", "--module", "M-07"]
     invent_records(bench.module.memory, 3, seed=5, has_odd_voltage=False)
     with falls_after(bench, 20, lambda: exchange(bench)), falls_after(bench, 34, bench.unplug):
-        printed = run_here(capsys, words, 4)
+        printed = dps_s(words, 4)
     assert json.loads(printed.out)["records"]
     assert "unplugged" in printed.err
     with closing(open_store()) as store:

@@ -24,7 +24,7 @@ from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import Recorder
 from app.terminal.streaming import StreamSpan
 from protocol.catalogue import SERIAL_OUTPUT
-from tests.support.cli_line import Printed, bench_of, exchange, falls_after, run_here
+from tests.support.cli_line import Printed, Program, bench_of, exchange, falls_after, run_here
 from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, running
@@ -58,10 +58,10 @@ def test_monitor_switches_the_stream_on_and_off(
     ],
 )
 def test_monitor_says_where_another_module_may_answer(
-    memory: dict[str, int], said: str, port: str, capsys: pytest.CaptureFixture[str]
+    memory: dict[str, int], said: str, port: str, dps_s: Program
 ) -> None:
     with falls_after(bench_of(port), 14, lambda: exchange(bench_of(port), **memory)):
-        printed = run_here(capsys, ["monitor", "--port", f"{port}?rate=100", "--seconds", "6", "--json"])
+        printed = dps_s(["monitor", "--port", f"{port}?rate=100", "--seconds", "6", "--json"])
     assert f"This may be another module: {said}" in printed.err
     assert all(json.loads(line)["tilt_deg"] == 0 for line in printed.out.splitlines())
 
@@ -87,18 +87,8 @@ def test_monitor_leaves_a_stream_that_was_on(
     assert 8 < len(Printed(capsys).out.splitlines()) < 160  # of 80 reports, each once; polled there are 8
 
 
-@pytest.mark.parametrize("quirks", ["stream=acknowledged", "stream=silent"])
-def test_monitor_polls_what_does_not_stream(
-    port: str, hasty: None, quirks: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    printed = run_here(capsys, ["monitor", "--port", f"{port}?{quirks}", "--seconds", "1.5"])
-    assert len(printed.out.splitlines()) >= 3
-    assert "not triggered   locked" in printed.out
-    assert wire[-1] == SERIAL_OUTPUT.set(False).encode()
-
-
 def test_monitor_goes_on_after_a_sleep_and_leaves_the_module_silent(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, wire: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It ended, said that the module had stopped answering, and left it streaming."""
     slept = {"s": 0.0}
@@ -107,7 +97,7 @@ def test_monitor_goes_on_after_a_sleep_and_leaves_the_module_silent(
     monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + slept["s"])
     timer = threading.Timer(1.0, slept.update, [{"s": 60.0}])
     timer.start()
-    printed = run_here(capsys, ["monitor", "--port", f"{port}?rate=100", "--seconds", "2", "--json"])
+    printed = dps_s(["monitor", "--port", f"{port}?rate=100", "--seconds", "2", "--json"])
     timer.join()
     times = [json.loads(line)["t_s"] for line in printed.out.splitlines()]
     assert times[-1] > 1.8
@@ -129,22 +119,9 @@ def test_the_stream_is_switched_off_though_its_answer_was_not_awaited() -> None:
     procedure.close()
 
 
-DIALECTS = (
-    "",
-    "ack=one&voltage_code=34",
-    "ack=echo&voltage_code=35&freefall_ack=17",
-    "light_inverted=yes&odd_voltage=yes&remembers=yes",
-    "echo=yes",
-    "double=1",
-)
-
-
-@pytest.mark.parametrize("quirks", DIALECTS)
-def test_reading_sends_nothing_that_changes(
-    port: str, quirks: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_reading_sends_nothing_that_changes(port: str, wire: list[bytes], dps_s: Program) -> None:
     for command in ("read", "find"):
-        program.main([command, "--port", f"{port}?{quirks}", "--json"])
+        dps_s([command, "--port", port, "--json"])
     assert {frame[2] for frame in wire} == {0x01, 0x14, 0x15, 0x20, 0x21, 0x22, 0x23, 0x32, 0x33, 0x34}
     assert {frame[3] for frame in wire if frame[2] != 0x01} == {0x01}
 
@@ -307,54 +284,50 @@ def test_a_session_is_decoded_from_its_file(
     assert "not a recording by this program" in run_here(capsys, ["decode", str(tmp_path / "b.mcap")], 2).err
 
 
-def test_a_capture_is_decoded_from_standard_input(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_capture_is_decoded_from_standard_input(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
     monkeypatch.setattr(
         "sys.stdin", io.StringIO("# DPS-S capture 1\n0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44\n")
     )
-    query, status = (json.loads(line) for line in run_here(capsys, ["decode", "-", "--json"]).out.splitlines())
+    query, status = (json.loads(line) for line in dps_s(["decode", "-", "--json"]).out.splitlines())
     assert (query["direction"], status["tilt_deg"], status["t_s"]) == ("host_to_module", 7, 0.2)
 
 
-def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, dps_s: Program) -> None:
     path = tmp_path / "a.dpscap"
     path.write_text("# DPS-S capture 1\n0.1 < 41 75 32 07 0A 00 01 45\nrubbish\n0.2 > 42 61 32 01 00 33\n", "utf-8")
-    printed = run_here(capsys, ["decode", str(path), "--json"], 4)
+    printed = dps_s(["decode", str(path), "--json"], 4)
     first, *_, last = (json.loads(line) for line in printed.out.splitlines())
     assert (first["valid"], first["direction"]) == (False, "module_to_host")
     assert last["command"] == "status"
     assert printed.err == "Line 3 is left out: no time, direction and bytes.\n"
 
 
-def test_a_dash_is_the_table_on_standard_output(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, ["record", "--port", port, "--seconds", "0.3", "-"])
+def test_a_dash_is_the_table_on_standard_output(port: str, dps_s: Program) -> None:
+    printed = dps_s(["record", "--port", port, "--seconds", "0.3", "-"])
     table = list(csv.DictReader(io.StringIO(printed.out)))
     assert len([row for row in table if row["tilt_deg"]]) > 10
     assert {row["triggered"] for row in table} == {"", "false"}
     assert "Simulated module" in printed.err
-    assert run_here(capsys, ["recordings", "export", "latest", "-"]).out == printed.out
+    assert dps_s(["recordings", "export", "latest", "-"]).out == printed.out
 
 
-def test_the_table_on_standard_output_ends_where_another_module_answers(
-    port: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_table_on_standard_output_ends_where_another_module_answers(port: str, dps_s: Program) -> None:
     with falls_after(bench_of(port), 18, lambda: exchange(bench_of(port))):
-        printed = run_here(capsys, ["record", "--port", f"{port}?rate=100", "--seconds", "60", "-"], 4)
+        printed = dps_s(["record", "--port", f"{port}?rate=100", "--seconds", "60", "-"], 4)
     assert "This may be another module: attitude threshold 85°, was 60°." in printed.err
     assert printed.out.count("connected: ") == 1
 
 
 def test_a_table_that_nobody_reads_any_more_is_no_failure(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run_here(capsys, ["record", "--port", port, "--seconds", "0.3", "-"])
+    dps_s(["record", "--port", port, "--seconds", "0.3", "-"])
 
     def ended(_text: str) -> None:
         raise BrokenPipeError
 
     monkeypatch.setattr("app.terminal.export_file.write", ended)
-    assert run_here(capsys, ["recordings", "export", "latest", "-"]).err == ""
+    assert dps_s(["recordings", "export", "latest", "-"]).err == ""
 
 
 def test_the_table_on_standard_output_comes_while_it_is_recorded(port: str) -> None:

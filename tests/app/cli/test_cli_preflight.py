@@ -22,7 +22,7 @@ from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.frame import decode_request
 from protocol.round_trips import Timing
-from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
+from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence, run_here
 from tests.support.processes import PROGRAM, ran, run_module
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -55,8 +55,8 @@ def _assert_only_questions(wire: list[bytes], *, flags: int) -> None:
     assert not {request.command.code for request in requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 
 
-def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    shown = json.loads(run_here(capsys, ["preflight", "--port", port, "--enable-triggers", "--json"]).out)
+def test_go_is_the_contract(port: str, dps_s: Program, wire: list[bytes]) -> None:
+    shown = json.loads(dps_s(["preflight", "--port", port, "--enable-triggers", "--json"]).out)
     assert list(shown) == ["verdict", "checks", "read", "simulated", "softer_limits"]
     assert (shown["simulated"], shown["softer_limits"]) == (True, [])
     assert shown["verdict"] == "READY"
@@ -77,10 +77,9 @@ def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire:
     _assert_only_questions(wire, flags=2)
 
 
-@pytest.mark.parametrize("number", [3, 15, 60])
-def test_lost_in_the_middle_is_no_go(port: str, capsys: pytest.CaptureFixture[str], number: int) -> None:
+def test_lost_in_the_middle_is_no_go(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     bench = bench_of(port)
-    with falls_after(bench, number, bench.unplug):
+    with falls_after(bench, 15, bench.unplug):
         assert program.main(["preflight", "--port", port, "--json", "--enable-triggers", "--module", "M-07"]) == 3
     printed = Printed(capsys)
     shown = json.loads(printed.out)
@@ -156,14 +155,14 @@ def test_a_new_trigger_and_another_module_are_noticed(
 
 
 def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_fired(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.engine.session.Timing", partial(Timing, answer_s=0.5))
     silent = ["preflight", "--port", f"{port}?mute_codes=35", "--enable-triggers", "--json"]
     named = [*silent, "--module", "M-07"]
 
     def result(words: list[str], code: int) -> tuple[str, str]:
-        checks = json.loads(run_here(capsys, words, code).out)["checks"]
+        checks = json.loads(dps_s(words, code).out)["checks"]
         (found,) = (check for check in checks if check["id"] == "trigger_records")
         return found["result"], found["why"]
 
@@ -209,52 +208,50 @@ def test_what_is_wrong_is_said_before_anything_is_sent(
 
 
 def test_a_report_that_cannot_be_written_is_said(
-    port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(_path: Path, _data: bytes) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("app.records.report_files.write_whole", broken)
     words = ["preflight", "--port", port, "--enable-triggers", "--report", str(tmp_path / "r.pdf")]
-    printed = run_here(capsys, words, 4)
+    printed = dps_s(words, 4)
     assert "No space left" in printed.err
     assert "READY: activate" in printed.out
 
 
-def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_store_it_goes_on(port: str, dps_s: Program) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_bytes(b"")  # a file where the folder should be
-    printed = run_here(capsys, ["preflight", "--port", port, "--enable-triggers", "--module", "M-07"])
+    printed = dps_s(["preflight", "--port", port, "--enable-triggers", "--module", "M-07"])
     assert "Not kept." in printed.err
     assert printed.out.startswith("READY")
 
 
-def test_a_check_that_cannot_be_filed_is_said(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_check_that_cannot_be_filed_is_said(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_what: object) -> None:
         raise ValueError("what cannot be used")
 
     monkeypatch.setattr("app.records.filing._store", fail)
-    printed = run_here(capsys, ["preflight", "--port", port, "--enable-triggers", "--module", "M-07"])
+    printed = dps_s(["preflight", "--port", port, "--enable-triggers", "--module", "M-07"])
     assert printed.err.endswith("Not kept.\n")
     assert printed.out.startswith("READY")
 
 
-def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert is_one_sentence(run_here(capsys, ["verify", str(tmp_path / "none.json")], 2).err)
+def test_verify_of_what_is_no_record(dps_s: Program, tmp_path: Path) -> None:
+    assert is_one_sentence(dps_s(["verify", str(tmp_path / "none.json")], 2).err)
     assert program.main(["verify", str(tmp_path)]) == 2
     assert program.main(["verify", "a\0b"]) == 2
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert "No pre-flight record" in run_here(capsys, ["verify", str(tmp_path / "x.json")], 2).err
+    assert "No pre-flight record" in dps_s(["verify", str(tmp_path / "x.json")], 2).err
     assert not (data_folder() / FILE_NAME).exists()
 
 
-def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_verify_says_what_became_of_a_damaged_store(dps_s: Program, tmp_path: Path) -> None:
     data_folder().mkdir(parents=True)
     (data_folder() / FILE_NAME).write_bytes(b"no database")
     (tmp_path / "x.json").write_text("{}", encoding="utf-8")
-    assert "cannot be read and are kept as" in run_here(capsys, ["verify", str(tmp_path / "x.json")], 2).err
+    assert "cannot be read and are kept as" in dps_s(["verify", str(tmp_path / "x.json")], 2).err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -274,17 +271,17 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_file
     assert "未" not in done.stderr  # nothing was said not to be kept
 
 
-def test_history_keeps_what_it_reads_under_a_name(port: str, capsys: pytest.CaptureFixture[str], kept: Store) -> None:
+def test_history_keeps_what_it_reads_under_a_name(port: str, dps_s: Program, kept: Store) -> None:
     words = ["history", "--port", f"{port}?history=9", "--json", "--module", " M-07 "]
-    printed = run_here(capsys, words)
+    printed = dps_s(words)
     assert len(json.loads(printed.out)["records"]) == 9
     assert printed.err == "M-07: 9 new; records: 9.\n"
     bench = bench_of(port)
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
-    assert run_here(capsys, words).err == "M-07: 1 new; records: 10.\n"
+    assert dps_s(words).err == "M-07: 1 new; records: 10.\n"
     other = [*words[:2], f"{port}other?history=2&boots=12", *words[3:]]
-    printed = run_here(capsys, other, 4)
+    printed = dps_s(other, 4)
     assert "This may be another module: boot count 12, was 37" in printed.err
     assert len(json.loads(printed.out)["records"]) == 2
     records = CheckStore(kept.database).records("M-07")
@@ -294,29 +291,29 @@ def test_history_keeps_what_it_reads_under_a_name(port: str, capsys: pytest.Capt
     assert len(CheckStore(kept.database).records("M-07")) == 12
 
 
-def test_history_that_could_not_be_kept_is_done_in_part(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_history_that_could_not_be_kept_is_done_in_part(port: str, dps_s: Program) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_bytes(b"")  # a file where the folder should be
-    printed = run_here(capsys, ["history", "--port", f"{port}?history=2", "--json", "--module", "M-07"], 4)
+    printed = dps_s(["history", "--port", f"{port}?history=2", "--json", "--module", "M-07"], 4)
     assert len(json.loads(printed.out)["records"]) == 2
     assert printed.err.endswith("Not kept.\n")
 
 
-def test_a_module_by_the_name_of_another_is_not_set(port: str, capsys: pytest.CaptureFixture[str], kept: Store) -> None:
+def test_a_module_by_the_name_of_another_is_not_set(port: str, dps_s: Program, kept: Store) -> None:
     assert program.main(["history", "--port", port, "--module", "M-07"]) == 0
     other = f"{port}other?boots=12"
-    printed = run_here(capsys, ["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"], 1)
+    printed = dps_s(["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"], 1)
     assert "Nothing was done" in printed.err
     found = {one["id"]: one["result"] for one in json.loads(printed.out.splitlines()[-1])["checks"]}
     assert (found["attitude_trigger"], found["boot_count"]) == ("unknown", "fail")
 
 
 @pytest.mark.usefixtures("qapp")
-def test_several_ports_are_checked_at_once(port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_several_ports_are_checked_at_once(port: str, dps_s: Program, tmp_path: Path) -> None:
     """One object a line; the worst decides; a report of each and a first page."""
     words = ["preflight", "--enable-triggers", "--records-reviewed", "--json", "--report", str(tmp_path / "set.pdf")]
     ports = [f"{port}-a", f"{port}-b?cell=3.5", f"{port}-c?mute=yes"]
-    printed = run_here(capsys, [*words, *(word for one in ports for word in ("--port", one))], 1)
+    printed = dps_s([*words, *(word for one in ports for word in ("--port", one))], 1)
     found = [json.loads(line) for line in printed.out.splitlines()]
     assert [one["read"]["link"]["port"] for one in found] == ports[:2]
     assert [one["verdict"] for one in found] == ["READY", "NO-GO"]
@@ -328,10 +325,10 @@ def test_several_ports_are_checked_at_once(port: str, capsys: pytest.CaptureFixt
     assert program.main([*words, "--port", ports[0], "--port", ports[1], "--module", "M-07"]) == 2
 
 
-def test_the_list_of_several_says_who_is_not_go_and_why(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_of_several_says_who_is_not_go_and_why(port: str, dps_s: Program) -> None:
     ports = [f"{port}-d?cell=3.5", f"{port}-e"]
     words = ["preflight", "--enable-triggers", "--records-reviewed"]
-    last = run_here(capsys, [*words, *(word for one in ports for word in ("--port", one))], 1).out.splitlines()[-3:]
+    last = dps_s([*words, *(word for one in ports for word in ("--port", one))], 1).out.splitlines()[-3:]
     assert last[0] == "1 READY, 1 NO-GO"
     assert last[1].split("  ", 1)[0] == "NO-GO"
     assert last[1].endswith("Cell voltage")
@@ -357,17 +354,12 @@ def test_where_nobody_reads_all_are_kept_and_reported(
 
 @pytest.mark.parametrize(("options", "is_said"), [(["--enable-triggers"], True), ([], False)])
 def test_interrupted_it_says_that_the_triggers_may_be_enabled(
-    options: list[str],
-    is_said: bool,
-    port: str,
-    capsys: pytest.CaptureFixture[str],
-    wire: list[bytes],
-    monkeypatch: pytest.MonkeyPatch,
+    options: list[str], is_said: bool, port: str, dps_s: Program, wire: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def check(_interruption: Interruption) -> None:
         if len(wire) > 12:
             raise Interrupted(2)
 
     monkeypatch.setattr(Interruption, "check", check)
-    printed = run_here(capsys, ["preflight", "--port", port, "--json", *options], 130)
+    printed = dps_s(["preflight", "--port", port, "--json", *options], 130)
     assert (printed.out, printed.err) == ("", "Interrupted; may have been carried out.\n" if is_said else "")

@@ -6,7 +6,6 @@ from contextlib import closing
 
 import pytest
 
-import app.__main__ as program
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -14,33 +13,21 @@ from app.simulator.bench import SimulatedBench
 from app.store.store import Store, open_store
 from app.system.folders import data_folder
 from protocol.frame import decode_request
-from tests.support.cli_line import Printed, bench_of, run_here
+from tests.support.cli_line import Program, bench_of
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
 
 
-def _enabled(port: str, capsys: pytest.CaptureFixture[str], *words: str) -> None:
-    assert run_here(capsys, ["preflight", "--enable-triggers", "--port", port, *words]).out.startswith("READY")
-
-
-def _checked(port: str, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[str, set[str]]:
-    """The verdict of "check only", and the checks that stand against it."""
-    program.main(["preflight", "--port", port, "--json", *words])
-    shown = json.loads(Printed(capsys).out)
-    return shown["verdict"], {one["id"] for one in shown["checks"] if one["result"] in ("fail", "unknown")}
-
-
 @pytest.mark.parametrize("is_active", [False, True])
-@pytest.mark.parametrize(("before", "after"), [("", ""), ("", "M-08"), ("M-07", ""), ("M-07", "M-07")])
-def test_another_connection_is_never_ready_or_go(
-    port: str, capsys: pytest.CaptureFixture[str], before: str, after: str, is_active: bool
-) -> None:
+def test_another_connection_is_never_ready_or_go(port: str, dps_s: Program, is_active: bool) -> None:
     """Another module behind the same port: the same boot count and settings, its triggers never enabled."""
-    _enabled(port, capsys, *(("--module", before) if before else ()))
+    words = ["preflight", "--port", port, "--module", "M-07"]
+    assert dps_s([*words, "--enable-triggers"]).out.startswith("READY")
     bench_of(port).module.activate(is_active=is_active)
-    verdict, against = _checked(port, capsys, *(("--module", after) if after else ()))
-    assert verdict == "NO-GO"
+    shown = json.loads(dps_s([*words, "--json"], 1).out)
+    against = {one["id"] for one in shown["checks"] if one["result"] in ("fail", "unknown")}
+    assert shown["verdict"] == "NO-GO"
     assert against - {"undisturbed"} == {"attitude_trigger", "freefall_trigger"}  # a busy computer disturbs it
 
 
@@ -53,10 +40,8 @@ def _sets(wire: list[bytes]) -> list[str]:
     return [request.command.name for request in requests if not request.is_repeatable]
 
 
-def test_activate_leads_in_one_connection_to_go(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    printed = run_here(capsys, [*ACTIVATE, "--port", port])
+def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire: list[bytes]) -> None:
+    printed = dps_s([*ACTIVATE, "--port", port])
     assert printed.out.startswith("GO: fit to fly\n")
     assert "ACTIVE" in printed.err
     assert _sets(wire) == ["attitude_trigger", "freefall_trigger", "activation"]
@@ -68,8 +53,8 @@ def test_activate_leads_in_one_connection_to_go(
     assert (last.act, last.outcome) == (Act.ACTIVATE, Outcome.CONFIRMED)
 
 
-def test_json_is_one_object_of_the_last_verdict(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    shown = json.loads(run_here(capsys, [*ACTIVATE, "--port", port, "--json"]).out)
+def test_json_is_one_object_of_the_last_verdict(port: str, dps_s: Program) -> None:
+    shown = json.loads(dps_s([*ACTIVATE, "--port", port, "--json"]).out)
     assert (shown["verdict"], shown["read"]["status"]["active"]) == ("GO", True)
 
 
@@ -83,20 +68,18 @@ def _activate(port: str) -> None:
 
 @pytest.mark.parametrize("arrange", [_disable_light, _activate])
 def test_what_is_not_ready_is_not_activated(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], arrange: Callable[[str], None]
+    port: str, dps_s: Program, wire: list[bytes], arrange: Callable[[str], None]
 ) -> None:
     arrange(port)
-    assert run_here(capsys, [*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert "activation" not in _sets(wire)
 
 
-def test_another_module_than_the_named_one_is_not_activated(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
-    run_here(capsys, ["preflight", "--enable-triggers", "--module", "M-07", "--port", port])
+def test_another_module_than_the_named_one_is_not_activated(port: str, dps_s: Program, wire: list[bytes]) -> None:
+    dps_s(["preflight", "--enable-triggers", "--module", "M-07", "--port", port])
     bench_of(port).module.memory.boot_count = 12
     wire.clear()
-    assert run_here(capsys, [*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert _sets(wire) == []
 
 
@@ -116,7 +99,7 @@ def _lose(bench: SimulatedBench) -> None:
 
 @pytest.mark.parametrize("act", [_restart, _move, _lose])
 def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], act: Callable[[SimulatedBench], None]
+    port: str, dps_s: Program, wire: list[bytes], act: Callable[[SimulatedBench], None]
 ) -> None:
     bench, due_s = bench_of(port), list[float]()
     write = bench.wire.write
@@ -130,24 +113,22 @@ def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
             due_s.append(now_s + 0.1)
 
     bench.wire.write = written  # type: ignore[method-assign]
-    assert run_here(capsys, [*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert _sets(wire).count("activation") == 1
 
 
-def test_without_an_audit_log_it_is_ready_and_not_activated(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
+def test_without_an_audit_log_it_is_ready_and_not_activated(port: str, dps_s: Program, wire: list[bytes]) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_bytes(b"")  # a file where the folder should be
-    printed = run_here(capsys, [*ACTIVATE, "--port", port], 1)
+    printed = dps_s([*ACTIVATE, "--port", port], 1)
     assert printed.out.startswith("READY")
     assert "Nothing was sent" in printed.err
     assert "activation" not in _sets(wire)
 
 
 def test_an_audit_log_that_is_not_written_in_time_is_said(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     close = Store.close
     monkeypatch.setattr(Store, "close", lambda store: close(store) + 1)
-    assert "The audit log is incomplete." in run_here(capsys, [*ACTIVATE, "--port", port]).err
+    assert "The audit log is incomplete." in dps_s([*ACTIVATE, "--port", port]).err

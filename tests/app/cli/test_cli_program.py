@@ -28,7 +28,7 @@ from app.text.i18n import read_translations
 from app.text.user_error import UserError
 from protocol.catalogue import STATUS
 from tests.documents.test_translations import GENERATE
-from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence, run_here
+from tests.support.cli_line import Printed, Program, bench_of, falls_after, is_one_sentence, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -45,12 +45,12 @@ def test_ctrl_c_while_qt_prints_does_not_end_the_process(monkeypatch: pytest.Mon
     assert program._print_pages([], PAPERS["A4"], None) == b"%PDF"
 
 
-def test_no_permission(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_permission(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(self: serial.Serial) -> None:
         raise serial.SerialException(errno.EACCES, "could not open port: Permission denied")
 
     monkeypatch.setattr(serial.Serial, "open", refuse)
-    printed = run_here(capsys, ["read", "--port", "/dev/ttyUSB9"], 3)
+    printed = dps_s(["read", "--port", "/dev/ttyUSB9"], 3)
     assert printed.err.startswith("No permission for /dev/ttyUSB9. ")
     assert printed.err.count("\n") == 1
 
@@ -96,30 +96,26 @@ def test_without_a_command_the_window_opens(
     assert {name: opened[0][name] for name in expected} == expected
 
 
-def test_an_error_of_our_own_is_one_calm_line(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_of_our_own_is_one_calm_line(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(_args: argparse.Namespace) -> int:
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr("app.cli.ports.run", fail)
-    printed = run_here(capsys, ["ports"], 1)
+    printed = dps_s(["ports"], 1)
     assert printed.out == ""
     assert "a bug" in printed.err
     assert printed.err.count("\n") == 1
     monkeypatch.setenv(program.DEBUG, "1")
     monkeypatch.setattr("logging.basicConfig", lambda **_values: None)
-    assert "Traceback" in run_here(capsys, ["ports"], 1).err
+    assert "Traceback" in dps_s(["ports"], 1).err
 
 
-def test_a_bug_in_the_worker_is_one_calm_line(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bug_in_the_worker_is_one_calm_line(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_arguments: object) -> bytes:
         raise ZeroDivisionError("a bug")
 
     monkeypatch.setattr(transport.SerialLine, "read", fail)
-    printed = run_here(capsys, ["read", "--port", port], 1)
+    printed = dps_s(["read", "--port", port], 1)
     assert printed.err.startswith("Unexpected error: ")
     assert printed.err.count("\n") == 1
 
@@ -136,10 +132,10 @@ def test_redirected_output_on_windows_is_utf_8(monkeypatch: pytest.MonkeyPatch) 
     assert written.getvalue().decode("utf-8").strip() == "60° …"
 
 
-def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     one = port_list.PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
     monkeypatch.setattr("app.cli.ports.list_ports", lambda: [one])
-    out = run_here(capsys, ["ports", "--json"]).out
+    out = dps_s(["ports", "--json"]).out
     assert json.loads(out) == {
         "ports": [
             {
@@ -153,7 +149,7 @@ def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monke
             }
         ]
     }
-    assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in run_here(capsys, ["ports"]).out
+    assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in dps_s(["ports"]).out
 
 
 def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
@@ -246,14 +242,14 @@ def test_records_of_a_port_that_was_lost_are_kept(
 
 
 def test_records_that_never_agree_are_said_to_be_uncertain(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def read_history() -> Procedure[History]:
         yield Inspect()
         return History((), 1, is_answered=True)
 
     monkeypatch.setattr("app.records.trigger_filing.read_history", read_history)
-    printed = run_here(capsys, ["history", "--port", port, "--json"], 4)
+    printed = dps_s(["history", "--port", port, "--json"], 4)
     assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
     assert "may be missing" in printed.err
 
@@ -294,22 +290,18 @@ def test_no_translation_has_one() -> None:
 @pytest.mark.parametrize(
     "words", [(), *((entry.name,) for entry in ENTRIES)], ids=lambda words: " ".join(words) or "all"
 )
-def test_no_help_has_one(
-    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_help_has_one(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
     monkeypatch.setenv("COLUMNS", "500")
-    said = run_here(capsys, [*words, "--help"]).out
+    said = dps_s([*words, "--help"]).out
     assert said.startswith(f"用法：{' '.join(('dps-s', *words))}")
     assert "选项：" in said
     assert half_width(re.sub(r"主机:端口", "", said)) == []
 
 
-def test_a_reading_is_chinese_with_its_units(
-    port: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_reading_is_chinese_with_its_units(port: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    said = run_here(capsys, ["read", "--port", port]).out
+    said = dps_s(["read", "--port", port]).out
     assert said.count("115200 波特") == 2
     assert "baud" not in said
 

@@ -20,7 +20,7 @@ from app.store.store import open_store
 from app.system.folders import data_folder
 from app.terminal.interruption import Interrupted, Interruption
 from protocol.catalogue import BY_NAME, SETTINGS
-from tests.support.cli_line import Printed, bench_of, run_here
+from tests.support.cli_line import Printed, Program, bench_of
 from tests.support.records.kept_facts import kept_settings
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -54,10 +54,10 @@ def test_the_names_are_the_catalogues(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.parametrize("options", ["", "?ack=one&freefall_ack=17&baud_ack=new"])
-def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
-    before = json.loads(run_here(capsys, ["read", "--port", port + options, "--json"]).out)["settings"]
+def test_every_setting_at_once(options: str, port: str, dps_s: Program, wire: list[bytes]) -> None:
+    before = json.loads(dps_s(["read", "--port", port + options, "--json"]).out)["settings"]
     wire.clear()
-    printed = run_here(capsys, ["set", *words_of(ALL), "--accept-risk", "--port", port + options, "--json"])
+    printed = dps_s(["set", *words_of(ALL), "--accept-risk", "--port", port + options, "--json"])
     results = json.loads(printed.out)["results"]
     assert list(results) == list(ALL)
     flags = ("attitude_trigger", "freefall_trigger", "serial_output")
@@ -82,34 +82,32 @@ def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFi
 
 
 def test_a_profile_that_takes_protection_away_needs_accept_risk(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], tmp_path: Path
+    port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
 ) -> None:
     path = tmp_path / "a b.toml"
     save_profile(path, Profile(name="Show", settings={"attitude_trigger": False, "light_threshold_v": 2.0}))
     words = ["set", "--profile", str(path), "--port", port, "--json"]
-    printed = run_here(capsys, words, 2)
+    printed = dps_s(words, 2)
     assert (printed.out, wire) == ("", [])
     assert printed.err.splitlines() == [
         "Warning: attitude_trigger: No protection when it tips over.", "Nothing was done. Add --accept-risk to do it.",
     ]  # fmt: skip
-    assert 'error": null' in run_here(capsys, [*words, "--accept-risk"]).out
+    assert 'error": null' in dps_s([*words, "--accept-risk"]).out
     assert len(sets(wire)) == 2
 
 
-def test_an_endless_number_is_refused_in_a_sentence(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, ["set", "attitude_threshold_deg=9" + "9" * 5000, "--port", port, "--json"], 2)
+def test_an_endless_number_is_refused_in_a_sentence(port: str, dps_s: Program) -> None:
+    printed = dps_s(["set", "attitude_threshold_deg=9" + "9" * 5000, "--port", port, "--json"], 2)
     assert "a number is needed" in printed.err
     assert len(printed.err) < 400
 
 
-def test_a_profile_is_written_and_proven(
-    tmp_path: Path, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
+def test_a_profile_is_written_and_proven(tmp_path: Path, port: str, dps_s: Program, wire: list[bytes]) -> None:
     path = tmp_path / "H6.toml"
     save_profile(path, Profile(name="H6", settings={**ALL, "baud_rate": 115200}))
-    results = json.loads(
-        run_here(capsys, ["set", "--profile", str(path), "--accept-risk", "--port", port, "--json"]).out
-    )["results"]
+    results = json.loads(dps_s(["set", "--profile", str(path), "--accept-risk", "--port", port, "--json"]).out)[
+        "results"
+    ]
     assert set(results) == set(ALL)
     assert {name for name, result in results.items() if result["verified"]} == {
         "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v", "baud_rate",
@@ -145,12 +143,10 @@ def test_it_is_recorded_and_the_old_values_are_kept(port: str, capsys: pytest.Ca
         store.close()
 
 
-def test_without_a_store_settings_are_written_and_the_rate_is_not(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
+def test_without_a_store_settings_are_written_and_the_rate_is_not(port: str, dps_s: Program, wire: list[bytes]) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_text("in the way", encoding="utf-8")
-    printed = run_here(capsys, ["set", "freefall_time_s=1.2", "baud_rate=9600", "--port", port, "--json"], 1)
+    printed = dps_s(["set", "freefall_time_s=1.2", "baud_rate=9600", "--port", port, "--json"], 1)
     results = json.loads(printed.out)["results"]
     assert results["freefall_time_s"]["verified"] is True
     assert results["baud_rate"]["error"].startswith("not sent: The audit log cannot be written")
@@ -171,11 +167,11 @@ def after_set(monkeypatch: pytest.MonkeyPatch, code: int, act: Callable[[], None
 
 
 def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     memory = bench_of(port).module.memory
     after_set(monkeypatch, 0x22, lambda: setattr(memory, "freefall_acceleration", 20))
-    printed = run_here(capsys, ["set", "freefall_time_s=1.2", "--port", port, "--json"], 1)
+    printed = dps_s(["set", "freefall_time_s=1.2", "--port", port, "--json"], 1)
     told = json.loads(printed.out)
     assert told["results"]["freefall_time_s"]["verified"] is True
     assert told["changed"] == {"freefall_acceleration_g": {"before": 0.5, "after": 2.0}}
@@ -183,11 +179,11 @@ def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
 
 
 def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     after_set(monkeypatch, 0x15, bench_of(port).unplug)
     words = ["freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65"]
-    printed = run_here(capsys, ["set", *words, "--port", port, "--json"], 3)
+    printed = dps_s(["set", *words, "--port", port, "--json"], 3)
     results = json.loads(printed.out)["results"]
     assert results["freefall_time_s"]["verified"] is False
     assert results["freefall_time_s"]["error"] == "not read again"
@@ -198,11 +194,7 @@ def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
 
 @pytest.mark.parametrize("is_json", [False, True])
 def test_interrupted_it_says_what_became_of_each(
-    is_json: bool,
-    port: str,
-    capsys: pytest.CaptureFixture[str],
-    wire: list[bytes],
-    monkeypatch: pytest.MonkeyPatch,
+    is_json: bool, port: str, dps_s: Program, wire: list[bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def check(_interruption: Interruption) -> None:
         if len(sets(wire)) == 2:
@@ -211,7 +203,7 @@ def test_interrupted_it_says_what_became_of_each(
     monkeypatch.setattr(Interruption, "check", check)
     after_set(monkeypatch, 0x22, lambda: bench_of(port).change(mute=True))  # however late it is interrupted
     words = words_of({name: ALL[name] for name in ("baud_rate", "attitude_threshold_deg", "freefall_time_s")})
-    printed = run_here(capsys, ["set", *words, "--port", port, *(["--json"] if is_json else [])], 130)
+    printed = dps_s(["set", *words, "--port", port, *(["--json"] if is_json else [])], 130)
     first, second, third = (line for line in printed.err.splitlines() if not line.startswith("Warning"))
     assert printed.out == ""
     assert first == "attitude_threshold_deg  65: NOT verified (not read again)"
@@ -223,18 +215,18 @@ def test_interrupted_it_says_what_became_of_each(
 
 
 def test_what_is_saved_says_its_origin_and_can_be_written_again(
-    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+    port: str, tmp_path: Path, dps_s: Program, wire: list[bytes]
 ) -> None:
     path = tmp_path / "M-07.toml"
-    run_here(capsys, ["save", "-p", port, str(path), "--module", "M-07"])
+    dps_s(["save", "-p", port, str(path), "--module", "M-07"])
     assert not [frame for frame in wire if frame[3] == 0x02]
     text = path.read_text(encoding="utf-8")
-    shown = json.loads(run_here(capsys, ["read", "-p", port, "--json"]).out)
+    shown = json.loads(dps_s(["read", "-p", port, "--json"]).out)
     for line in (f"# Port: {port}, 115200 baud", f"# Boot count: {shown['boot_count']}", "# SIMULATED MODULE",
                  "# Settings code: ", "# attitude_trigger: cannot be read"):  # fmt: skip
         assert line in text
     profile = read_profile(path)
     assert profile.name == "M-07"
     assert profile.settings == {key: value for key, value in shown["settings"].items() if value is not None}
-    assert "unchanged" in run_here(capsys, ["set", "--profile", str(path), "-p", port, "--dry-run"]).out
-    assert run_here(capsys, ["save", "-p", port, "-"]).out.endswith(text[text.index("[settings]") :])
+    assert "unchanged" in dps_s(["set", "--profile", str(path), "-p", port, "--dry-run"]).out
+    assert dps_s(["save", "-p", port, "-"]).out.endswith(text[text.index("[settings]") :])

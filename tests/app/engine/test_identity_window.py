@@ -352,14 +352,6 @@ def identity(rig: LineRig) -> Identity:
     return rig.session.identity.identity
 
 
-def test_a_second_name_counts_though_the_first_was_not_shown_yet() -> None:
-    rig = named()
-    assert identity(rig).trust is Trust.PROVEN
-    rig.session.identity.confirm(NO_EXPECTATION, is_named=True, before=OF_ANOTHER)
-    rig.step_for(5)
-    assert identity(rig).trust is Trust.REFUTED
-
-
 def test_a_name_does_not_count_for_a_module_that_came_meanwhile() -> None:
     rig = named()
     rig.bench.restart()
@@ -390,7 +382,3 @@ def test_a_name_is_asked_about_where_what_may_refute_it_is_not_read_yet() -> Non
     watched(rig)
     rig.step_for(5)
     assert identity(rig).trust is Trust.REFUTED
-
-
-def test_a_name_that_fits_is_not_asked_about() -> None:
-    assert identity(named(FOUND)).trust is Trust.PROVEN

@@ -16,7 +16,6 @@ from app.engine.device import Device, DeviceView, How, Known, StaleReason
 from app.engine.motion import WATCHED_FOR_S, MotionExtremes, MotionWatch
 from app.engine.worker import Connection, PortState
 from app.procedures.handshake import Silence
-from app.procedures.read import read_everything
 from app.safety.acts import Act
 from app.safety.interlocks import Interlock, interlock_inputs, refusals
 from app.safety.last_known import Activation, LastKnown
@@ -25,7 +24,6 @@ from protocol.events import Received, Role, WentOnline
 from protocol.frame import Direction, Frame, encode_long
 from protocol.link_states import Presence
 from protocol.messages import Status, decode
-from tests.support.line.sim_line import Rig, settled_rig, watched
 from tests.support.window.painted_text import watching
 from tests.support.window.settings_bench import desk
 from ui.shell.attention import link_notice
@@ -204,34 +202,6 @@ def test_a_stream_that_stops_is_stale_by_its_own_rate(period_s: float, stale_aft
     assert view.values["tilt_deg"].how is How.STREAMED
     for late_s, is_fresh in ((stale_after_s - 0.01, True), (stale_after_s + 0.01, False)):
         assert (view.fresh("tilt_deg", last + late_s) is not None) is is_fresh
-
-
-@pytest.mark.parametrize("boots", [5, 255])
-def test_one_restart_is_counted_once_and_everything_is_read_once(boots: int) -> None:
-    rig = settled_rig(boots=boots)
-    rig.run(read_everything())
-    watched(rig)
-    rig.step_for(4.0)
-    asked_before = len(rig.line.requests)
-    rig.bench.restart()
-    rig.step_for(3.0)
-    view = rig.session.device.view(rig.clock.now_s)
-    assert view.restarts == 1
-    assert view.fresh("boot_count", rig.clock.now_s) == (boots + 1) % 256
-    asked = [request.command.name for request in rig.line.requests[asked_before:]]
-    assert asked.count("freefall_time") == 1
-
-
-def test_a_second_restart_that_nobody_heard_is_counted() -> None:
-    rig = Rig()
-    rig.run(read_everything())
-    rig.bench.restart()
-    rig.step_for(0.5)
-    assert rig.session.device.view(rig.clock.now_s).restarts == 1
-    rig.bench.module.memory.boot_count += 1
-    rig.run(read_everything())
-    assert rig.session.device.view(rig.clock.now_s).restarts == 2
-    assert rig.session.device.view(rig.clock.now_s).presence is Presence.ONLINE
 
 
 def fed(*reports: tuple[float, int, float]) -> MotionWatch:

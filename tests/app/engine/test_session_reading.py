@@ -35,17 +35,6 @@ def test_reading_everything_says_what_the_module_holds() -> None:
     assert view.values["baud_rate"].value == 115200
 
 
-def test_reading_everything_costs_its_exchanges_and_no_more() -> None:
-    rig = settled_rig(delay_ms=3)
-    rig.run(handshake())
-    start_s = rig.clock.now_s
-    rig.run(read_everything())
-    took_s = rig.clock.now_s - start_s
-    trips = rig.session.link_view()
-    assert trips.round_trip_median_s is not None
-    assert took_s <= 1.3 * len(READABLE) * trips.round_trip_median_s
-
-
 @pytest.mark.parametrize("procedure", [handshake, read_everything, read_history, find_rate])
 @pytest.mark.parametrize("options", [{}, {"drop": 0.3}, {"corrupt": 0.05}, {"double": 0.5}, {"stream-at-boot": True}])
 def test_what_only_reads_sends_nothing_but_questions(procedure: Callable, options: dict) -> None:  # type: ignore[type-arg]
@@ -101,16 +90,6 @@ def test_a_code_that_is_not_answered_is_one_error_among_values() -> None:
     assert list(everything.errors) == ["light_v"]
     assert (everything.errors["light_v"].attempts, everything.errors["light_v"].waited_s) == (3, 1.0)
     assert len(everything.values) == len(READABLE) - 2
-
-
-def test_a_module_that_falls_silent_ends_the_reading_soon() -> None:
-    rig = settled_rig()
-    rig.run(handshake())
-    rig.bench.change(mute=True)
-    start_s = rig.clock.now_s
-    everything = rig.run(read_everything())
-    assert everything.is_silent
-    assert rig.clock.now_s - start_s < 3.2
 
 
 @pytest.mark.parametrize(

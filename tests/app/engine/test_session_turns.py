@@ -30,7 +30,7 @@ from app.procedures.handshake import handshake
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK
-from protocol.events import FellSilent, Received, Role, Unanswered, WentOffline
+from protocol.events import FellSilent, Received, Role, Unanswered
 from protocol.frame import Direction, Frame
 from tests.support.line.sim_line import end_watch, settled_rig, watched
 
@@ -112,15 +112,6 @@ def test_an_answer_that_came_while_the_computer_was_busy_is_in_time() -> None:
     rig.line.read = late  # type: ignore[method-assign]
     assert rig.run(is_alive())
     assert not [event for event in rig.session.take_events() if isinstance(event, FellSilent | Unanswered)]
-
-
-def test_a_sleep_of_the_computer_is_told_as_a_lost_link(monkeypatch: pytest.MonkeyPatch) -> None:
-    rig, naps_s = settled_rig(), iter((0.0, 60.0))
-    rig.run(handshake())
-    rig.session.take_events()
-    monkeypatch.setattr(rig.session, "_asleep_s", lambda: next(naps_s, 0.0))
-    rig.session.step()
-    assert [type(event) for event in rig.session.take_events()][:1] == [WentOffline]
 
 
 def test_the_background_goes_on_after_a_sleep_and_does_not_repeat_what_it_set(monkeypatch: pytest.MonkeyPatch) -> None:

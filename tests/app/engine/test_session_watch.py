@@ -207,20 +207,6 @@ def _set_trigger() -> Procedure[None]:
     yield Ask(BY_NAME["attitude_trigger"].set(True))
 
 
-def test_a_silent_module_goes_offline_and_what_was_known_is_stale() -> None:
-    rig = settled_rig()
-    watched(rig)
-    rig.step_for(3)
-    rig.bench.change(mute=True)
-    rig.step_for(2)
-    view = rig.session.device.view(rig.clock.now_s)
-    assert view.presence.value == "offline"
-    assert all(known.stale_reason is StaleReason.LINK_LOST for known in view.values.values())
-    rig.bench.end_faults()
-    rig.step_for(4)
-    assert rig.session.device.view(rig.clock.now_s).fresh("freefall_time_s", rig.clock.now_s) == 1.6
-
-
 def test_a_module_exchanged_behind_an_open_port_is_never_shown_with_the_values_of_the_former() -> None:
     """It announces no start, and takes its place in less time than it takes to be offline."""
     rig = settled_rig(boots=5, rate=50)

@@ -1,6 +1,6 @@
 """Guided tests and the light calibration: nothing happened, all was constant, each step was confirmed at once."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from app.guided import status_watch
 from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
-from app.procedures.light_calibration import Band, CalibrationFault, propose
+from app.procedures.light_calibration import CalibrationFault
 from app.text.user_error import UserError
 from tests.support.hands import Hands, drive
 from tests.support.line.sim_line import Rig, settled_rig
@@ -109,9 +109,3 @@ def test_a_fall_is_not_tested_where_rest_counts_as_falling(raw: int) -> None:
     done = idle(rig, GuidedKind.FREE_FALL, presses=False)
     assert isinstance(done, UserError)
     assert done.message.in_english().endswith("rest and fall cannot be told apart.")
-
-
-@pytest.mark.parametrize("read", [lambda raw: (raw,) * 20, lambda raw: (raw, raw + 1) * 10])
-@pytest.mark.parametrize("raw", [0, 3, 25, 254])
-def test_light_that_did_not_change_gives_no_threshold(read: Callable[[int], tuple[int, ...]], raw: int) -> None:
-    assert propose(Band(read(raw)), Band(read(raw))) is CalibrationFault.TOO_CLOSE

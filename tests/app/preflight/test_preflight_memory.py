@@ -22,7 +22,7 @@ from app.store.database import FILE_NAME, StoreFault, trouble_of
 from app.system.folders import data_folder
 from tests.app.preflight.test_preflight_run import NIGHT_S, NightRig
 from tests.support.check_pace import hurry_check
-from tests.support.cli_line import Printed, bench_of, run_here
+from tests.support.cli_line import Printed, Program, bench_of
 from tests.support.records.kept_facts import tamper
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -123,8 +123,8 @@ def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:
     assert _filed(rig, Person(who="Li Wei", module="M-07", aircraft="B-1234"))[1] == []
 
 
-def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    out = run_here(capsys, ["preflight", "--port", port, "--enable-triggers"]).out
+def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, dps_s: Program) -> None:
+    out = dps_s(["preflight", "--port", port, "--enable-triggers"]).out
     assert "UNSIGNED, missing: Checked by, Module, Aircraft." in out
     assert "SIMULATED MODULE: no evidence." in out
     assert "not monitored afterwards" in out

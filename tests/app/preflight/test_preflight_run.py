@@ -1,13 +1,10 @@
 """What a check goes on with while the line loses frames; its verdict outlives neither a sleep nor a silence."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
-from app.engine.device import DeviceView, How, Known
+from app.engine.device import How, Known
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run, Session
 from app.limits.past import Past
@@ -15,15 +12,11 @@ from app.preflight.evidence import HEARTBEATS, Disturbance, Evidence
 from app.preflight.findings import Case
 from app.preflight.run import GIVE_UP_AFTER, run_preflight
 from app.preflight.verdict import Assessment, assess, void_reason
-from app.procedures.handshake import handshake
 from app.settings.profiles import NO_PROFILE
 from app.system.sleep_detector import SleepDetector
 from protocol.catalogue import HEARTBEAT, STATUS, Request
 from protocol.frame import decode_request
-from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import INSTANT_S, Rig
-from tests.support.window.preflight_window import on_bench
-from ui.services.port_check import Standing
 
 
 def lose(rig: Rig, is_lost: Callable[[int], bool], request: Request) -> None:
@@ -93,40 +86,6 @@ class NightRig(Rig):
         assert evidence.is_complete
         return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past()))
 
-    def void(self, assessment: Assessment) -> Disturbance | None:
-        found = void_reason(
-            assessment, self.session.device.view(self.clock.now_s), self.clock.now_s, opened_at=self.session.opened_at
-        )
-        return None if found is None else found.reason
-
-
-def test_a_module_that_answers_again_at_once_after_the_sleep_is_checked_again() -> None:
-    rig = NightRig()
-    assessment = rig.checked()
-    assert rig.void(assessment) is None
-    rig.asleep_s += NIGHT_S
-    rig.session.step()
-    rig.run(handshake())
-    assert rig.void(assessment) is Disturbance.SLEPT
-
-
-def test_a_sleep_before_the_check_does_not_matter() -> None:
-    rig = NightRig()
-    rig.run(handshake())
-    rig.asleep_s += NIGHT_S
-    rig.step_for(1)
-    assert rig.void(rig.checked()) is None
-
-
-def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
-    rig = NightRig()
-    assessment = rig.checked()
-    rig.bench.change(mute=True)
-    rig.step_for(15)
-    rig.bench.end_faults()
-    rig.run(handshake())
-    assert rig.void(assessment) is Disturbance.BROKEN
-
 
 MINIMUM_V = NO_PROFILE.limit("cell_voltage_min_v")
 
@@ -162,28 +121,3 @@ def test_a_check_that_ends_early_has_no_result(end: Exception, disturbance: Dist
     rig.session.close(why=end)
     assert (run.result, type(run.error)) == (None, type(end))
     assert evidence.disturbance is disturbance
-
-
-def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() -> None:
-    rig = NightRig()
-    assessment = rig.checked()
-    view = rig.session.device.view(rig.clock.now_s)
-    flags = frozenset({"attitude_trigger", "freefall_trigger"})
-    values = {key: known for key, known in view.values.items() if key not in flags}
-
-    def void(device: DeviceView) -> Disturbance | None:
-        found = void_reason(assessment, device, rig.clock.now_s, opened_at=rig.session.opened_at)
-        return None if found is None else found.reason
-
-    assert void(view._replace(values=values, undecided=flags)) is None
-    assert void(view._replace(values=values)) is Disturbance.CHANGED
-    assert void(view._replace(values=values, undecided=flags, restarts=view.restarts + 1)) is Disturbance.RESTARTED
-
-
-def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry_check(monkeypatch, still_s=0.2)
-    with on_bench(qtbot, qapp, tmp_path, "slept", "preflight") as bench:
-        assert bench.check() is Standing.READY
-        bench.clock.now_s += NIGHT_S
-        bench.wait_standing(Standing.VOID)
-        assert bench.preflight.banner.announcement.head.lower() == "computer slept"

@@ -176,29 +176,6 @@ def test_one_permit_is_one_frame(act: Act) -> None:
     assert [run.result.outcome for run in runs if run.result] == [Outcome.CONFIRMED, *[Outcome.NOT_SENT] * 2]
 
 
-def test_a_gesture_that_had_to_wait_is_too_old() -> None:
-    rig = Rig({"active": True})
-    permit = permit_for(rig, Act.DEPLOY)
-    rig.step_for(1.1)
-    done = do(rig, Act.DEPLOY, permit=permit)
-    assert done.sentence.startswith("Nothing was sent. Confirm again: 1.1 s old.")
-    assert acts_sent(rig) == []
-
-
-def test_a_log_that_takes_its_time_makes_the_gesture_too_old() -> None:
-    rig, journal = Rig({"active": True}), FakeJournal()
-
-    def takes_time() -> None:
-        rig.clock.now_s += 1.5
-
-    journal.on_begin = takes_time
-    done = do(rig, Act.DEPLOY, journal)
-    assert done.outcome is Outcome.NOT_SENT
-    assert {refusal.condition for refusal in done.refusals} >= {Interlock.RITUAL_DONE, Interlock.FRESH_STATUS}
-    assert journal.outcomes == {0: Outcome.NOT_SENT}
-    assert acts_sent(rig) == []
-
-
 @pytest.mark.parametrize("act", READY)
 def test_a_rehearsal_shows_the_bytes_and_sends_nothing(act: Act) -> None:
     rig, journal = Rig(READY[act]), FakeJournal()
@@ -234,12 +211,6 @@ def test_a_deploy_whose_answer_was_lost_is_confirmed_by_the_report() -> None:
     rig.line.write = lossy  # type: ignore[method-assign]
     done = do(rig, Act.DEPLOY)
     assert done.outcome is Outcome.CONFIRMED
-
-
-def test_a_module_that_refuses() -> None:
-    done = do(Rig({"refuses": True}), Act.ACTIVATE)
-    assert done.outcome is Outcome.REFUSED
-    assert "still" in done.sentence
 
 
 def test_the_port_is_lost_after_the_frame_left() -> None:

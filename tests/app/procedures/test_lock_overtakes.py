@@ -1,7 +1,6 @@
 """LOCK goes before everything else, and nothing dangerous that was asked for before it follows."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -12,19 +11,18 @@ from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.lock import Locked, lock
 from app.procedures.write import SetReply, read_back, write_verified
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Interlock, InterlockInputs, refusals
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard, Request
 from protocol.events import Outcome as Ended
 from protocol.events import Unanswered
-from protocol.link_states import Exchange, Presence
+from protocol.link_states import Exchange
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
 SLOW = {"delay_ms": 60.0}
 LIGHT_THRESHOLD = BY_NAME["light_threshold"]
-WHY = "Confirm again: LOCK was pressed."
 
 
 def under_way(rig: Rig, act: Act) -> Run[Performed]:
@@ -222,23 +220,3 @@ def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
     assert isinstance(again.result, Unanswered)
     assert again.result.attempts == 0
     assert not rig.bench.module.state.is_active
-
-
-@pytest.mark.parametrize(
-    ("since", "said"),
-    [
-        ({}, []),
-        ({"overtaken_at": 99.0}, []),
-        ({"overtaken_at": 100.0}, [WHY]),
-        ({"overtaken_at": 100.5}, [WHY]),
-        ({"slept_until": 99.0}, []),
-        ({"slept_until": 100.5}, ["Confirm again: computer slept."]),
-    ],
-)
-def test_what_was_confirmed_before_a_lock_or_a_sleep_is_not_done_and_it_is_said_why(
-    since: dict[str, Any], said: list[str]
-) -> None:
-    """The permit alone is good, and LOCK or the sleep came after it."""
-    permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
-    inputs = InterlockInputs(now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, **since)
-    assert [refusal.sentence for refusal in refusals(Act.SHUTDOWN, inputs)] == said

@@ -96,11 +96,6 @@ def test_a_module_that_goes_its_own_way_is_shown_as_what_it_is(
     assert (written.read_back, written.fault, written.verified) == (stands, fault, False)
 
 
-def test_a_flag_that_is_refused_says_so() -> None:
-    written = write(Rig({"refuses": True}), "attitude_trigger", False)
-    assert (written.heard, written.fault) == (SetReply.OTHER, WriteFault.REFUSED)
-
-
 def test_a_module_that_does_not_know_the_command() -> None:
     for name, fault in (("freefall_time", WriteFault.NO_READ_BACK), ("attitude_trigger", WriteFault.NO_REPLY)):
         written = write(Rig({"mute_codes": frozenset((0x16, 0x22))}), name, READABLE.get(name, False))

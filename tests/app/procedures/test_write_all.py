@@ -61,13 +61,6 @@ def test_all_are_verified_and_the_baud_rate_comes_last() -> None:
     assert journal.outcomes == dict.fromkeys(range(4), Outcome.CONFIRMED)
 
 
-def test_on_a_good_line_everything_is_read_once_more_at_the_end_and_no_oftener() -> None:
-    rig = Rig()
-    assert write(rig, freefall_time=1.2).is_fine
-    reading = BY_NAME["attitude_threshold"].query()
-    assert rig.line.requests.count(reading) == 4  # before and at the end, each time twice alike
-
-
 def test_a_trigger_that_the_module_refuses_is_logged_as_refused_whoever_sets_it() -> None:
     written, enabled = FakeJournal(), FakeJournal()
     report = write(Rig({"refuses": True}), WriteContext(journal=written), attitude_trigger=False)
@@ -250,9 +243,12 @@ def test_what_was_written_before_a_restart_is_claimed_no_longer() -> None:
         line_write(data)
 
     rig.line.write = watched  # type: ignore[method-assign]
-    report = write(rig, attitude_trigger=False, freefall_time=1.2, attitude_threshold=70, light_threshold=2.0)
+    journal = FakeJournal()
+    wanted: dict[str, Value] = {"attitude_trigger": False, "freefall_time": 1.2, "attitude_threshold": 70}
+    report = write(rig, WriteContext(journal=journal), **wanted, light_threshold=2.0)
     faults = [written.fault for written in report.results]
     assert faults == [WriteFault.RESTARTED] * 3 + [None]
+    assert [*journal.outcomes.values()][1:] == [Outcome.UNKNOWN, Outcome.UNKNOWN, Outcome.CONFIRMED]
     assert rig.bench.module.state.attitude_is_enabled
 
 

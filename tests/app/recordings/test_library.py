@@ -35,16 +35,6 @@ def ages(library: RecordingLibrary) -> list[float]:
     return [(NOON - entry.started_at) / timedelta(days=1) for entry in library.entries()]
 
 
-def test_the_newest_comes_first(tmp_path: Path) -> None:
-    library = library_of(tmp_path, 3, 1, 2)
-    assert ages(library) == [1, 2, 3]
-
-
-def test_an_empty_library(tmp_path: Path) -> None:
-    library = RecordingLibrary(tmp_path / "nowhere")
-    assert (library.entries(), library.prune()) == ((), ())
-
-
 def test_the_default_folder_is_the_platforms(user_files: Path) -> None:
     assert RecordingLibrary().folder == recordings_folder()
     assert user_files in recordings_folder().parents

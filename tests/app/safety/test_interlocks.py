@@ -167,16 +167,11 @@ def test_only_the_ritual_deploys() -> None:
     [
         (Act.ZERO, InterlockInputs(now=NOW), "The module does not answer."),
         (Act.ZERO, InterlockInputs(now=NOW), "No current status."),
-        (Act.ZERO, InterlockInputs(now=NOW, status_at=NOW - 3), "The status is 3.0 s old."),
         (Act.ZERO, InterlockInputs(now=NOW, active=True), "The module is ACTIVE: lock it first."),
         (Act.DEPLOY, InterlockInputs(now=NOW, active=False), "The module is LOCKED: activate it first."),
-        (Act.ACTIVATE, InterlockInputs(now=NOW, tilt_deg=70, attitude_threshold_deg=60),
-         "Tilt 70° (threshold 60°): it would fire at once."),
         (Act.ACTIVATE, InterlockInputs(now=NOW, attitude_threshold_deg=60), "Unknown: Tilt."),
         (Act.ACTIVATE, InterlockInputs(now=NOW, tilt_deg=7), "Unknown: Attitude threshold."),
         (Act.ACTIVATE, InterlockInputs(now=NOW, armed=Act.DEPLOY), "Already armed: Deploy."),
-        (Act.DEPLOY, InterlockInputs(now=NOW, permit=Permit(Act.DEPLOY, Origin.RITUAL, NOW - 2)),
-         "Confirm again: 2.0 s old."),
         (Act.ACTIVATE, InterlockInputs(now=NOW, triggered=True), "The module reports that it has fired."),
         (Act.ACTIVATE, InterlockInputs(now=NOW), "Unknown: Trigger."),
         (Act.DEPLOY, InterlockInputs(now=NOW, is_audit_ready=False),
@@ -218,11 +213,7 @@ def test_a_lag_is_named_only_where_data_arrives_too_late(lag_s: float | None, na
 
 def test_a_permit_is_used_once() -> None:
     permit = Permit(Act.ZERO, Origin.COMMAND_LINE, NOW)
-    assert permit.is_good(Act.ZERO, NOW + 9.9)
-    assert not permit.is_good(Act.ZERO, NOW + 10.1)
-    assert permit.spend()
-    assert not permit.spend()
-    assert not permit.is_good(Act.ZERO, NOW)
+    assert [permit.spend(), permit.spend()] == [True, False]
 
 
 def open_for(act: Act, **known: Any) -> dict[Interlock, str]:

@@ -101,28 +101,6 @@ def test_the_ten_seconds_end_it_also_while_held() -> None:
     assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.RAN_OUT)
 
 
-def test_a_window_that_hung_cannot_know_that_it_was_held() -> None:
-    ritual = armed()
-    ritual.press(T0)
-    assert hold(ritual, T0, 1.0) == []
-    assert ritual.tick(T0 + 1.0 + MAX_GAP_S + 1.5) is None
-    assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.HOLD_BROKEN)
-
-
-def test_a_late_release_is_never_taken_for_a_complete_hold() -> None:
-    ritual = armed()
-    ritual.press(T0)
-    ritual.release()  # handled after the window hung for three seconds, before the next tick
-    assert ritual.tick(T0 + 3.0) is None
-
-
-def test_a_clock_that_goes_back_ends_it() -> None:
-    ritual = armed()
-    ritual.press(T0)
-    assert ritual.tick(T0 - 5) is None
-    assert ritual.stage is Stage.IDLE
-
-
 @pytest.mark.parametrize("why", DISARMING)
 @pytest.mark.parametrize("is_held", [False, True])
 def test_everything_that_disarms_disarms(why: Input, is_held: bool) -> None:
@@ -242,19 +220,6 @@ def test_no_sequence_fires_without_two_seconds_held(steps: list[str | Input | fl
     assert permits or steps != HELD
 
 
-def test_the_random_steps_do_reach_a_permit() -> None:
-    """The property above is about something: the plain way through its steps fires."""
-    ritual, now = Ritual(), T0
-    ritual.choose()
-    ritual.arm(now)
-    ritual.press(now)
-    permits = 0
-    for _ in range(25):
-        now += 0.1
-        permits += ritual.tick(now) is not None
-    assert permits == 1
-
-
 @pytest.mark.parametrize(("gap_s", "stage"), [(0.25, Stage.HOLDING), (0.3125, Stage.IDLE), (-0.125, Stage.IDLE)])
 def test_a_hold_is_known_while_ticks_come_a_quarter_of_a_second_apart(gap_s: float, stage: Stage) -> None:
     assert MAX_GAP_S == 0.25
@@ -262,7 +227,7 @@ def test_a_hold_is_known_while_ticks_come_a_quarter_of_a_second_apart(gap_s: flo
     ritual.press(T0 + 1)
     assert ritual.tick(T0 + 1) is None
     ritual.tick(T0 + 1 + gap_s)
-    assert ritual.stage is stage
+    assert (ritual.stage, ritual.ended_by) == (stage, Input.HOLD_BROKEN if stage is Stage.IDLE else None)
 
 
 def test_the_hold_is_complete_at_two_seconds() -> None:

@@ -163,19 +163,6 @@ def test_an_unwritten_change_is_reported_until_it_is_accepted() -> None:
     assert states(form, rig)["attitude_threshold_deg"] is RowState.READ
 
 
-def test_a_side_effect_of_a_write_is_reported() -> None:
-    rig, form = settled_rig(**{"cross-talk": "22:20=C8"}), SettingsForm()
-    watched(rig)
-    rig.step_for(4.0)
-    states(form, rig)
-    form.begin_write([WRITTEN])
-    report = rig.run(write_all([WRITTEN], WriteContext(journal=FakeJournal())))
-    assert [(one.command.key, one.before, one.after) for one in report.changed] == [("attitude_threshold_deg", 60, 200)]
-    form.on_written(report.results)
-    found = states(form, rig)
-    assert (found[KEY], found["attitude_threshold_deg"]) == (RowState.VERIFIED, RowState.CHANGED)
-
-
 def test_a_single_differing_reading_is_repeated_at_once() -> None:
     rig, form = verified_rig()
     memory, line_write, answers = rig.bench.module.memory, rig.line.write, [77, 120]

@@ -166,18 +166,6 @@ def test_everything_is_doubted_and_then_read_again() -> None:
     assert {request for request in sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
 
 
-def test_a_module_that_is_gone_after_the_sleep_stays_doubted() -> None:
-    rig = SleepyRig()
-    rig.watched()
-    rig.bench.change(mute=True)
-    rig.lid.close_for(NIGHT_S)
-    rig.step_for(3)
-    assert rig.stale() == EVERYTHING
-    rig.bench.end_faults()
-    rig.step_for(4)
-    assert rig.stale() == set()
-
-
 def test_without_a_second_clock_a_turn_that_took_a_night_is_a_sleep() -> None:
     rig = SleepyRig()
     rig.session = Session(rig.line, rig.clock, asleep_s=SleepDetector(rig.clock).poll)
@@ -225,30 +213,6 @@ def test_what_was_decided_in_the_turn_in_which_it_fell_asleep_is_not_sent() -> N
     rig.step_for(2)
     assert isinstance(run.error, Slept)
     assert SERIAL_OUTPUT.set(False) not in rig.line.requests
-
-
-def test_a_permit_from_before_the_sleep_is_void_after_it() -> None:
-    rig = SleepyRig()
-    rig.watched()
-    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())
-    rig.lid.close_for(NIGHT_S)
-    rig.step_for(0.5)
-    performed = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
-    assert performed.outcome is Outcome.NOT_SENT
-    assert not rig.bench.module.state.is_active
-
-
-def test_an_act_in_flight_is_of_unknown_outcome_and_not_sent_again() -> None:
-    rig = SleepyRig({"delay_ms": 200})
-    journal = FakeJournal()
-    run: Run[Performed] = Run(perform(Act.ZERO, journal, permit=Permit(Act.ZERO, Origin.CONFIRMATION, rig.clock())))
-    rig.session.run(run)
-    rig.step_until(lambda: REQUESTS[Act.ZERO] in rig.line.requests)
-    rig.lid.close_for(NIGHT_S)
-    rig.step_for(5)
-    assert run.result is not None
-    assert run.result.outcome is Outcome.UNKNOWN
-    assert rig.line.requests.count(REQUESTS[Act.ZERO]) == 1
 
 
 def test_what_runs_and_what_waits_ends_with_the_sleep() -> None:

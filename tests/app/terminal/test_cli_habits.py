@@ -19,14 +19,14 @@ from app.procedures.write_all import WriteReport
 from app.terminal import command_journal
 from app.terminal.arguments import WORDS, translate_argparse
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
-from tests.support.cli_line import run_here
+from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
 
 
-def test_the_help_lists_every_command_in_a_group(capsys: pytest.CaptureFixture[str]) -> None:
-    told = run_here(capsys, ["--help"]).out
+def test_the_help_lists_every_command_in_a_group(dps_s: Program) -> None:
+    told = dps_s(["--help"]).out
     rows = [line.split()[0] for line in told.splitlines() if line.startswith("  ") and not line.startswith("  -")]
     assert rows == [entry.name for entry in ENTRIES]
     assert [line for line in told.splitlines() if line in ("Module:", "Settings:", "Program:")]
@@ -38,9 +38,9 @@ EXAMPLES += [(entry, f"{entry.name} {act.name}", act.example) for entry in ENTRI
 
 @pytest.mark.parametrize(("entry", "name", "example"), EXAMPLES, ids=[name for _, name, _ in EXAMPLES])
 def test_every_command_shows_an_example_that_it_takes(
-    entry: SubCommand, name: str, example: str, capsys: pytest.CaptureFixture[str]
+    entry: SubCommand, name: str, example: str, dps_s: Program
 ) -> None:
-    told = " ".join(run_here(capsys, [*name.split(), "--help"]).out.split())  # a long one takes two lines
+    told = " ".join(dps_s([*name.split(), "--help"]).out.split())  # a long one takes two lines
     assert f"Example: dps-s {example}" in told
     assert example.startswith(name)
     entry.parser().parse_words(example.split()[1:])
@@ -62,26 +62,24 @@ def test_options_may_stand_between_other_words(words: str, attribute: str, capsy
         assert capsys.readouterr().err.startswith(usage)
 
 
-def test_colours_only_on_a_terminal_that_takes_them(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?clamps=yes"]
-    assert "\x1b" not in run_here(capsys, words, 1).out
+    assert "\x1b" not in dps_s(words, 1).out
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     monkeypatch.setenv("WT_SESSION", "1")
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.delenv("NO_COLOR", raising=False)
-    bad, good = run_here(capsys, words, 1).out.splitlines()
+    bad, good = dps_s(words, 1).out.splitlines()
     assert bad.startswith("\x1b[31mfreefall_time_s ")
     assert good.startswith("\x1b[32mlight_threshold_v ")
     assert bad.endswith("\x1b[0m")
     monkeypatch.setenv("NO_COLOR", "1")
-    assert "\x1b" not in run_here(capsys, words, 1).out
+    assert "\x1b" not in dps_s(words, 1).out
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
 def test_a_signal_after_the_last_frame_does_not_keep_the_result(
-    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page_of = setting.page_of
 
@@ -92,7 +90,7 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
     monkeypatch.setattr(setting, "page_of", interrupted_page)
     default = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("the signal would have ended the program"))
     try:
-        assert "1.4: verified" in run_here(capsys, ["set", "freefall_time_s=1.4", "--port", port]).out
+        assert "1.4: verified" in dps_s(["set", "freefall_time_s=1.4", "--port", port]).out
     finally:
         signal.signal(signal.SIGTERM, default)
 
@@ -100,11 +98,7 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
 @pytest.mark.parametrize("words", [["set", "freefall_time_s=1.4"], ["activate", "--yes"], ["lock", "--yes"]])
 def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
-    words: list[str],
-    port: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    wire: list[bytes],
+    words: list[str], port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch, wire: list[bytes]
 ) -> None:
     opened = command_journal.open_store_or_notify
 
@@ -113,7 +107,7 @@ def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
         return opened()
 
     monkeypatch.setattr(command_journal, "open_store_or_notify", interrupted_open)
-    run_here(capsys, [*words, "--port", port], 128 + signal.SIGTERM)
+    dps_s([*words, "--port", port], 128 + signal.SIGTERM)
     assert wire == []
 
 

@@ -18,7 +18,7 @@ from app.store.left_active import left_active
 from app.store.store import Store, open_store
 from app.system.folders import data_folder
 from tests.app.simulator.test_simulator_servers import posix_only, pty, serving
-from tests.support.cli_line import run_here
+from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -54,21 +54,19 @@ def left() -> list[str]:
         "zero --yes", "preflight --module M-07", "record - --seconds 0.1",
     ],
 )  # fmt: skip
-def test_each_command_says_it_once(
-    words: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], brief: None
-) -> None:
+def test_each_command_says_it_once(words: str, line: str, tmp_path: Path, dps_s: Program, brief: None) -> None:
     (tmp_path / "wanted.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.6\n', encoding="utf-8")
     leave(line)
     command = [str(tmp_path / "wanted.toml") if word == "FILE" else word for word in words.split()]
-    said = run_here(capsys, [*command, "--port", line], 1 if "preflight" in words else 0).err
+    said = dps_s([*command, "--port", line], 1 if "preflight" in words else 0).err
     assert said.count(" was left ACTIVE on ") == 1
     assert said.startswith(f"The module at {line} was left ACTIVE on ")
     assert keep_away() in said.splitlines()[0]
 
 
-def test_it_is_said_where_nothing_answers(capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_is_said_where_nothing_answers(dps_s: Program) -> None:
     leave("/dev/no-such-port", act=Act.LOCK, outcome=Outcome.UNKNOWN)
-    said = run_here(capsys, ["read", "--port", "/dev/no-such-port"], 3).err
+    said = dps_s(["read", "--port", "/dev/no-such-port"], 3).err
     assert said.startswith("The module at /dev/no-such-port: LOCK not confirmed on ")
     assert len(said.splitlines()) == 2
 
@@ -85,15 +83,15 @@ def test_it_is_said_where_nothing_answers(capsys: pytest.CaptureFixture[str]) ->
     ],
 )
 def test_it_is_that_of_the_module_in_question(
-    left_as: str, port: str, words: str, is_said: bool, line: str, capsys: pytest.CaptureFixture[str]
+    left_as: str, port: str, words: str, is_said: bool, line: str, dps_s: Program
 ) -> None:
     leave(line if port == "LINE" else port, left_as)
-    assert (" was left ACTIVE on " in run_here(capsys, [*words.split(), "--port", line]).err) is is_said
+    assert (" was left ACTIVE on " in dps_s([*words.split(), "--port", line]).err) is is_said
 
 
 @posix_only
 def test_an_act_is_logged_with_its_adapter_which_may_have_another_port_by_then(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, dps_s: Program
 ) -> None:
     with (
         serving(SimulatedBench(), pty()) as port,
@@ -106,35 +104,35 @@ def test_an_act_is_logged_with_its_adapter_which_may_have_another_port_by_then(
 
         plug(port, other_port)
         for act in ("lock", "activate"):
-            run_here(capsys, [act, "--yes", "--port", port])
+            dps_s([act, "--yes", "--port", port])
         with closing(open_store()) as store:
             assert [entry.detail["adapter"] for entry in store.audit()] == ["0001:0002:A0"] * 2
         for listed, device, is_said in (
             ((other_port, port), port, False), ((other_port, port), other_port, True), ((), port, True),
         ):  # fmt: skip
             plug(*listed)
-            said = run_here(capsys, ["read", "--port", device]).err
+            said = dps_s(["read", "--port", device]).err
             assert (f"The module at {port} was left ACTIVE on " in said) is is_said
 
 
-def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, dps_s: Program) -> None:
     leave(line)
     (data_folder() / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
-    printed = run_here(capsys, ["read", "--port", line])
+    printed = dps_s(["read", "--port", line])
     assert "Boot count" in printed.out
     assert printed.err.startswith("The records cannot be read")
     assert len(printed.err.splitlines()) == 1
 
 
 def test_of_a_store_that_fails_meanwhile_nothing_is_said_to_be_left(
-    line: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    line: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(_store: Store) -> None:
         raise StoreTrouble(StoreFault.FAILED, data_folder(), "disk I/O error")
 
     leave(line)
     monkeypatch.setattr("app.store.left_active.left_active", fail)
-    said = run_here(capsys, ["lock", "--yes", "--port", line]).err
+    said = dps_s(["lock", "--yes", "--port", line]).err
     assert said.endswith(" cannot be used.\n")
     assert "--same-module" not in said
 
@@ -152,18 +150,18 @@ def test_of_a_store_that_fails_meanwhile_nothing_is_said_to_be_left(
     ],
 )
 def test_a_confirmed_lock_ends_it_for_the_module_that_a_person_names(
-    words: str, still: list[str], said: int, clock_h: float, line: str, capsys: pytest.CaptureFixture[str]
+    words: str, still: list[str], said: int, clock_h: float, line: str, dps_s: Program
 ) -> None:
     for name in ("", "M-07"):
         leave(line, name, clock_h=clock_h)
-    printed = run_here(capsys, [*words.split(), "--port", line])
+    printed = dps_s([*words.split(), "--port", line])
     assert printed.out == "The module reports LOCKED.\n"
     assert left() == still
     assert printed.err.count(" was left ACTIVE on ") == said
 
 
-def test_a_lock_that_is_not_confirmed_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_lock_that_is_not_confirmed_ends_nothing(dps_s: Program) -> None:
     leave("/dev/no-such-port", "M-07")
-    said = run_here(capsys, ["lock", "--yes", "--same-module", "--port", "/dev/no-such-port"], 3).err
+    said = dps_s(["lock", "--yes", "--same-module", "--port", "/dev/no-such-port"], 3).err
     assert said.count("M-07 was left ACTIVE on ") == 1
     assert left() == ["M-07"]

@@ -21,7 +21,7 @@ from app.terminal import console, interruption
 from app.terminal.console import OutputLost, write
 from app.terminal.interruption import print_after_signal
 from app.text.user_error import UserError
-from tests.support.cli_line import run_here
+from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
@@ -170,33 +170,29 @@ def found(monkeypatch: pytest.MonkeyPatch, *ports: PortInfo) -> None:
     monkeypatch.setattr(port_list, "list_ports", lambda: list(ports))
 
 
-def test_the_only_adapter_is_taken_and_named(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_only_adapter_is_taken_and_named(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
     found(monkeypatch, BOARD, ADAPTER)
-    printed = run_here(capsys, ["find", "--json"])
+    printed = dps_s(["find", "--json"])
     assert json.loads(printed.out)["baud_rate"] == 115200
     assert printed.err == "Port sim://only (CP2102)\n"
 
 
-def test_the_environment_names_it(
-    port: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_environment_names_it(port: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
     found(monkeypatch, ADAPTER, OTHER)
     monkeypatch.setenv(PORT, port)
-    printed = run_here(capsys, ["find"])
+    printed = dps_s(["find"])
     assert printed.out == f"{port}, 115200 baud\n"
     assert printed.err == f"Port {port} (DPS_S_PORT)\n"
-    assert run_here(capsys, ["find", "--quiet"]).err == ""
+    assert dps_s(["find", "--quiet"]).err == ""
 
 
 @pytest.mark.parametrize(("words", "code", "is_asked"), [([], 1, True), (["--activate"], 2, False)])
 def test_a_check_takes_it_too_unless_it_is_refused_without_yes(
     words: list[str], code: int, is_asked: bool, port: str, no_waiting: None, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    dps_s: Program
 ) -> None:  # fmt: skip
     monkeypatch.setenv(PORT, port)
-    printed = run_here(capsys, ["preflight", *words], code)
+    printed = dps_s(["preflight", *words], code)
     assert printed.err.startswith(f"Port {port} (DPS_S_PORT)\n") is is_asked
 
 
@@ -211,46 +207,39 @@ def test_a_check_takes_it_too_unless_it_is_refused_without_yes(
     ],
 )  # fmt: skip
 def test_without_the_only_adapter_none_is_taken(
-    words: list[str],
-    ports: tuple[PortInfo, ...],
-    code: int,
-    said: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    words: list[str], ports: tuple[PortInfo, ...], code: int, said: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program
 ) -> None:
     found(monkeypatch, *ports)
-    assert run_here(capsys, words, code).err == said
+    assert dps_s(words, code).err == said
 
 
-def test_where_the_system_lists_none_nothing_is_taken(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_where_the_system_lists_none_nothing_is_taken(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
     def refuse() -> list[PortInfo]:
         raise UserError(NOT_LISTED)
 
     found(monkeypatch)
     monkeypatch.setattr(port_list, "list_ports", refuse)
-    assert "lists no serial ports" in run_here(capsys, ["read"], 3).err
+    assert "lists no serial ports" in dps_s(["read"], 3).err
 
 
 @pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])
-def test_verbose_says_what_is_asked(words: list[str], port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = run_here(capsys, [*words, "--port", port])
+def test_verbose_says_what_is_asked(words: list[str], port: str, dps_s: Program) -> None:
+    printed = dps_s([*words, "--port", port])
     assert f"{port}  115200 baud" in printed.err
     assert "Heartbeat  " in printed.err
     assert "41 75" not in printed.err
     assert printed.out.count("\n") == 1
 
 
-def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]) -> None:
-    lines = run_here(capsys, ["-vv", "read", "--port", port, "--json"]).err.splitlines()
+def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], dps_s: Program) -> None:
+    lines = dps_s(["-vv", "read", "--port", port, "--json"]).err.splitlines()
     sent = [line for line in lines if " > 42 61 " in line]
     assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
     assert sum(" < 41 75 " in line for line in lines) == len(wire)
     assert any("status: tilt 0°" in line for line in lines)
 
 
-def test_nested_commands_take_them_too(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "No recordings yet" in run_here(capsys, ["recordings", "list"]).err
+def test_nested_commands_take_them_too(dps_s: Program) -> None:
+    assert "No recordings yet" in dps_s(["recordings", "list"]).err
     assert program.main(["recordings", "list", "--quiet"]) == 0
-    assert run_here(capsys, ["--quiet", "recordings", "list"]).err == ""
+    assert dps_s(["--quiet", "recordings", "list"]).err == ""

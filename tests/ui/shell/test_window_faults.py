@@ -10,7 +10,7 @@ import sys
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
@@ -19,22 +19,13 @@ from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase
 from app.engine.session import Session
 from app.engine.target import Target
-from app.engine.worker import Job
-from app.procedures.act import Performed, perform
-from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Interlock
-from app.safety.journal import Outcome
-from app.safety.permit import Origin, Permit
-from app.store.database import StoreTrouble
-from app.store.store import Store
-from app.system.logs import start_log
+from app.safety.acts import Act
 from app.text.messages import UserMessage
 from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker
-from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, wait_online, window
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, close_window, connect, simulated, window
 from tests.support.window.steps import find, notice_text
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
@@ -71,46 +62,6 @@ def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplic
         ports.release()
         qtbot.waitUntil(lambda: assembly.ports.has_listed)
     assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
-
-
-def fill(store: Store) -> None:
-    """As on a full disk: not one page more."""
-    with store.database.transaction():  # of the connection that writes
-        store.database.read("PRAGMA max_page_count = 1")
-    for size in (4000, 400, 40, 0):
-        with suppress(StoreTrouble):
-            while True:
-                store.begin(Act.ZERO, REQUESTS[Act.ZERO].encode(), {"much": "x" * size}, port="p", origin="window")
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
-def test_a_full_disk_refuses_dangerous_acts_only(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    (tmp_path / "log").mkdir()
-    (tmp_path / "log" / "dps-s.log").symlink_to("/dev/full")
-    log = start_log(tmp_path / "log")
-    try:
-        with simulated("full", active=True) as bench, window(qapp, tmp_path) as assembly:
-            store = assembly.storage.store
-            assert isinstance(store, Store)
-            fill(store)
-            target = Target("sim://full", 115200)
-            assembly.connector.connect_to(target)
-            wait_online(qtbot, assembly)
-            assert log.trouble is not None
-            assembly.window.top_bar.lock.click()  # always safe, so never refused
-            qtbot.waitUntil(lambda: not bench.state().is_active)
-            wait_online(qtbot, assembly)
-            ended: list[Job[Performed]] = []
-            permit = Permit(Act.ZERO, Origin.CONFIRMATION, assembly.connector.clock())
-            assembly.connector.run(perform(Act.ZERO, assembly.storage.journal(target), permit=permit), ended.append)
-            qtbot.waitUntil(lambda: bool(ended))
-            performed = ended[0].outcome()
-            assert performed.outcome is Outcome.NOT_SENT
-            assert Interlock.INTENT_DURABLE in {refusal.condition for refusal in performed.refusals}
-            assert "disk is full" in performed.sentence
-            assert assembly.connector.current.state.phase is Phase.ONLINE
-    finally:
-        log.stop()
 
 
 @POSIX_ONLY
@@ -153,31 +104,6 @@ def test_killed_and_started_again() -> None:
                 ended, _, said = program.end()
             assert ended == code_expected
             assert [line for line in said.splitlines() if "propagateSizeHints" not in line] == []
-
-
-@POSIX_ONLY
-def test_what_a_killed_window_left_active_stands_first_at_the_next_start() -> None:
-    code = """if True:
-        import functools, sys
-        from PySide6.QtCore import QTimer
-        from ui import main as application
-        application.assemble = functools.partial(application.assemble, entries=())
-        def watched(assembly, options, start=application.start):
-            def look():
-                notice = assembly.window.notice_bar.notice
-                if assembly.storage.left_active and (options.port or notice is not None and "ACTIVE" in notice.text):
-                    timer.stop()
-                    print("kept" if options.port else notice.text, flush=True)
-            timer = QTimer(assembly.window, interval=50, timeout=look)
-            timer.start()
-            start(assembly, options)
-        application.start = watched
-        raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1] or None)))
-    """
-    with run_module("--active", "yes") as module:
-        for port, said in ((module.port, "kept"), ("", f"The module at {module.port} was left ACTIVE on ")):
-            with running(sys.executable, "-c", code, port) as program:
-                assert program.out.readline().startswith(said)
 
 
 def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS
 from app.store.facts import FactKind
 from app.store.store import open_store
 from protocol.catalogue import BAUD_RATES, BY_NAME
-from tests.support.cli_line import Printed, run_here
+from tests.support.cli_line import Printed, Program, run_here
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "hasty", "no_waiting")
@@ -40,10 +40,10 @@ def lines(capsys: pytest.CaptureFixture[str]) -> list[Any]:
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in SCHEMAS.iterdir()))
-def test_the_command_prints_a_valid_schema(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_a_valid_schema(name: str, dps_s: Program) -> None:
     from jsonschema import Draft202012Validator
 
-    printed = json.loads(run_here(capsys, ["schema", name]).out)
+    printed = json.loads(dps_s(["schema", name]).out)
     Draft202012Validator.check_schema(printed)
     assert printed == schema(name)
 
@@ -181,5 +181,5 @@ def test_bash_completes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert completed("schema", "mo") == ["monitor"]
 
 
-def test_another_shell_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "csh" in run_here(capsys, ["completion", "csh"], 2).err
+def test_another_shell_is_refused(dps_s: Program) -> None:
+    assert "csh" in dps_s(["completion", "csh"], 2).err

@@ -9,11 +9,9 @@ from PySide6.QtWidgets import QApplication, QStyle, QStyleOptionButton, QVBoxLay
 from pytestqt.qtbot import QtBot
 
 from app.safety.acts import Act
-from protocol.link_states import Presence
 from tests.gestures.clumsy import run
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
-from tests.support.window.steps import notice_text
 from ui.services.port_check import Standing
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice as Look
@@ -190,26 +188,6 @@ def test_cancel_takes_any_click(bench: GestureBench) -> None:
     assert not confirm.is_asking
     bench.key(Qt.Key.Key_Space, is_press=False)
     assert is_nothing_sent(bench)
-
-
-def test_what_is_refused_anyway_is_disabled_and_says_why(qapp: QApplication, tmp_path: Path) -> None:
-    with gesture_bench(qapp, tmp_path, pages=("commands", "settings")) as bench:
-        act = ACTS[5]
-        go_to(bench, act)
-        assert first_button(bench, act).isEnabled()
-        bench.bench.power_off()
-        bench.until(lambda: bench.device.presence is Presence.OFFLINE, 90)
-        bench.settings.refresh()
-        bench.commands.refresh()
-        assert not bench.settings.write.isEnabled()
-        assert "does not answer" in notice_text(bench.settings.strip)
-        assert "does not answer" in bench.settings.baud.conditions.text()
-        bench.window.go_to("commands")
-        bench.commands.refresh()
-        for row in bench.commands.acts.values():
-            assert not row.confirm.ask.isEnabled()
-            assert "does not answer" in row.conditions.text()
-        assert not bench.commands.ritual.choose.isEnabled()
 
 
 @pytest.mark.qt_log_ignore("does not support", extend=True)  # the platform, of a list that drops down

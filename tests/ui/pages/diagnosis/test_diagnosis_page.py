@@ -9,7 +9,6 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from urllib.parse import parse_qsl
 
 import pytest
 from PySide6.QtCore import Qt
@@ -28,13 +27,12 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.act import Armed
 from app.safety.acts import Act
-from app.simulator.setup import parse_options
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Counters, Role, Sent
 from protocol.frame import Reason
 from protocol.link_states import Presence
-from protocol.messages import Heartbeat, Status
+from protocol.messages import Heartbeat
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.settings_bench import desk
@@ -46,7 +44,6 @@ from ui.services.context import PageEntry
 from ui.style.icons import Icon
 
 ALONE = (PageEntry("diagnosis", "Diagnosis", Icon.DIAGNOSIS, DiagnosisPage),)
-STATUS = Status(7, 1.0, triggered=False, active=False).encode()
 
 
 @contextmanager
@@ -66,19 +63,17 @@ def cause_of(page: DiagnosisPage) -> Cause | None:
 
 
 @pytest.mark.parametrize(
-    ("name", "query", "cause", "button"),
+    ("options", "cause", "button"),
     [
-        ("why-mute", "mute", Cause.NOTHING, "Find the baud rate"),
-        ("why-echo", "mute&echo", Cause.ECHO, "Choose a port"),
-        ("why-rate", "baud=9600&stream_at_boot&rate=50", Cause.WRONG_RATE, "Find the baud rate"),
-        ("why-bad", "corrupt=0.09&stream_at_boot&rate=200", Cause.BAD_LINE, "Connect again"),
+        ({"mute": True}, Cause.NOTHING, "Find the baud rate"),
+        ({"mute": True, "echo": True}, Cause.ECHO, "Choose a port"),
+        ({"corrupt": 0.09, "stream_at_boot": True, "rate": 200}, Cause.BAD_LINE, "Connect again"),
     ],
 )
 def test_a_fault_of_the_line_has_one_cause_and_one_button(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, name: str, query: str, cause: Cause, button: str
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object], cause: Cause, button: str
 ) -> None:
-    options = parse_options(parse_qsl(query, keep_blank_values=True))
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, name, ALONE, **options) as one:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "why", ALONE, **options) as one:
         page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
         one.assembly.connector.connect_to(Target(one.url, 115200))
         one.until(lambda: cause_of(page) is cause)
@@ -300,16 +295,6 @@ def test_the_saved_bundle_equals_the_preview(qtbot: QtBot, qapp: QApplication, t
             assert {name: archive.read(name).decode() for name in archive.namelist()} == {
                 part.name: part.text for part in bundle.files
             }
-
-
-def test_a_bundle_that_cannot_be_saved_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.go_to("bundle")
-        qtbot.waitUntil(page.bundle.save.isEnabled)
-        qtbot.waitUntil(lambda: page.bundle.bundle is not None)
-        page.bundle.ask_path = choosing(tmp_path / "gone" / "support.zip")
-        press(qtbot, page.bundle.save)
-        qtbot.waitUntil(lambda: "cannot be written" in page.strip.accessibleName())
 
 
 # Errors of our own

@@ -147,7 +147,7 @@ def test_pause_holds_the_picture_and_nothing_is_lost(live: Bench) -> None:
     assert live.page.plot.time_range.span.end_s == pytest.approx(live.now_s, abs=0.1)
 
 
-def test_marks_and_pause_go_with_their_module(live: Bench) -> None:
+def test_values_marks_and_pause_go_with_their_module(live: Bench) -> None:
     live.say()
     live.say(triggered=True)
     live.click("time-plot-pause")
@@ -155,6 +155,7 @@ def test_marks_and_pause_go_with_their_module(live: Bench) -> None:
     assert plot.canvas.marks
     live.connector.invalidated.emit()
     assert (list(plot.canvas.marks), plot.time_range.is_live) == ([], True)
+    assert (live.page.is_empty, live.page.data.has_samples) == (True, False)
 
 
 # Looks
@@ -262,22 +263,6 @@ def test_the_plot_header_takes_two_rows_at_most_beside_the_simulator(
         assert head is not None
         assert pause is not None
         qtbot.waitUntil(lambda: 0 < head.height() < 3 * pause.height())
-
-
-def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("fires") as bench, window(qapp, tmp_path, entries=page_entries("live")) as assembly:
-        page = await_child(qtbot, assembly.window, LivePage)
-        connect(qtbot, assembly, "sim://fires")
-        qtbot.waitUntil(lambda: not page.is_empty)
-        bench.module.activate(is_active=True)
-        qtbot.waitUntil(lambda: happened(page) == ["connected", "activated"])
-        bench.set_tilt(80)
-        qtbot.waitUntil(lambda: happened(page)[2:] == ["triggered"])
-        qtbot.waitUntil(lambda: page.panel.tilt.accessibleName().endswith("over 60°"))
-
-
-def happened(page: LivePage) -> list[str]:
-    return [marker.kind.value for marker in page.data.markers]
 
 
 def test_all_values_are_in_one_row_beside_the_simulator(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

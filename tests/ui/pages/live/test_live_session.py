@@ -3,7 +3,6 @@
 import threading
 import time
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
 from app.engine.identity import Identity, Trust
-from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
@@ -24,10 +22,9 @@ from app.recordings.recording import open_recording
 from protocol.events import FellSilent
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, device, opened, recorder_in, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import await_child, find, notice_text
+from tests.support.window.steps import find, notice_text
 from ui.core.bridge import Bridge
 from ui.main import PAGES
-from ui.pages.live.page import LivePage
 from ui.pages.live.panel import device_at
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.storage import SessionRecording
@@ -324,20 +321,3 @@ def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: 
         assert bar.button("recordings") is not None
         assert sign.label.text() == "Not recorded"
         assert assembly.connector.current.is_open
-
-
-def test_another_module_begins_another_time_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    modules = simulated("first", tilt=20), simulated("second", tilt=4)
-    with modules[0], modules[1], window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        page = await_child(qtbot, assembly.window, LivePage)
-        for port, tilt_deg in (("sim://first", 20), ("sim://second", 4)):
-            assembly.connector.connect_to(Target(port, 115200))
-            qtbot.waitUntil(partial(_shows, page, tilt_deg))
-        values = page.data.excerpt(0.0, assembly.connector.clock()).tilt.value
-        assert set(values.tolist()) == {4.0}
-        assert page.data.markers[0].port == "sim://second"
-
-
-def _shows(page: LivePage, tilt_deg: int) -> bool:
-    last = page.data.tilt.last
-    return not page.is_empty and last is not None and last.value == tilt_deg

@@ -289,17 +289,6 @@ def test_each_row_that_is_not_met_carries_what_mends_it(
         assert act.values == settings
 
 
-def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "once", "triggers", "preflight") as bench:
-        name_module(bench, "M-07")
-        bench.check()
-    with on_bench(qtbot, qapp, tmp_path, "once", "triggers", "preflight") as bench:
-        confirm_name(bench)
-        edit = bench.find(QLineEdit, "preflight_module_edit")
-        bench.until(lambda: edit.text() == "M-07")
-        assert bench.triggers.module.currentText() == "M-07"
-
-
 def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:

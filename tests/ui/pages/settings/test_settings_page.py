@@ -19,13 +19,14 @@ from app.settings.setting_texts import value_text
 from app.store.store import Store
 from app.text.i18n import CHINESE, ENGLISH
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT
+from protocol.link_states import Presence
 from tests.support.pseudo_language import PSEUDO
 from tests.support.records.kept_facts import kept_settings
 from tests.support.window import walk
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.settings_bench import Desk, choose, desk, notice, reason, state, type_into, write
-from tests.support.window.steps import find, let_lay_out, notice_text
+from tests.support.window.steps import find, let_lay_out
 from tests.support.window.walk import SMALL_SCREEN
 from ui.forms.field_editors import NumberEditor
 from ui.main import WindowOptions
@@ -124,6 +125,16 @@ def test_an_active_module_is_written_only_when_unlocked_for_this_once(
         write(one)  # once is not for ever
         one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
         assert len(one.changes()) == 1
+
+
+def test_what_is_refused_anyway_is_disabled_and_says_why(one: Desk) -> None:
+    page = one.settings
+    type_into(one, "freefall_time", "1.2")
+    one.bench.power_off()
+    one.until(lambda: "does not answer" in notice(one) and not page.work.job.is_running)
+    assert one.assembly.connector.current.device.presence is Presence.OFFLINE
+    assert "does not answer" in page.baud.conditions.text()
+    assert (page.work.can_write, page.write.isEnabled()) == (False, False)
 
 
 def test_undo_redo_revert_and_defaults(qtbot: QtBot, one: Desk) -> None:
@@ -265,18 +276,6 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> Non
     write(one)
     one.until(lambda: state(one, LIGHT) in (RowState.VERIFIED, RowState.READ))
     assert one.held("light_threshold") == row.edited
-
-
-def test_a_restart_of_the_module_is_shown_on_every_page(full_desk: Desk) -> None:
-    full_desk.go_to("commands")
-    bar = full_desk.assembly.window.notice_bar
-    full_desk.bench.restart()
-    full_desk.until(lambda: "The module restarted" in notice_text(bar))
-    notice_ = bar.notice
-    assert notice_ is not None
-    assert notice_.dismiss is not None
-    notice_.dismiss()
-    full_desk.until(lambda: bar.notice is None)
 
 
 def test_acknowledged_is_not_cut_off(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
