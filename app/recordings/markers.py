@@ -17,7 +17,7 @@ from protocol.link_states import Presence
 from protocol.messages import Heartbeat
 
 ONE_BREAK_S = 0.5
-"""What follows sooner is part of the same break: a restart is seen twice."""
+"""A restart that is seen sooner after a break is part of it: it is seen twice."""
 
 
 class MarkerKind(Enum):
@@ -159,7 +159,9 @@ class MarkerTracker:
         """In doubt is what came since the break, also where only a reading after it has shown that; without a break
         what came since the last reading that did not."""
         for event in batch.events:
-            if isinstance(event, BREAKS):
+            if isinstance(event, Restarted):
+                self._break(event.at, least_s=ONE_BREAK_S)
+            elif isinstance(event, BREAKS):
                 self._break(event.at - (event.lasted_s if isinstance(event, FellSilent) else 0.0))
             elif self._heard_since is None and isinstance(event, Received):
                 self._heard_since = None if isinstance(event.message, Heartbeat) else event.at
@@ -177,8 +179,9 @@ class MarkerTracker:
         elif self._was_settled and boots is not None:
             self._read_at = boots.at
 
-    def _break(self, at: float) -> None:
-        self.breaks += self._heard_since is not None and at - self._heard_since > ONE_BREAK_S
+    def _break(self, at: float, *, least_s: float = 0.0) -> None:
+        """`least_s`: what was heard of a module for longer since the last break makes it another break."""
+        self.breaks += self._heard_since is not None and at - self._heard_since > least_s
         self._broke_at, self._heard_since = at, None
 
     def _on_loss(self, connection: Connection, at: float) -> None:
@@ -203,7 +206,7 @@ class MarkerTracker:
                 # Detected by a heartbeat, or only by the boot count.
                 seen = [event.at for event in events if isinstance(event, Restarted)]
                 if not seen:
-                    self._break(at)
+                    self._break(at, least_s=ONE_BREAK_S)
                     self._seen_breaks += any(marker.kind is MarkerKind.DOUBTED for marker in self._new)
                 for restarted_at in seen or [at]:
                     self._add(restarted_at, MarkerKind.RESTARTED)

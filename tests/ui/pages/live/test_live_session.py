@@ -182,11 +182,14 @@ def broken(at_s: float) -> Batch:
 
 
 @pytest.mark.parametrize("is_in_doubt", [True, False])
-def test_a_name_is_of_what_one_unbroken_conversation_recorded(bench: Bench, is_in_doubt: bool) -> None:
-    """In doubt, and without a name, a third module may come unasked."""
+@pytest.mark.parametrize("silent_at_s", [3.0, 1.6])
+def test_a_name_is_of_what_one_unbroken_conversation_recorded(
+    bench: Bench, is_in_doubt: bool, silent_at_s: float
+) -> None:
+    """In doubt, and without a name, a third module may come unasked, also after one that was heard for a moment."""
     bench.sessions.name_module("")
     bench.say(some(1.0, is_in_doubt=is_in_doubt))
-    silence = broken(3.0)
+    silence = broken(silent_at_s)
     bench.say(silence._replace(identity=Identity(Trust.OPEN)) if is_in_doubt else silence)
     bench.say(some(4.0, is_in_doubt=is_in_doubt))
     bench.say(some(5.0))
