@@ -107,6 +107,8 @@ class GroupProfile(QObject):
         self._services, self._members = services, members
         self.profile: Profile | None = None
         self.applied: dict[Port, AppliedProfile] = {}
+        self._applied_in: dict[Port, tuple[int, int]] = {}
+        """In which conversation."""
         self._jobs: dict[Port, Job[WriteReport]] = {}
         services.connector.removed.connect(self._on_removed)
         members.replaced.connect(self._on_removed)
@@ -127,6 +129,12 @@ class GroupProfile(QObject):
             profile, connection.device, self._services.connector.clock(), port=port_text(connection.target),
             title=connection.module.name, is_reachable=connection in self._members.reachable,
         )  # fmt: skip
+
+    def result(self, connection: Port) -> AppliedProfile | None:
+        """Of the last writing. After a break of the conversation it proves nothing: another module may answer."""
+        applied = self.applied.get(connection)
+        is_over = self._applied_in.get(connection) != _conversation(connection)
+        return None if applied is not None and applied.state.is_fine and is_over else applied
 
     def changes(self) -> tuple[SettingChange, ...]:
         """What would be written to any of the modules."""
@@ -151,6 +159,7 @@ class GroupProfile(QObject):
         if connection not in self._members.reachable:
             self.applied[connection] = AppliedProfile(Applied.UNREACHABLE)
             return
+        self._applied_in[connection] = _conversation(connection)
         if not changes:
             self.applied[connection] = AppliedProfile(Applied.NOTHING_TO_DO)
             return
@@ -169,7 +178,7 @@ class GroupProfile(QObject):
         if self._jobs.get(connection) is not job:
             return
         del self._jobs[connection]
-        error = job.run.error
+        error, self._applied_in[connection] = job.run.error, _conversation(connection)
         self.applied[connection] = outcome_of(job.outcome()) if error is None else broken_off(heard, error)
         self.changed.emit()
 
@@ -179,3 +188,7 @@ class GroupProfile(QObject):
             job.cancel()
         if self.applied.pop(connection, None) is not None:
             self.changed.emit()
+
+
+def _conversation(connection: Port) -> tuple[int, int]:
+    return connection.connection.opening, connection.device.breaks

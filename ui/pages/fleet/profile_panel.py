@@ -79,7 +79,7 @@ class ProfilePanel(QWidget):
             self._settings = settings
             self.table.show_columns([_MODULE, *starmap(_setting_column, enumerate(settings)), _RESULT])
         connections = self._members.connections
-        rows = [_Row(self._group.column(connection), self._group.applied.get(connection)) for connection in connections]
+        rows = [_Row(self._group.column(connection), self._group.result(connection)) for connection in connections]
         self.table.show_rows(rows)
         differing = sum(bool(row.column.changes) for row in rows)
         self.write.setEnabled(differing > 0 and not self._group.is_running)
