@@ -142,16 +142,17 @@ class BatchTurns(QObject):
         if self.stage is not Stage.ASK or port is None or bench is None or name not in self._left:
             return False
         target, opening = port.target, port.view.opening
+        port.module.treat_as_new(name=name)
+        if port.view.opening == opening:
+            return False  # a person is asked about edits first
         evidence = Evidence(port=port.connection.port)
         journal = self._services.storage.journal(target, KnownAs(run=port.kept.run))
         try:
             procedure = bench.provision(evidence, WriteContext(journal=journal, armed=self._services.armed))
         except StoreTrouble as trouble:
+            port.module.treat_as_new()  # which does not get the name
             self._fail(trouble)
             return False
-        port.module.treat_as_new(name=name)
-        if port.view.opening == opening:
-            return False  # a person is asked about edits first
         turn = self._turn = _Turn(name, port, evidence, "" if target is None else target.identity)
         turn.job = port.run(procedure, partial(self._end, turn), on_progress=turn.remember)
         self.outcome = None

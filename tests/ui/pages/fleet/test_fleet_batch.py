@@ -14,6 +14,7 @@ from app.engine.identity import Identity, Trust
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.records.check_store import CheckStore
+from app.safety.acts import Act
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
@@ -145,6 +146,8 @@ def test_each_module_has_its_turn_once_its_label_is_confirmed(bench: Bench, tmp_
     assert bench.sets == WRITES * 2
     assert (_verdicts(bench, "M-001"), _verdicts(bench, "M-002")) == (["READY"], ["READY"])
     assert bench.store.evidence("M-002").is_complete
+    runs = {entry.detail["run"] for entry in bench.store.audit(Act.WRITE)[: len(WRITES)]}
+    assert runs == {port.kept.run}  # what was sent to one is not logged in the conversation with the other
     bench.panel.print_labels("24", tmp_path / "labels.pdf")
     bench.until((tmp_path / "labels.pdf").exists)
 
@@ -232,8 +235,9 @@ def test_a_module_that_is_unplugged_in_its_turn_is_set_aside(bench: Bench, tmp_p
     assert bench.store.modules() == ()
 
 
+@pytest.mark.parametrize("work", ["provision", "keep"])
 def test_where_nothing_can_be_kept_the_module_has_no_name(
-    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, work: str
 ) -> None:
     bench.begin(tmp_path)
     bench.until(lambda: bench.stage is Stage.ASK)
@@ -241,9 +245,11 @@ def test_where_nothing_can_be_kept_the_module_has_no_name(
     def full(*_args: object) -> None:
         raise StoreTrouble(StoreFault.FULL, tmp_path)
 
-    monkeypatch.setattr("app.fleet.batch.Bench.keep", full)
-    assert bench.take_turn("M-001").startswith("The disk is full")
-    assert bench.stage is Stage.STOPPED
+    monkeypatch.setattr(f"app.fleet.batch.Bench.{work}", full)
+    bench.scan("M-001")
+    bench.until(lambda: bench.stage is Stage.STOPPED)
+    bench.wait(0.3)
+    assert bench.panel.hint.text().startswith("The disk is full")
     assert bench.assembly.connector.current.module.name == ""
 
 

@@ -71,29 +71,6 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert shown.data().endswith("通信中断：其余未知。")
 
 
-@pytest.mark.parametrize("is_back", [False, True])
-def test_what_was_written_stands_in_no_row_of_a_module_that_may_be_another(desk: Desk, is_back: bool) -> None:
-    desk.plug_in(2, attitude_threshold_deg=70)
-    desk.page.profile.open(Profile(name="Show", settings={"attitude_threshold_deg": 70}))
-    desk.modules[1][1].say(attitude_threshold_deg=60)
-    desk.settle()
-    desk.page.profile.apply(desk.page.members.connections)
-    desk.settle()
-    results = [desk.page.panel.table.filter.index(row, 2) for row in range(2)]
-    assert [result.data() for result in results] == ["unchanged", "writing"]
-    for _port, worker in desk.modules:
-        if is_back:
-            worker.unplug()
-            worker.open("/dev/port0", 115200)
-        else:
-            worker.breaks += 1
-            worker.end_jobs(Cancelled())
-        worker.identity = Identity(Trust.REFUTED)
-        worker.say(attitude_threshold_deg=60)
-    desk.settle()
-    assert [result.data().partition(":")[0] for result in results] == ["", "FAILED"]  # which is still to be acted on
-
-
 def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, tmp_path: Path) -> None:
     desk.plug_in(1, attitude_threshold_deg=70)
     path = tmp_path / "show.toml"
@@ -111,6 +88,13 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
     desk.page.profile.apply(desk.page.members.connections)
     assert desk.page.profile.applied[desk.modules[0][0]].state is Applied.NOTHING_TO_DO
     assert desk.page.panel.write.text() == "No changes"
+    shown = desk.page.panel.table.filter.index(0, 2)
+    for exchange, before in ((desk.modules[0][1].unplug, "unchanged"), (bool, "")):
+        desk.settle()
+        assert shown.data() == before
+        exchange()
+        desk.modules[0][1].open("/dev/port0", 115200)  # and another module may be there
+        desk.modules[0][1].say(attitude_threshold_deg=60)
 
 
 @pytest.mark.parametrize("is_enabling", [False, True])
