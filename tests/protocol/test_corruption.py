@@ -1,4 +1,4 @@
-"""All one-bit and two-bit errors of every frame: what is noticed, and what cannot be; the link before a referee.
+"""All one-bit and two-bit errors of every frame: what is noticed, and what cannot be.
 
 An eight-bit sum misses a two-bit error that takes from one byte what it gives to the sum. The figures below are exact:
 a change of the codec that lets more through, or notices more, changes them.
@@ -9,25 +9,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import combinations
-from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from app.captures.explain import meaning, sentence
-from protocol import link as link_module
-from protocol import request_gap as gap_module
-from protocol.catalogue import ACTIVATION, BY_NAME, COMMANDS, Hazard, Request
-from protocol.events import Event
+from protocol.catalogue import BY_NAME, COMMANDS, Hazard, Request
 from protocol.frame import Direction, Frame, decode_request
-from protocol.link import Link
-from protocol.messages import Acknowledgement, Message, Reading, answers, decode
-from protocol.request_gap import Gap
-from protocol.stale_replies import StaleReplies
+from protocol.messages import Acknowledgement, Reading, answers, decode
 from protocol.stream import StreamParser
-from tests.scenarios.fuzz_link import Kind, converse, fuzz_link, kind_of
-from tests.support.line.reference_link import End
 from tests.support.line.vectors import FROM_MODULE, VALID, Vector
 
 
@@ -176,85 +165,3 @@ def test_what_two_flipped_bits_can_make_dangerous_is_known() -> None:
         ("freefall_acceleration 00", "zero_sensor 00"),
         ("trigger_records 00", "zero_sensor 00"),
     }
-
-
-ENOUGH = 1500
-"""Conversations within which each of the errors below is found, but for the rare ones."""
-
-
-@given(st.integers(0, 2**48), st.sampled_from(Kind))
-def test_no_conversation_ends_in_a_wrong_belief(seed: int, kind: Kind) -> None:
-    assert converse(seed, kind).referee.faults == []
-
-
-def test_a_thousand_conversations_of_all_kinds() -> None:
-    figures = fuzz_link(1000, seed=20190430)
-    assert figures.faults == 0
-    assert figures.inputs == 1000
-    assert min(figures.ends[end] for end in End) > 300
-
-
-# A link that errs
-
-
-def _changed_by_one(raw: bytes, asked: Request | None = None) -> Message:
-    message = decode(raw, asked)
-    return message._replace(raw=message.raw ^ 1) if isinstance(message, Reading) else message
-
-
-def _forgets_at_any_restart(link: Any, events: list[Event], now: float, *, is_certain: bool) -> None:
-    link._stale = StaleReplies(link.timing)
-    _restart(link, events, now, is_certain=is_certain)
-
-
-_restart = Link._restart
-ERRORS: dict[str, tuple[object, str, Any]] = {
-    "no fence": (StaleReplies, "could_answer", lambda *_: False),
-    "a fence before everything": (StaleReplies, "could_answer", lambda *_: True),
-    "copies are not known": (StaleReplies, "copied", lambda *_: None),
-    "any answer passes everything": (StaleReplies, "on_answered", lambda earlier, *_: earlier._not_past.clear()),
-    "any restart passes everything": (Link, "_restart", _forgets_at_any_restart),
-    "what began before is believed": (
-        Link,
-        "_is_answer",
-        lambda _link, flight, frame, _now: answers(frame.raw, flight.request),
-    ),
-    "answers are ignored": (Link, "_is_answer", lambda *_: False),
-    "time never runs out": (Link, "_run_out", lambda *_: None),
-    "sets are repeated": (Request, "is_repeatable", property(lambda _self: True)),
-    "LOCK waits its turn": (link_module, "LOCK", ACTIVATION.set(True)),
-    "LOCK waits for a quiet line": (gap_module, "LOCK", ACTIVATION.set(True)),
-    "no quiet before a set": (gap_module, "ONCE_S", 0.0),
-    "a quiet line before everything": (
-        Gap,
-        "due",
-        lambda _gap, asked, since, **_when: since + 0.02 * asked.is_repeatable,
-    ),
-    "values are changed": (link_module, "decode", _changed_by_one),
-    "the code is not looked at": (link_module, "answers", lambda raw, asked: len(raw) == asked.command.layout.value),
-}
-
-
-RARE = {
-    "any answer passes everything": 5302,
-    "copies are not known": 20538,
-    "any restart passes everything": 3472,
-}
-"""The seed of a conversation that finds it, where that took thousands."""
-
-
-@pytest.mark.parametrize("error", ERRORS)
-def test_the_referee_notices_a_link_that_errs(error: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    owner, name, wrong = ERRORS[error]
-    monkeypatch.setattr(owner, name, wrong)
-    if error in RARE:
-        assert _is_caught(RARE[error], Kind.HONEST)
-    else:
-        assert any(_is_caught(seed, kind_of(seed)) for seed in range(ENOUGH))
-
-
-def _is_caught(seed: int, kind: Kind) -> bool:
-    try:
-        return bool(converse(seed, kind).referee.faults)
-    except (KeyError, AttributeError):  # the tables of states, or a message of the wrong kind
-        return True

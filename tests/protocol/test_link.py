@@ -1,8 +1,12 @@
 """The link on a fake clock: what is sent, what is believed, and when it gives up."""
 
-import pytest
+import random
 
-from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS, Hazard, Request
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from protocol.catalogue import COMMANDS, HEARTBEAT, TRIGGER_RECORDS, Hazard, Layout, Request
 from protocol.events import (
     Answered,
     OutcomeUnknown,
@@ -17,9 +21,13 @@ from protocol.events import (
 from protocol.frame import encode_reply
 from protocol.link import LinkMisused
 from protocol.link_states import EXCHANGE, Exchange, Presence, Step
-from protocol.messages import Heartbeat, Reading, TriggerRecord
+from protocol.messages import Heartbeat, Message, Reading, TriggerRecord, answers, decode
+from protocol.stale_replies import FENCES
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named
-from tests.support.line.vectors import BY_ID
+from tests.support.line.nasty_bytes import hostile_bytes
+from tests.support.line.reference_decoder import sum_is_right
+from tests.support.line.vectors import BY_ID, FROM_MODULE
+from tests.support.thorough import IS_THOROUGH
 
 
 @pytest.fixture
@@ -179,6 +187,15 @@ def test_e06_a_record_after_half_a_second_of_silence_is_none_of_the_answer(
     assert len(answered.messages) == (2 if belongs else 1)
 
 
+def test_e06_records_that_do_not_end_are_collected_for_ten_seconds(bench: Bench) -> None:
+    bench.ask(TRIGGER_RECORDS.query())
+    for _ in range(30):
+        bench.hear(RECORD, after_s=0.4)
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert len(answered.messages) == 25, "ten seconds from the first"
+
+
 def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) -> None:
     bench.ask(TRIGGER_RECORDS.query())
     assert TRIGGER_RECORDS.query().encode() not in bench.wait(5)
@@ -294,3 +311,83 @@ def test_the_rest_of_a_frame_that_never_comes_is_given_up_when_the_line_is_quiet
     assert bench.link.next_deadline() == pytest.approx(bench.now + bench.link.timing.quiet_s)
     bench.wait(bench.link.timing.quiet_s + 0.001)
     assert bench.link.counters.rejected == 4
+
+
+def test_abandoning_what_waits_behind_a_fence_leaves_nothing_to_send(bench: Bench) -> None:
+    activate = named("activation").set(True)
+    bench.ask(named("activation").set(False))
+    bench.wait(1.01)
+    assert bench.ask(activate, is_deliberate=True) == HEARTBEAT.query().encode()
+    bench.link.abandon(bench.now)
+    assert bench.ask(HEARTBEAT.query()) == HEARTBEAT.query().encode()
+    assert bench.hear(PULSE) == b""
+    assert bench.link.is_idle
+
+
+def test_a_reply_that_began_before_the_second_attempt_is_believed(bench: Bench) -> None:
+    reply = encode_reply(0x14, 3)
+    bench.ask(named("light").query())
+    bench.hear(reply[:4], after_s=0.999)
+    assert bench.wait(0.04) == named("light").query().encode()
+    bench.hear(reply[4:])
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert answered.messages == (Reading(named("light"), 3),)
+
+
+def test_long_after_its_acknowledgement_a_set_is_still_read_back_behind_a_fence(bench: Bench) -> None:
+    """A copy of it may come at any time, until a later request is answered."""
+    bench.warm_up()
+    bench.ask(named("freefall_time").set(1.8))
+    bench.hear(encode_reply(0x22, 180))
+    bench.wait(2.0)
+    assert bench.ask(named("freefall_time").query()) != named("freefall_time").query().encode()
+
+
+REQUESTS = [
+    *(command.query() for command in COMMANDS if command.query_data is not None),
+    *(Request(command, 2, raw) for command in COMMANDS if command.write for raw in sorted(command.write.allowed)[:2]),
+]
+LONGEST_S = 30.0
+"""Three attempts behind a fence of three, or ten seconds of records."""
+
+
+def carried(data: bytes, asked: Request) -> set[object]:
+    """What the frames in these bytes say that can answer it, wherever they begin."""
+    pieces = (data[at : at + layout.value] for layout in Layout for at in range(len(data)))
+    frames = (raw for raw in pieces if raw[:2] == b"Au" and len(raw) > 5 and sum_is_right(raw))
+    return {said(decode(raw, asked)) for raw in frames if answers(raw, asked)}
+
+
+def said(message: Message) -> object:
+    return type(message) if isinstance(message, Heartbeat) else message
+
+
+@settings(max_examples=2000 if IS_THOROUGH else 300)
+@given(st.integers(0, 2**48))
+def test_whatever_comes_only_what_was_asked_leaves_and_only_what_came_since_is_believed(seed: int) -> None:
+    bench, dice = Bench(), random.Random(seed)
+    for request in dice.choices(REQUESTS, k=dice.randint(1, 8)):
+        bench.events.clear()
+        sent, heard, ends_at = bench.ask(request, is_deliberate=True), b"", bench.now + LONGEST_S
+        is_abandoned = False
+        while not bench.link.is_idle:
+            assert bench.now < ends_at, "it does not end"
+            sent += bench.wait(dice.choice((0.0, 0.003, 0.1, 0.9)))
+            replies = [raw for raw in (vector.raw for vector in FROM_MODULE) if answers(raw, request)]
+            data = dice.choice([b"", hostile_bytes(dice), request.encode(), *replies, PULSE])
+            place = dice.randint(0, len(data))
+            for part in (data[:place], data[place:]):
+                heard += part if bench.link.has_left else b""
+                sent += bench.hear(part, after_s=0.0)
+            if dice.random() < 0.05:
+                bench.events += bench.link.abandon(bench.now)
+                is_abandoned = True
+        frames = [sent[at : at + 6] for at in range(0, len(sent), 6)]
+        assert request in FENCES or frames.count(request.encode()) <= (3 if request.is_repeatable else 1)
+        assert {*frames} <= {request.encode(), *(fence.encode() for fence in FENCES)}
+        ends = [one for one in bench.events if isinstance(one, Answered | Unanswered | OutcomeUnknown)]
+        assert len(ends) == 1 or (is_abandoned and not ends)
+        for end in ends:
+            assert end.request == request
+            assert not isinstance(end, Answered) or {*map(said, end.messages)} <= carried(heard, request)

@@ -5,21 +5,22 @@ from collections import Counter
 from itertools import chain, combinations, pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.catalogue import BY_NAME, COMMANDS, Request
 from protocol.frame import Direction, Frame, Noise, Reason, encode_reply
 from protocol.messages import Status
 from protocol.stream import Piece, StreamParser
-from tests.scenarios.fuzz import MOST_PENDING, fuzz, hostile_bytes, summed
 from tests.support.line import reference_decoder
+from tests.support.line.nasty_bytes import hostile_bytes, summed
 from tests.support.line.vectors import BY_ID, VALID, Vector
 from tests.support.thorough import IS_THOROUGH
 
 VOLTAGE = BY_NAME["cell_voltage"].query()
 RECORDS = BY_NAME["trigger_records"].query()
 STATUS = BY_NAME["status"].query()
+MOST_PENDING = 15
 LIKE_A_VOLTAGE = BY_ID["trigger-record-that-begins-like-a-voltage"].raw
 VOLTAGE_AS_35 = BY_ID["cell-voltage-reply-35-3.8V"].raw
 STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
@@ -280,16 +281,19 @@ def test_fifteen_bytes_without_a_header_make_the_next_frame_certain(garbage: byt
     assert isinstance(pieces[-1], Frame)
 
 
-def test_both_decoders_agree_on_nasty_streams() -> None:
-    figures = fuzz(10_000, seed=20190430)
-    assert figures.disagreements == 0
-    assert figures.inputs == 10_000
-    assert figures.frames > 5_000
-
-
-def test_the_comparison_notices_a_decoder_that_errs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference_decoder, "is_status", lambda raw: False)
-    assert fuzz(200, seed=1).disagreements > 0
+@settings(max_examples=5000 if IS_THOROUGH else 500)
+@given(nasty_streams, st.lists(st.integers(0, 200), max_size=20), asked_requests, st.booleans())
+def test_both_decoders_agree_on_nasty_streams(
+    data: bytes, places: list[int], asked: Request | None, follows_host: bool
+) -> None:
+    parser = StreamParser(asked=asked, follows_host=follows_host)
+    pieces: list[Piece] = []
+    for chunk in cut(data, places):
+        pieces += parser.feed(chunk)
+        assert parser.pending <= MOST_PENDING
+    found = [(piece.offset, piece.raw) for piece in pieces + parser.flush() if isinstance(piece, Frame)]
+    code = None if asked is None else asked.command.code
+    assert found == reference_decoder.frames(data, asked=code, follows_host=follows_host)
 
 
 def test_every_reply_of_the_catalogue_is_found_by_its_code() -> None:

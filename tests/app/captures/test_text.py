@@ -16,7 +16,7 @@ from protocol.catalogue import BY_NAME, STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.frame import Direction, Fault, Frame, Noise, Reason
 from protocol.messages import Status
-from tests.scenarios.fuzz import hostile_bytes
+from tests.support.line.nasty_bytes import hostile_bytes
 from tests.support.line.sim_line import Rig
 from tests.support.records.recordings_made import explained
 
