@@ -46,11 +46,12 @@ def test_what_a_slow_store_did_not_keep_is_said_of_its_module(rig: Rig, monkeypa
         assert [text for text in said if "Not kept." in text and text.startswith(f"{NAME_A}: ")] == said != []
 
 
-@pytest.mark.parametrize("is_broken", [False, True])
-def test_records_read_before_a_break_get_no_name_that_was_given_after_it(
-    rig: Rig, monkeypatch: pytest.MonkeyPatch, is_broken: bool
+@pytest.mark.parametrize("between", ["nothing", "break", "lost port"])
+def test_what_was_read_before_a_break_gets_no_name_that_was_given_after_it(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, between: str
 ) -> None:
-    """A module without a name may be exchanged within a second, and nothing tells."""
+    """A module without a name may be exchanged within a second, and nothing tells; while a port is lost, a name is of
+    the one that is plugged in next."""
     filed: list[str] = []
 
     def file(_store: Any, _reading: TriggersReading, name: str, **_: Any) -> PossiblyOther:
@@ -68,13 +69,17 @@ def test_records_read_before_a_break_get_no_name_that_was_given_after_it(
     job.run.start(0.0)
     job.run.tick(1.0)
     rig.pages["triggers"].work._end(job)
-    rig.worker.breaks += is_broken
+    rig.worker.breaks += between == "break"
     rig.answer(A)
+    if between == "lost port":
+        rig.worker.unplug()
+        rig.settle()
     rig.connector.current.module.choose("BETA")
     rig.settle()
     store: Any = rig.assembly.storage.store
     store.queue.submit(int).result(PATIENCE_S)
-    assert filed == ([] if is_broken else ["BETA"])
+    assert filed == (["BETA"] if between == "nothing" else [])
+    assert rig.pages["live"]._origin().module == ("" if between == "lost port" else "BETA")
 
 
 def test_records_of_one_module_are_never_filed_under_the_name_of_the_next(

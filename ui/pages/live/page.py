@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.target import Target
-from app.engine.worker import Batch
+from app.engine.worker import Batch, PortState
 from app.firing.judge import TriggerLimits
 from app.recordings.excerpt import Excerpt
 from app.recordings.recording import Recording
@@ -142,6 +142,8 @@ class LivePage(StreamPage):
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
         self._last: Batch | None = None
+        self._module = ""
+        """Its name, while the port was open: a name given later is of the one that is plugged in next."""
         self._timer = VisibilityTimer(
             self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate,
             hidden=self._connector.set_drawing_interval,
@@ -166,6 +168,8 @@ class LivePage(StreamPage):
             self._process_waiting()
             self._refreshed_at = 0.0  # refresh the numbers at once
         self._last = batch
+        if batch.connection.state is PortState.OPEN:
+            self._module = self._connector.current.module.name
         self._waiting.append(batch)
         if len(self._waiting) >= _MAX_WAITING:
             self._process_waiting()
@@ -313,7 +317,8 @@ class LivePage(StreamPage):
         if self.recording is not None:
             return origin_of(self.recording)
         port = self._connector.current
-        return Origin(port.connection.port, port.connection.baud_rate, self.wall.offset_s, module=port.module.name)
+        module = port.module.name if port.is_open else self._module
+        return Origin(port.connection.port, port.connection.baud_rate, self.wall.offset_s, module=module)
 
     def _drawing(self) -> bytes:
         return self.plot.canvas.svg()

@@ -238,9 +238,11 @@ class TriggersController(QObject):
         return Notice(Meaning.DANGER, not_kept(trouble, module), choices, dismiss=self.job.dismiss)
 
     def _on_name_changed(self) -> None:
-        """The reading belongs to that name, unless a module without one may have been exchanged since."""
+        """The reading belongs to that name, unless a module without one may have been exchanged since: while a port is
+        lost, a name is of the one that is plugged in next."""
         self.job.dismiss()
-        if self.reading is not None and self.reading.breaks != self._connector.current.device.breaks:
+        port = self._connector.current
+        if self.reading is not None and not (port.is_open and self.reading.breaks == port.device.breaks):
             self._forget()
         else:
             self._store_reading()
