@@ -115,6 +115,11 @@ class PortConnection(QObject):
         return self.last.connection
 
     @property
+    def conversation(self) -> tuple[int, int]:
+        """Another one once another module may answer."""
+        return self.connection.opening, self.device.breaks
+
+    @property
     def is_open(self) -> bool:
         return self.connection.state is PortState.OPEN
 

@@ -133,7 +133,7 @@ class GroupProfile(QObject):
     def result(self, connection: Port) -> AppliedProfile | None:
         """Of the last writing. After a break of the conversation it proves nothing: another module may answer."""
         applied = self.applied.get(connection)
-        is_over = self._applied_in.get(connection) != _conversation(connection)
+        is_over = self._applied_in.get(connection) != connection.conversation
         return None if applied is not None and applied.state.is_fine and is_over else applied
 
     def changes(self) -> tuple[SettingChange, ...]:
@@ -159,7 +159,7 @@ class GroupProfile(QObject):
         if connection not in self._members.reachable:
             self.applied[connection] = AppliedProfile(Applied.UNREACHABLE)
             return
-        self._applied_in[connection] = _conversation(connection)
+        self._applied_in[connection] = connection.conversation
         if not changes:
             self.applied[connection] = AppliedProfile(Applied.NOTHING_TO_DO)
             return
@@ -178,7 +178,7 @@ class GroupProfile(QObject):
         if self._jobs.get(connection) is not job:
             return
         del self._jobs[connection]
-        error, self._applied_in[connection] = job.run.error, _conversation(connection)
+        error, self._applied_in[connection] = job.run.error, connection.conversation
         self.applied[connection] = outcome_of(job.outcome()) if error is None else broken_off(heard, error)
         self.changed.emit()
 
@@ -188,7 +188,3 @@ class GroupProfile(QObject):
             job.cancel()
         if self.applied.pop(connection, None) is not None:
             self.changed.emit()
-
-
-def _conversation(connection: Port) -> tuple[int, int]:
-    return connection.connection.opening, connection.device.breaks

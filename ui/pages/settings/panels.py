@@ -166,8 +166,8 @@ class CalibrationPanel(QWidget):
         super().__init__()
         self.setObjectName("calibration_panel")
         self._bands: dict[str, Band] = {}
-        self._breaks = 0
-        """When the last one was measured."""
+        self._conversation: object = None
+        """In which the last one was measured."""
         self._connector = services.connector
         self._job = RunningJob(services.connector, self)
         self._measuring = ""
@@ -250,8 +250,8 @@ class CalibrationPanel(QWidget):
     def _measure(self, name: str, _is_checked: bool = False) -> None:
         if not self._job.is_running:
             self._measuring, self._is_link_lost = name, False
-            before, self._breaks = self._breaks, self._connector.current.device.breaks
-            if before != self._breaks:  # another module may have taken its place
+            before, self._conversation = self._conversation, self._connector.current.conversation
+            if before != self._conversation:  # another module may have taken its place
                 self._bands.clear()
             self._bands.pop(name, None)
             self._job.run(measure_light(), partial(self._end, name))

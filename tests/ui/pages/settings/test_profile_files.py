@@ -329,15 +329,16 @@ def test_a_change_of_the_baud_rate_that_was_broken_off_is_in_doubt_only_until_th
     assert len(one.changes("baud_rate")) == is_sent
 
 
-def test_the_light_of_two_modules_is_no_threshold(one: Desk) -> None:
+@pytest.mark.parametrize("is_lost", [False, True])
+def test_the_light_of_two_modules_is_no_threshold(is_lost: bool, one: Desk) -> None:
     """The second one took the place of the first between the two measurements."""
     panel, port = one.settings.calibration, one.assembly.connector.current
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")
     one.until(panel.sides["open"].button.isEnabled)
-    one.bench.change(mute=True)
-    one.until(lambda: port.device.breaks > 0)
-    one.bench.change(mute=False)
+    one.bench.unplug() if is_lost else one.bench.change(mute=True)
+    one.until(lambda: not port.is_open if is_lost else port.device.breaks > 0)
+    one.bench.plug() if is_lost else one.bench.change(mute=False)
     one.bench.set_bay(is_open=True)
     one.until(
         lambda: port.device.fresh("boot_count", port.clock()) is not None and panel.sides["open"].button.isEnabled()
