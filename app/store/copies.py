@@ -64,20 +64,23 @@ def copy_store(store: Path, now: datetime, *, is_wanted: Callable[[], bool] = la
 
     target = store.parent / FOLDER / _name(store, now)
     target.parent.mkdir(exist_ok=True)
-    with (
-        draft_of(target) as draft,
-        closing(sqlite3.connect(f"{store.as_uri()}?mode=ro", uri=True)) as source,
-        closing(sqlite3.connect(draft)) as copy,
-    ):
+    with closing(sqlite3.connect(f"{store.as_uri()}?mode=ro", uri=True)) as source:
         # One snapshot for all lots: else SQLite starts again whenever another connection has written.
         source.execute("BEGIN")
         source.execute("SELECT 1 FROM sqlite_schema").fetchone()
-        source.backup(copy, pages=PAGES_AT_ONCE, progress=go_on, sleep=REST_S)
-        copy.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
-        check_copy(copy)
+        write_copy(source, target, go_on)
     for old in to_drop(copies_of(store, now)):
         old.unlink(missing_ok=True)
     return target
+
+
+def write_copy(source: sqlite3.Connection, target: Path, go_on: Callable[[int, int, int], None] | None = None) -> None:
+    """Whole or not at all; in place of a file that is there. Raises OSError or `sqlite3.Error`. `go_on`: called between
+    two lots, and breaks off by raising."""
+    with draft_of(target) as draft, closing(sqlite3.connect(draft)) as copy:
+        source.backup(copy, pages=-1 if go_on is None else PAGES_AT_ONCE, progress=go_on, sleep=REST_S)
+        copy.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
+        check_copy(copy)
 
 
 def to_drop(copies: Sequence[Path]) -> list[Path]:

@@ -13,6 +13,7 @@ thread may call, and reading waits for no commit. Two programs share the file th
 """
 
 import errno
+import logging
 import shutil
 import sqlite3
 import threading
@@ -24,11 +25,14 @@ from pathlib import Path
 from typing import Any
 
 from app.store.copies import AT_OPENING_S, Copier, copied_at, restore
+from app.store.moved import MovedOn, Opened, Places, companions, places, put_back, set_aside
 from app.store.schema import APPLICATION_ID, StoreLayout, check, make_tables
 from app.system.files import draft_of
 from app.text.messages import UserMessage, joined, message
 from app.text.user_error import UserError
 from protocol.translatable import marked
+
+_log = logging.getLogger(__name__)
 
 FILE_NAME = "dps-s.sqlite"
 BUSY_S = 1.0
@@ -36,7 +40,6 @@ BUSY_S = 1.0
 MIN_FREE_BYTES = 64 * 1024
 """With less there is no room for a commit."""
 _MAGIC = b"SQLite format 3\x00"
-_COMPANIONS = ("", "-wal", "-shm")
 
 Clock = Callable[[], datetime]
 
@@ -73,10 +76,9 @@ class Database:
     def __init__(
         self,
         path: Path,
-        connection: sqlite3.Connection,
+        layout: StoreLayout,
         clock: Clock,
         *,
-        reading: sqlite3.Connection,
         copies: Copier | None = None,
         notice: UserMessage | None = None,
     ) -> None:
@@ -85,19 +87,24 @@ class Database:
         self.notice = notice
         self._copies = copies
         self._clock = clock
-        self._connection = connection
-        self._reading = reading
+        self._layout = layout
+        self._open()
         self._lock = threading.RLock()
         self._reading_lock = threading.Lock()
         self._together_in: int | None = None
         """The thread inside `transaction`; it also reads what it has not committed yet."""
+
+    def _open(self) -> None:
+        self._connection, self._reading = _connect_both(self.path, self._layout)
+        self._places: Places | None = places(self.path)
+        """None: closed, or no longer used."""
 
     def now(self) -> str:
         return self._clock().isoformat(timespec="milliseconds")
 
     def write(self, statement: str, values: Sequence[Any] = ()) -> int:
         """Execute and commit one statement; returns the id of the inserted row. Durable on return."""
-        with self._lock:
+        with self.transaction():
             return self._execute(statement, values).lastrowid or 0
 
     def write_all(self, statement: str, rows: Iterable[Sequence[Any]]) -> None:
@@ -135,6 +142,9 @@ class Database:
                 yield
                 return
             self._execute("BEGIN IMMEDIATE")
+            if self._is_moved():
+                self._come_back()
+                self._execute("BEGIN IMMEDIATE")
             self._together_in = threading.get_ident()
             try:
                 yield
@@ -152,8 +162,39 @@ class Database:
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
 
+    def _is_moved(self) -> bool:
+        try:
+            return self._places not in (None, places(self.path))
+        except OSError:
+            return False  # what cannot be looked at is not known to be gone
+
+    def _come_back(self) -> None:
+        """See `app.store.moved`. Within a transaction, which it ends."""
+        _log.warning("%s was removed, moved or replaced while it was open", self.path)
+        old = (self._connection, self._reading)
+        try:
+            with self._reading_lock:
+                put_back(Opened(self.path, self._places or (), *old), self._clock)
+                self._open()
+        except (sqlite3.Error, OSError, MovedOn) as error:
+            with suppress(sqlite3.Error):
+                self._connection.execute("ROLLBACK")
+            if isinstance(error, MovedOn):
+                self._disconnect(*old)
+                self._places = None
+            raise trouble_of(error, self.path) from error
+        self._disconnect(*old)
+
+    def _keep_in_place(self) -> None:
+        """For a program that notes nothing for long."""
+        if self._is_moved():
+            with self.transaction():
+                pass
+
     def copy_if_due(self) -> None:
-        """See `app.store.copies`. Returns at once."""
+        """See `app.store.copies`. May block for as long as a file that was removed takes to be written again."""
+        with suppress(StoreTrouble):
+            self._keep_in_place()
         if self._copies is not None:
             self._copies.start_if_due()
 
@@ -161,8 +202,16 @@ class Database:
         """Idempotent, never raises."""
         if self._copies is not None:
             self._copies.stop()
-        for lock, connection in ((self._reading_lock, self._reading), (self._lock, self._connection)):
-            with lock, suppress(sqlite3.Error):
+        with self._lock:
+            with suppress(StoreTrouble):
+                self._keep_in_place()
+            with self._reading_lock:
+                self._disconnect(self._reading, self._connection)
+                self._places = None
+
+    def _disconnect(self, *connections: sqlite3.Connection) -> None:
+        for connection in connections:
+            with suppress(sqlite3.Error):
                 connection.close()
 
 
@@ -178,16 +227,16 @@ def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, 
         except sqlite3.OperationalError:
             raise  # a lock, a full disk or a missing permission: the file itself is not bad
         except sqlite3.DatabaseError:
-            kept = message(marked("The records cannot be read and are kept as {path}."), path=_set_aside(path, clock))
+            kept = message(marked("The records cannot be read and are kept as {path}."), path=set_aside(path, clock))
             return _open(path, clock, layout, _kept_aside(restore(path, clock()), kept))
-    except sqlite3.Error as error:
+    except (sqlite3.Error, OSError) as error:
         raise trouble_of(error, path) from error
-    except OSError as error:
+
+
+def trouble_of(error: Exception, path: Path) -> StoreTrouble:
+    if isinstance(error, OSError):
         fault = StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY
-        raise StoreTrouble(fault, path, str(error)) from error
-
-
-def trouble_of(error: sqlite3.Error, path: Path) -> StoreTrouble:
+        return StoreTrouble(fault, path, str(error))
     name = getattr(error, "sqlite_errorname", "") or ""
     faults = {
         "SQLITE_FULL": StoreFault.FULL,
@@ -213,8 +262,7 @@ def _is_full(path: Path) -> bool:
 
 def _has_content(path: Path) -> bool:
     """In the file or in its write-ahead log."""
-    both = (path, path.with_name(f"{path.name}-wal"))
-    return any(file.exists() and file.stat().st_size for file in both)
+    return any(file.exists() and file.stat().st_size for file in companions(path)[:2])
 
 
 def _kept_aside(copy: Path | None, *before: UserMessage) -> UserMessage:
@@ -232,6 +280,14 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | N
         with path.open("rb") as file:
             if file.read(len(_MAGIC)) != _MAGIC:  # SQLite would remove its write-ahead log
                 raise sqlite3.DatabaseError("no database")
+    copies = Copier(path.absolute(), clock) if path.name == FILE_NAME else None
+    database = Database(path, layout, clock, copies=copies, notice=notice)
+    if had_content and copies is not None:
+        copies.start_if_due(AT_OPENING_S)
+    return database
+
+
+def _connect_both(path: Path, layout: StoreLayout) -> tuple[sqlite3.Connection, sqlite3.Connection]:
     connection = _connect(path)
     try:
         check(connection)
@@ -239,13 +295,11 @@ def _open(path: Path, clock: Clock, layout: StoreLayout, notice: UserMessage | N
         connection.execute("PRAGMA synchronous = FULL")
         _migrate(connection, path, layout)
         reading = _connect(path)
+        reading.execute("SELECT 1 FROM sqlite_schema").fetchone()  # opens the log, which may be removed one day
+        return connection, reading
     except BaseException:
         connection.close()
         raise
-    copies = Copier(path.absolute(), clock) if path.name == FILE_NAME else None
-    if had_content and copies is not None:
-        copies.start_if_due(AT_OPENING_S)
-    return Database(path, connection, clock, reading=reading, copies=copies, notice=notice)
 
 
 def _connect(path: Path) -> sqlite3.Connection:
@@ -287,16 +341,3 @@ def _save_copy(connection: sqlite3.Connection, path: Path, version: int) -> None
         return
     with draft_of(kept) as draft, closing(sqlite3.connect(draft)) as copy:
         connection.backup(copy)
-
-
-def _set_aside(path: Path, clock: Clock) -> Path:
-    """Rename the file, and its write-ahead log with it: together they may be repaired one day."""
-    stamp = clock().strftime("%Y%m%d-%H%M%S")
-    number = 1
-    while (aside := path.with_name(f"{path.stem}.damaged-{stamp}-{number}{path.suffix}")).exists():
-        number += 1
-    for companion in reversed(_COMPANIONS):
-        source = path.with_name(path.name + companion)
-        if source.exists():
-            source.rename(aside.with_name(aside.name + companion))
-    return aside

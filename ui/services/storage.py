@@ -228,7 +228,7 @@ class Storage:
 
     def copy_if_due(self) -> None:
         if isinstance(self._store, Store) and not self._is_closed:
-            self._store.database.copy_if_due()
+            self._store.queue.submit(self._store.database.copy_if_due)
 
     def close(self) -> None:
         """Close permanently, so that running work cannot open the store again. Idempotent."""

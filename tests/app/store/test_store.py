@@ -134,7 +134,7 @@ def test_damage_in_the_middle_is_found_at_the_opening(folder: Path) -> None:
     with closing(open_store(folder)) as store:
         assert store.database.notice is not None
         assert store.audit() == ()
-    assert any("damaged" in one.name for one in folder.iterdir())
+    assert any("aside" in one.name for one in folder.iterdir())
 
 
 def test_another_programs_database_is_set_aside(folder: Path) -> None:
@@ -145,7 +145,7 @@ def test_another_programs_database_is_set_aside(folder: Path) -> None:
     for _ in range(2):
         with closing(open_store(folder, clock=noon)) as store:
             assert store.audit() == ()
-    assert sum("damaged" in path.name for path in folder.iterdir()) == 1
+    assert sum("aside" in path.name for path in folder.iterdir()) == 1
 
 
 def test_a_newer_versions_file_is_left_alone(folder: Path) -> None:
