@@ -3398,8 +3398,8 @@
         <translation>读数分散：请在稳定光线下重新测量。</translation>
     </message>
     <message>
-        <source>The records cannot be read and are kept as {path}.</source>
-        <translation>记录无法读取，已另存为 {path}。</translation>
+        <source>The records cannot be used and are kept as {file}.</source>
+        <translation>记录无法使用，已另存为 {file}。</translation>
     </message>
     <message>
         <source>The records do not follow those of {module}: is it the same module?</source>

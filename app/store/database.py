@@ -4,6 +4,7 @@
     ours             checked, its copy kept before a migration, migrated
     damaged, another's   set aside under another name; restored from the newest good copy, else a new one is made; said
     gone, emptied    restored from the newest good copy, where there is one; said
+    gone, replaced while it is open  see `app.store.moved`
     a newer version's left alone; the program goes on without; said
     not writable     the program goes on without; said
 
@@ -57,6 +58,7 @@ class StoreFault(Enum):
     BUSY = marked("{file} is held by another program.")
     DAMAGED = marked("{file} is damaged.")
     FAILED = marked("{file} cannot be used.")
+    ASIDE = marked("The records cannot be used and are kept as {file}.")
 
 
 class StoreTrouble(UserError):
@@ -88,6 +90,8 @@ class Database:
         self._copies = copies
         self._clock = clock
         self._layout = layout
+        self._end: StoreTrouble | None = None
+        """Why it is no longer used."""
         self._open()
         self._lock = threading.RLock()
         self._reading_lock = threading.Lock()
@@ -113,17 +117,17 @@ class Database:
             try:
                 self._connection.executemany(statement, rows)
             except sqlite3.Error as error:
-                raise trouble_of(error, self.path) from error
+                raise self._trouble(error) from error
 
     def read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
         """Everything that was committed; within `transaction` also what is not committed yet."""
         is_inside = self._together_in == threading.get_ident()
-        lock, connection = (self._lock, self._connection) if is_inside else (self._reading_lock, self._reading)
-        with lock:
+        with self._lock if is_inside else self._reading_lock:
+            connection = self._connection if is_inside else self._reading
             try:
                 return connection.execute(query, values).fetchall()
             except sqlite3.Error as error:
-                raise trouble_of(error, self.path) from error
+                raise self._trouble(error) from error
 
     def attach(self, path: Path, name: str) -> None:
         """Another file to read from, under its own name; whoever reads there otherwise does not wait for it."""
@@ -160,7 +164,10 @@ class Database:
         try:
             return self._connection.execute(statement, values)
         except sqlite3.Error as error:
-            raise trouble_of(error, self.path) from error
+            raise self._trouble(error) from error
+
+    def _trouble(self, error: Exception) -> StoreTrouble:
+        return self._end or trouble_of(error, self.path)
 
     def _is_moved(self) -> bool:
         try:
@@ -177,12 +184,13 @@ class Database:
                 put_back(Opened(self.path, self._places or (), *old), self._clock)
                 self._open()
         except (sqlite3.Error, OSError, MovedOn) as error:
-            with suppress(sqlite3.Error):
-                self._connection.execute("ROLLBACK")
             if isinstance(error, MovedOn):
                 self._disconnect(*old)
-                self._places = None
-            raise trouble_of(error, self.path) from error
+                self._places, self._end = None, StoreTrouble(StoreFault.ASIDE, error.aside, str(error))
+            raise self._trouble(error) from error
+        finally:
+            with suppress(sqlite3.Error):
+                old[0].execute("ROLLBACK")
         self._disconnect(*old)
 
     def _keep_in_place(self) -> None:
@@ -227,7 +235,7 @@ def open_database(folder: Path, layout: StoreLayout, *, clock: Clock = utc_now, 
         except sqlite3.OperationalError:
             raise  # a lock, a full disk or a missing permission: the file itself is not bad
         except sqlite3.DatabaseError:
-            kept = message(marked("The records cannot be read and are kept as {path}."), path=set_aside(path, clock))
+            kept = message(StoreFault.ASIDE.value, file=set_aside(path, clock))
             return _open(path, clock, layout, _kept_aside(restore(path, clock()), kept))
     except (sqlite3.Error, OSError) as error:
         raise trouble_of(error, path) from error

@@ -31,7 +31,8 @@ class MovedOn(Exception):
     """The file at the place is another one. `aside`: where what is open was written."""
 
     def __init__(self, aside: Path) -> None:
-        super().__init__(f"another file is in its place; the records are kept as {aside}")
+        self.aside = aside
+        super().__init__(f"another file is in its place; what was open is kept as {aside}")
 
 
 def companions(path: Path) -> tuple[Path, ...]:

@@ -130,10 +130,11 @@ def test_where_another_one_went_on_elsewhere_both_are_kept_and_the_first_says_so
             for write in (lambda: store.register_module("after"), lambda: store.settle(entry, Outcome.CONFIRMED, {})):
                 with pytest.raises(StoreTrouble) as caught:
                     write()
-                assert caught.value.fault is StoreFault.FAILED
+                assert caught.value.fault is StoreFault.ASIDE
+                (aside,) = folder.glob("*.aside-*.sqlite")
+                assert str(aside) in caught.value.sentence
     with closing(open_store(folder)) as store:
         assert [(entry.act, entry.outcome) for entry in store.audit()] == [(Act.LOCK, Outcome.UNKNOWN)]
-    (aside,) = folder.glob("*.aside-*.sqlite")
     (folder / "aside").mkdir()
     with closing(open_store(aside.rename(folder / "aside" / FILE_NAME).parent)) as store:
         assert [entry.act for entry in store.audit()] == [Act.ZERO]
