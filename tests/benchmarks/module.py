@@ -19,6 +19,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Loop, PtyEndpoint
 from app.simulator.setup import Setup, parse_options
 from protocol.catalogue import LOCK
+from tests.support.line.frames import at_each_frame
 from tests.support.processes import ROOT, environment
 
 COUNT = "count"
@@ -74,20 +75,6 @@ def streaming_module(link: Path, *options: str) -> Iterator[StreamingModule]:
             process.communicate(timeout=10)
 
 
-class _LockTimes:
-    """Remembers when the bytes of LOCK arrived at the module."""
-
-    def __init__(self, bench: SimulatedBench) -> None:
-        self._write = bench.wire.write
-        self.last_at = 0.0
-        bench.wire.write = self.write  # type: ignore[method-assign]
-
-    def write(self, data: bytes, now_s: float) -> None:
-        if LOCK.encode() in data:
-            self.last_at = time.monotonic()
-        self._write(data, now_s)
-
-
 class _PluggedModule:
     """A module whose adapter is plugged in and out: each time it is another pseudo-terminal behind the same link."""
 
@@ -133,10 +120,10 @@ def _serve(loop: Loop, endpoint: PtyEndpoint) -> None:
         loop.run()
 
 
-def _answer(module: _PluggedModule, locks: _LockTimes, line: str) -> str:
+def _answer(module: _PluggedModule, locks: list[float], line: str) -> str:
     bench = module.bench
     if line == LOCKED:
-        return f"{locks.last_at:.6f}"
+        return f"{locks[-1]:.6f}"
     if line == COUNT:
         with bench.changed:
             return str(bench.module.stream_frames_sent)
@@ -160,7 +147,8 @@ def main(words: list[str]) -> int:
     """Serve until the input ends."""
     link, *options = words
     bench = SimulatedBench(Setup(**parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
-    locks = _LockTimes(bench)
+    locks = [0.0]
+    at_each_frame(bench, lambda request: locks.append(time.monotonic()) if request == LOCK else None)
     module = _PluggedModule(bench, Path(link))
     print(link, flush=True)
     for line in sys.stdin:

@@ -1,11 +1,13 @@
 """Helpers for tests of the command line: printed output, the module behind a port, and faults at a given frame."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import pytest
 
 import app.__main__ as program
 from app.simulator import bench as benches
+from tests.support.line.frames import at_frame
 
 
 def bench_of(port: str) -> benches.SimulatedBench:
@@ -32,25 +34,14 @@ def is_one_sentence(text: str) -> bool:
     return text.count("\n") == 1 and "Traceback" not in text and text.strip().endswith(".")
 
 
-class falls_after:  # noqa: N801  reads as a statement
+@contextmanager
+def falls_after(bench: benches.SimulatedBench, number: int, act: Callable[[], object]) -> Iterator[None]:
     """Call `act` in place of delivering the `number`-th frame that the host sends."""
-
-    def __init__(self, bench: benches.SimulatedBench, number: int, act: object) -> None:
-        self._bench, self._number, self._act = bench, number, act
-        self._write = bench.wire.write
-
-    def __enter__(self) -> None:
-        def counted(data: bytes, now_s: float) -> None:
-            self._number -= 1
-            if self._number == 0 and callable(self._act):
-                self._act()
-                return
-            self._write(data, now_s)
-
-        self._bench.wire.write = counted  # type: ignore[method-assign]
-
-    def __exit__(self, *_error: object) -> None:
-        self._bench.wire.write = self._write  # type: ignore[method-assign]
+    end = at_frame(bench, number, act, is_lost=True)
+    try:
+        yield
+    finally:
+        end()
 
 
 GAP_S = 0.5

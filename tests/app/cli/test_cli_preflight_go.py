@@ -12,8 +12,10 @@ from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
 from app.store.store import Store, open_store
 from app.system.folders import data_folder
+from protocol.catalogue import ACTIVATION, Request
 from protocol.frame import decode_request
 from tests.support.cli_line import Program, bench_of
+from tests.support.line.frames import at_each_frame
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "brief")
@@ -102,17 +104,15 @@ def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
     port: str, dps_s: Program, wire: list[bytes], act: Callable[[SimulatedBench], None]
 ) -> None:
     bench, due_s = bench_of(port), list[float]()
-    write = bench.wire.write
 
-    def written(data: bytes, now_s: float) -> None:
-        if due_s and now_s >= due_s[0]:
+    def happen(request: Request) -> None:
+        if due_s and bench.clock() >= due_s[0]:
             due_s.clear()
             act(bench)
-        write(data, now_s)
-        if data[2] == 0x10:
-            due_s.append(now_s + 0.1)
+        if request.command is ACTIVATION:
+            due_s.append(bench.clock() + 0.1)
 
-    bench.wire.write = written  # type: ignore[method-assign]
+    at_each_frame(bench, happen)
     assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert _sets(wire).count("activation") == 1
 

@@ -23,6 +23,7 @@ from app.system.folders import data_folder
 from tests.app.preflight.test_preflight_run import NIGHT_S, NightRig
 from tests.support.check_pace import hurry_check
 from tests.support.cli_line import Printed, Program, bench_of
+from tests.support.line.frames import at_frame
 from tests.support.records.kept_facts import tamper
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -133,15 +134,7 @@ def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, dps_s: 
 def test_a_sleep_during_the_check_is_called_a_sleep() -> None:
     rig = NightRig()
     evidence = Evidence(port="sim")
-
-    write = rig.bench.wire.write
-
-    def falls_asleep(data: bytes, now_s: float) -> None:
-        if data[2] == 0x35:
-            rig.asleep_s = NIGHT_S
-        write(data, now_s)
-
-    rig.bench.wire.write = falls_asleep  # type: ignore[method-assign]
+    at_frame(rig.bench, 1, lambda: setattr(rig, "asleep_s", NIGHT_S), code=0x35)
     with pytest.raises(Slept):
         rig.run(run_preflight(evidence))
     assert evidence.disturbance is Disturbance.SLEPT

@@ -1,5 +1,6 @@
 """What a check goes on with while the line loses frames; its verdict outlives neither a sleep nor a silence."""
 
+import itertools
 from collections.abc import Callable
 
 import pytest
@@ -15,23 +16,14 @@ from app.preflight.verdict import Assessment, assess, void_reason
 from app.settings.profiles import NO_PROFILE
 from app.system.sleep_detector import SleepDetector
 from protocol.catalogue import HEARTBEAT, STATUS, Request
-from protocol.frame import decode_request
+from tests.support.line.frames import at_each_frame
 from tests.support.line.sim_line import INSTANT_S, Rig
 
 
 def lose(rig: Rig, is_lost: Callable[[int], bool], request: Request) -> None:
     """Loses each such request of which `is_lost` says so by its number."""
-    write, count = rig.line.write, 0
-
-    def filtered(data: bytes) -> None:
-        nonlocal count
-        if decode_request(data) == request:
-            count += 1
-            if is_lost(count):
-                return
-        write(data)
-
-    rig.line.write = filtered  # type: ignore[method-assign]
+    numbers = itertools.count(1)
+    at_each_frame(rig.bench, lambda sent: not (sent == request and is_lost(next(numbers))))
 
 
 @pytest.mark.parametrize(("answers_every", "disturbance"), [(8, None), (9, Disturbance.SILENT)])

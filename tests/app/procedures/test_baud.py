@@ -17,6 +17,7 @@ from protocol.catalogue import BAUD_RATES, HEARTBEAT
 from protocol.events import Answered
 from protocol.fields import ValueRefused
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig
 from tests.support.thorough import some
 
@@ -82,13 +83,7 @@ def test_one_that_changes_at_a_restart_is_found_afterwards() -> None:
 def test_a_late_answer_to_what_was_asked_at_another_rate_is_no_answer_at_this_one() -> None:
     """A serial server passes whole bytes on, however late; found by the stateful test."""
     rig = Rig({"baud": 57600, "delay_ms": 1200.0})
-    write = rig.line.write
-
-    def loses_the_first_two(data: bytes) -> None:
-        rig.bench.change(drop=1.0 if len(rig.line.requests) < 2 else 0.0)
-        write(data)
-
-    rig.line.write = loses_the_first_two  # type: ignore[method-assign]
+    at_each_frame(rig.bench, lambda _request: rig.bench.change(drop=1.0 if len(rig.line.requests) <= 2 else 0.0))
     assert rig.run(look_for(57600, 115200)) == 57600
     assert rig.line.baud_rate == 57600
 
@@ -112,14 +107,7 @@ def test_a_module_that_does_not_change(ways: dict[str, Any], end: BaudEnd) -> No
 
 def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     rig, journal = Rig(), FakeJournal()
-    write = rig.line.write
-
-    def falls_silent(data: bytes) -> None:
-        write(data)
-        if data[2] == 0x24:
-            rig.bench.change(mute=True)
-
-    rig.line.write = falls_silent  # type: ignore[method-assign]
+    at_frame(rig.bench, 1, lambda: rig.bench.change(mute=True), code=0x24)
     changed = change(rig, 9600, journal)
     assert (changed.end, changed.found_rate) == (BaudEnd.LOST, None)
     assert "Find the baud rate" in changed.sentence

@@ -28,6 +28,7 @@ from protocol.catalogue import BAUD_RATES, BY_NAME, Hazard
 from protocol.events import Counters, Role, Unanswered
 from protocol.frame import Reason
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_frame
 from tests.support.line.sim_line import Rig, engine_view
 
 
@@ -136,16 +137,7 @@ def read(rig: Rig) -> SettingsReading:
 
 def at_question(rig: Rig, code: int, number: int, act: Any) -> None:
     """Call `act` when the question with this code arrives for the `number`th time."""
-    line_write, seen = rig.line.write, 0
-
-    def watched(data: bytes) -> None:
-        nonlocal seen
-        seen += data[2] == code
-        if data[2] == code and seen == number:
-            act()
-        line_write(data)
-
-    rig.line.write = watched  # type: ignore[method-assign]
+    at_frame(rig.bench, number, act, code=code)
 
 
 def test_all_settings_and_the_boot_count_are_read_by_questions_only() -> None:
@@ -272,17 +264,7 @@ def test_a_measurement_ends_where_nothing_answers() -> None:
 
 def test_a_restart_spoils_the_measurement() -> None:
     rig = Rig()
-    write = rig.line.write
-    seen = 0
-
-    def watched(data: bytes) -> None:
-        nonlocal seen
-        write(data)
-        seen += 1
-        if seen == 5:
-            rig.bench.restart()
-
-    rig.line.write = watched  # type: ignore[method-assign]
+    at_frame(rig.bench, 5, rig.bench.restart)
     found = rig.run(measure_light())
     assert found.is_broken
     assert not found.is_enough

@@ -16,8 +16,9 @@ from app.procedures.lock import BREATH_S, SENTENCES, SILENT_S, Locked, lock, wai
 from app.safety.acts import Act
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import BAUD_RATES, BY_NAME, LOCK, Hazard
+from protocol.catalogue import BAUD_RATES, BY_NAME, LOCK, Hazard, Request
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_each_frame
 from tests.support.line.lock_script import LockScript
 from tests.support.line.sim_line import Rig, settled_rig
 
@@ -42,19 +43,16 @@ def locks(rig: Rig) -> int:
     return rig.line.requests.count(LOCK)
 
 
-def deafen(rig: Rig, is_lost: Callable[[int, bytes], bool]) -> list[float]:
+def deafen(rig: Rig, is_lost: Callable[[int, Request], bool]) -> list[float]:
     """Frames to the module are lost where `is_lost` (number of the LOCK, frame) says so; the times of all LOCKs."""
-    write, times = rig.line.bench.wire.write, list[float]()
+    times = list[float]()
 
-    def lossy(data: bytes, now_s: float) -> None:
-        for at in range(0, len(data), 6):
-            frame = data[at : at + 6]
-            if frame == LOCK.encode():
-                times.append(now_s)
-            if not is_lost(len(times), frame):
-                write(frame, now_s)
+    def lossy(request: Request) -> bool:
+        if request == LOCK:
+            times.append(rig.clock())
+        return not is_lost(len(times), request)
 
-    rig.line.bench.wire.write = lossy  # type: ignore[method-assign]
+    at_each_frame(rig.bench, lossy)
     return times
 
 
@@ -84,7 +82,7 @@ def test_what_a_new_module_reports_is_not_logged_of_the_one_that_it_was_pressed_
 
 def test_it_is_repeated_until_it_is_reported() -> None:
     rig = settled_rig(active=True)
-    times = deafen(rig, lambda number, frame: frame == LOCK.encode() and number < 7)
+    times = deafen(rig, lambda number, frame: frame == LOCK and number < 7)
     locked = pressed(rig)
     assert (locked.is_locked, locked.sent) == (True, 7)
     assert not rig.bench.state().is_active
@@ -182,7 +180,7 @@ def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -
 def test_what_is_done_on_purpose_afterwards_ends_the_repeating() -> None:
     """The module is locked, which no report says: somebody who activates it is not locked out again."""
     rig = settled_rig(**{"mute-codes": "30"})
-    deafen(rig, lambda _number, frame: frame == LOCK.encode())
+    deafen(rig, lambda _number, frame: frame == LOCK)
     rig.bench.module.activate(is_active=True)
     locking = press(rig)
     rig.step_for(0.5)

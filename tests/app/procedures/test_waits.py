@@ -37,6 +37,7 @@ from app.safety.journal import Entry, Outcome, durable
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_each_frame
 from tests.support.line.sim_line import Rig, end_watch, engine_view, settled_rig, watched
 
 SILENT: dict[str, object] = {"mute": True}
@@ -125,15 +126,14 @@ def test_after_an_act_the_module_is_asked_only_so_often(
     act: Act, options: dict[str, object], outcome: Outcome, took_s: float, frames: int
 ) -> None:
     rig = settled_rig(active=act is Act.DEPLOY)
-    write, sent = rig.line.write, list[tuple[float, int]]()
+    sent = list[tuple[float, int]]()
 
-    def changes(data: bytes) -> None:
-        write(data)
-        if data == REQUESTS[act].encode():
+    def change(request: Request) -> None:
+        if request == REQUESTS[act]:
             rig.bench.change(**options)
             sent.append((rig.clock(), len(rig.line.requests)))
 
-    rig.line.write = changes  # type: ignore[method-assign]
+    at_each_frame(rig.bench, change)
     permit = Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.CONFIRMATION, rig.clock())
     assert rig.run(perform(act, FakeJournal(), permit=permit)).outcome is outcome
     ((at, count),) = sent
@@ -199,19 +199,11 @@ def do(rig: Rig, act: Act) -> None:
 def test_a_module_counts_as_on_after_two_answers_half_a_second_apart() -> None:
     """A doubled reply to an earlier heartbeat answers once."""
     rig = Rig({"shuts_down": False})
-    sent: list[tuple[float, bytes]] = []
-    line_write = rig.line.write
-
-    def noted(data: bytes) -> None:
-        sent.append((rig.clock(), data))
-        line_write(data)
-
-    rig.line.write = noted  # type: ignore[method-assign]
+    sent: list[tuple[float, Request]] = []
+    at_each_frame(rig.bench, lambda request: sent.append((rig.clock(), request)))
     do(rig, Act.SHUTDOWN)
-    frames = [data for _, data in sent]
-    beats_s = [
-        at for at, data in sent[frames.index(REQUESTS[Act.SHUTDOWN].encode()) :] if data == HEARTBEAT.query().encode()
-    ]
+    frames = [request for _, request in sent]
+    beats_s = [at for at, request in sent[frames.index(REQUESTS[Act.SHUTDOWN]) :] if request == HEARTBEAT.query()]
     assert beats_s[1] - beats_s[0] > 0.5
 
 

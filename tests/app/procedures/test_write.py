@@ -7,11 +7,12 @@ import pytest
 
 from app.procedures.write import SetReply, WriteFault, Written, read_back, write_verified
 from app.procedures.write_all import SettingChange, WriteContext, WriteReport, write_all
-from protocol.catalogue import BY_NAME, Command
+from protocol.catalogue import BY_NAME, Command, Request
 from protocol.fields import Value, ValueRefused
 from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.faults.fault_table import truth
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig
 from tests.support.thorough import some
 
@@ -113,14 +114,12 @@ def test_a_set_that_was_lost_on_the_way_is_found_by_reading_back() -> None:
 
 def _change_at(rig: Rig, name: str, **faults: Any) -> None:
     """Faults that begin with the set of `name` and end after it."""
-    line_write = rig.line.write
 
-    def watched(data: bytes) -> None:
-        is_set = data[2] == BY_NAME[name].code and data[3] == 0x02
+    def change(request: Request) -> None:
+        is_set = request.is_set and request.command is BY_NAME[name]
         rig.bench.change(**faults, direction="to-module") if is_set else rig.bench.end_faults()
-        line_write(data)
 
-    rig.line.write = watched  # type: ignore[method-assign]
+    at_each_frame(rig.bench, change)
 
 
 def test_nothing_is_sent_to_a_module_that_does_not_answer_the_fence() -> None:
@@ -140,18 +139,7 @@ def test_nothing_is_sent_to_a_module_that_does_not_answer_the_fence() -> None:
 def test_a_restart_in_the_middle_claims_nothing(name: str, after_frames: int) -> None:
     rig = Rig()
     write(rig, name, READABLE.get(name, True))
-    sent = 0
-    line_write = rig.line.write
-
-    def watched(data: bytes) -> None:
-        nonlocal sent
-        line_write(data)
-        if data[2] == BY_NAME[name].code:
-            sent += 1
-            if sent == after_frames:
-                rig.bench.restart()
-
-    rig.line.write = watched  # type: ignore[method-assign]
+    at_frame(rig.bench, after_frames, rig.bench.restart, code=BY_NAME[name].code)
     written = write(rig, name, 1.7 if name == "freefall_time" else False)
     assert (written.fault, written.read_back) == (WriteFault.RESTARTED, None)
     assert not written.verified

@@ -22,9 +22,10 @@ from app.safety.consequences import risks
 from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
-from protocol.catalogue import BY_NAME, SETTINGS
+from protocol.catalogue import BY_NAME, SETTINGS, Request
 from protocol.fields import Value, ValueRefused
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_each_frame
 from tests.support.line.sim_line import Rig
 
 
@@ -94,15 +95,13 @@ def test_an_active_module_is_not_changed_unless_unlocked(is_unlocked: bool) -> N
 
 def test_a_module_that_becomes_active_in_between_is_changed_no_further() -> None:
     rig = Rig()
-    line_write = rig.line.write
 
-    def watched(data: bytes) -> None:
-        line_write(data)
-        if data[2:4] == b"\x22\x02":
+    def activate(request: Request) -> None:
+        if request.is_set and request.command.code == 0x22:
             rig.bench.module.activate(is_active=True)
             rig.clock.now_s += 1.5
 
-    rig.line.write = watched  # type: ignore[method-assign]
+    at_each_frame(rig.bench, activate)
     report = write(rig, freefall_time=1.2, light_threshold=2.0)
     assert sets(rig) == ["freefall_time"]
     assert report.results[1].fault is WriteFault.NOT_ALLOWED
@@ -235,14 +234,9 @@ def test_the_baud_rate_needs_its_own_permit() -> None:
 
 def test_what_was_written_before_a_restart_is_claimed_no_longer() -> None:
     rig = Rig()
-    line_write = rig.line.write
-
-    def watched(data: bytes) -> None:
-        if data[2:4] == b"\x20\x02":
-            rig.bench.restart()
-        line_write(data)
-
-    rig.line.write = watched  # type: ignore[method-assign]
+    at_each_frame(
+        rig.bench, lambda request: rig.bench.restart() if request == BY_NAME["attitude_threshold"].set(70) else None
+    )
     journal = FakeJournal()
     wanted: dict[str, Value] = {"attitude_trigger": False, "freefall_time": 1.2, "attitude_threshold": 70}
     report = write(rig, WriteContext(journal=journal), **wanted, light_threshold=2.0)

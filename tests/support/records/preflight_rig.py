@@ -1,5 +1,6 @@
 """Runs pre-flight checks on the simulated module with a fake clock, and lists the single faults."""
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,7 +15,8 @@ from app.records.record import Record, make_record
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ManualLine, Profile
 from app.stations.station import Station
-from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard
+from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard, Request
+from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.sim_line import Rig
 
 APPROVED = (
@@ -24,7 +26,7 @@ APPROVED = (
     or ""
 )
 FORBIDDEN = {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
-Arrange = Callable[[Rig], None]
+Arrange = Callable[[Rig], object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,26 +94,9 @@ def assert_only_questions(checked: Checked, *, is_enabling: bool = True) -> None
     assert not FORBIDDEN & {request.command.code for request in checked.rig.line.requests}
 
 
-def on_request(code: int, number: int, act: Callable[[Rig], None], *, is_lost: bool = False) -> Arrange:
+def on_request(code: int, number: int, act: Callable[[Rig], object], *, is_lost: bool = False) -> Arrange:
     """Call `act` at the `number`-th frame of this code; with `is_lost` the frame is dropped."""
-
-    def arrange(rig: Rig) -> None:
-        wire, count = rig.bench.wire, 0
-        write = wire.write
-
-        def counted(data: bytes, now_s: float) -> None:
-            nonlocal count
-            if data[2] == code:
-                count += 1
-                if count == number:
-                    act(rig)
-                    if is_lost:
-                        return
-            write(data, now_s)
-
-        wire.write = counted  # type: ignore[method-assign]
-
-    return arrange
+    return lambda rig: at_frame(rig.bench, number, lambda: act(rig), code=code, is_lost=is_lost)
 
 
 def _memory(**values: int) -> Arrange:
@@ -128,17 +113,13 @@ def _fire(rig: Rig) -> None:
 
 def _wobble(rig: Rig) -> None:
     """Tilt by 4° to and fro, from one status to the next."""
-    wire, way = rig.bench.wire, 4.0
-    write = wire.write
+    ways = itertools.cycle((4.0, -4.0))
 
-    def wobbling(data: bytes, now_s: float) -> None:
-        nonlocal way
-        if data[2] == STATUS_CODE:
-            rig.bench.world.tilt_deg += way
-            way = -way
-        write(data, now_s)
+    def wobble(request: Request) -> None:
+        if request.command.code == STATUS_CODE:
+            rig.bench.world.tilt_deg += next(ways)
 
-    wire.write = wobbling  # type: ignore[method-assign]
+    at_each_frame(rig.bench, wobble)
 
 
 def _switch_activation(rig: Rig) -> None:

@@ -15,7 +15,8 @@ from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.simulator.bench import SimulatedBench
 from app.store.store import Store
-from protocol.catalogue import ACTIVATION
+from protocol.catalogue import ACTIVATION, Request
+from tests.support.line.frames import at_each_frame
 from tests.support.window.fakes_ui import TRAFFIC_ALONE, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import notice_text, press
@@ -41,15 +42,14 @@ def test_lock_is_one_gesture(one: Rig, way: str) -> None:
 
 def lossy(bench: SimulatedBench, lost: int) -> list[float]:
     """The first `lost` LOCKs do not arrive; when each of them left."""
-    write, times = bench.wire.write, list[float]()
+    times = list[float]()
 
-    def lose(data: bytes, now_s: float) -> None:
-        if data[2] == ACTIVATION.code:
-            times.append(now_s)
-        if data[2] != ACTIVATION.code or len(times) > lost:
-            write(data, now_s)
+    def lose(request: Request) -> bool:
+        if request.command is ACTIVATION:
+            times.append(bench.clock())
+        return request.command is not ACTIVATION or len(times) > lost
 
-    bench.wire.write = lose  # type: ignore[method-assign]
+    at_each_frame(bench, lose)
     return times
 
 

@@ -14,6 +14,7 @@ from app.records.verification import RecordState, verify
 from app.safety.acts import REQUESTS, Act
 from app.settings.profiles import NO_PROFILE
 from protocol.catalogue import LOCK
+from tests.support.line.frames import at_each_frame
 from tests.support.window.preflight_window import OnBench, confirm_name, find_in, kept, name_module, on_bench
 from tests.support.window.steps import choosing, notice_text, settle
 from ui.services.port_check import Standing
@@ -187,16 +188,13 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
     with on_bench(qtbot, qapp, tmp_path, "stays", "preflight", active=True) as bench:
         page = bench.preflight
         bench.until(lambda: page.buttons.enable.text() == "Lock, enable and check again")
-        write = bench.bench.wire.write
-        monkeypatch.setattr(
-            bench.bench.wire, "write", lambda data, now_s: None if data[2] == LOCK.command.code else write(data, now_s)
-        )
+        hear_lock = at_each_frame(bench.bench, lambda request: request != LOCK)
         settle(page.buttons.enable)
         bench.click(page.buttons.enable)
         bench.wait(0.5)
         if is_said_new:  # LOCK goes on; what was to follow it was meant for another module
             bench.assembly.connector.current.treat_as_new()
-            monkeypatch.undo()
+            hear_lock()
             bench.until(lambda: not bench.bench.state().is_active)
         bench.wait(1.0)
         assert page.work.standing is Standing.NOT_CHECKED

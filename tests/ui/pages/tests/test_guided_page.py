@@ -16,6 +16,7 @@ from app.store.store import Store
 from app.text.user_error import UserError
 from tests.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
+from tests.support.line.frames import at_frame
 from tests.support.window.steps import notice_text
 from ui.acts.act_row import ActRow
 from ui.pages.tests.controller import Stage
@@ -310,14 +311,7 @@ def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Ge
 
 def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     start(bench, GuidedKind.TILT)
-    write = bench.line.write
-
-    def deaf_after(data: bytes) -> None:
-        write(data)
-        if data == ACTIVATE.encode():
-            bench.bench.change(drop=1.0, direction="to-host")
-
-    bench.line.write = deaf_after  # type: ignore[method-assign]
+    at_frame(bench.bench, 1, lambda: bench.bench.change(drop=1.0, direction="to-host"), code=ACTIVATE.command.code)
     confirm(bench)
     bench.wait(12.0)
     assert isinstance(bench.guided.work.outcome, UserError)
