@@ -29,7 +29,7 @@ from tests.support.garbage import living_garbage
 from tests.support.pseudo_language import PSEUDO
 from tests.support.thorough import IS_THOROUGH
 from tests.support.window.contrast import unusable_in, weak_in_paint, weak_in_style
-from tests.support.window.controls import controls_in, goes_back, tab_chain, takes_tab
+from tests.support.window.controls import controls_in, goes_back, place, tab_chain, takes_tab
 from tests.support.window.cut_off import cut_off, cut_off_in_paint
 from tests.support.window.painted_text import picture_of, watching
 from tests.support.window.screen_reader import misnamed, unheard
@@ -43,7 +43,7 @@ from ui.pages.settings.page import SettingsPage
 from ui.shell import top_bar
 from ui.shell.main_window import SMALLEST
 from ui.style.painted_widget import PaintedWidget
-from ui.style.theme import Choice
+from ui.style.theme import Choice, Space
 
 FULL_HD_AT_200 = QSize(960, 540)
 BY_OTHER_KEYS = ("_less", "_more")
@@ -113,7 +113,7 @@ def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         walk.settle()
         for stop in walk.stops():
             assert walk.window.size() == SMALL_SCREEN, stop.name
-            found = [*cut_off(stop.root), *sideways(stop.root)]
+            found = [*cut_off(stop.root), *sideways(stop.root), *parted(stop.root)]
             if stop.name == "settings":
                 found += cut_off_in_any_state(walk)
             if stop.name == PAGES[0].key:
@@ -180,6 +180,20 @@ def sideways(root: QWidget) -> list[str]:
     """Lists whose last columns are only seen by scrolling."""
     tables = (one for one in root.findChildren(QTableView) if one.isVisible())
     return [f"{table.objectName()} scrolls sideways" for table in tables if table.horizontalScrollBar().maximum() > 0]
+
+
+def parted(root: QWidget) -> list[str]:
+    """Captions that stand in another row than their field, and not above it either."""
+    found = []
+    for caption in root.findChildren(QLabel):
+        field = caption.buddy()
+        if field is not None and caption.isVisible() and field.isVisible():
+            here, there = place(caption), place(field)
+            is_beside = here.top() <= there.bottom() and there.top() <= here.bottom()
+            is_above = here.bottom() < there.top() and here.left() < there.left() + Space.XL
+            if not is_beside and not is_above:
+                found.append(f"{caption.objectName()} stands apart from its field")
+    return found
 
 
 def unnamed(root: QWidget) -> list[str]:
