@@ -37,6 +37,7 @@ from ui.widgets.controls import control, named
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.sliders import WheelGuard, label_for
+from ui.widgets.step_button import FocusBack
 from ui.widgets.visibility_timer import VisibilityTimer
 
 ROW_PX = 48
@@ -183,6 +184,7 @@ class ConnectPanel(QScrollArea):
         self._ports = ports = connector.ports
         self._texts = texts
         self._last: LastPort | None = None
+        self._focus = FocusBack(self)
         self.list = PortList()
         self.other = control(QLineEdit(), texts, "port_address", says="Other port")
         self.rate = control(QComboBox(), texts, "rate_box", says="Baud rate")
@@ -345,6 +347,10 @@ class ConnectPanel(QScrollArea):
 
     # Qt
 
+    def setVisible(self, is_visible: bool) -> None:
+        show = partial(super().setVisible, is_visible)
+        show() if is_visible else self._focus.leave(show)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
             self.hide()
@@ -352,10 +358,10 @@ class ConnectPanel(QScrollArea):
             super().keyPressEvent(event)
 
     def _on_shown(self) -> None:
+        self.list.setFocus()  # before the page hides, which has it
         self.shown.emit()
         self._ports.watch(True)
         self.refresh()
-        self.list.setFocus()
 
     def _on_hidden(self) -> None:
         self._ports.watch(False)

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
 from app.text.sentences import labelled
@@ -16,7 +16,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control, named
 from ui.widgets.labels import FittedLabel, IconLabel, text_label
 from ui.widgets.layouts import FlowRow, in_row, retain_size
-from ui.widgets.step_button import StepButton, leave_focus
+from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
 _ICON_PX: Final = 20
 
@@ -61,6 +61,7 @@ class NoticeBar(QWidget):
         self.notice: Notice | None = None
         self._make: Callable[[], Notice] | None = None
         self._note = ""
+        self._focus = FocusBack(self)
         self.is_foot = is_foot
         is_fitted = is_fitted or is_foot
         self._text: QLabel = named(FittedLabel(), "notice_text") if is_fitted else text_label("notice_text")
@@ -96,8 +97,7 @@ class NoticeBar(QWidget):
         old = self.notice
         if notice is None:
             self.notice = None
-            leave_focus(self)
-            self.hide()
+            self._focus.leave(self.hide)
         else:
             if old is None or _appearance_key(old) != _appearance_key(notice):
                 self._fill(notice)
@@ -154,6 +154,8 @@ class NoticeBar(QWidget):
             button.setVisible(notice.choices[number].is_shown)
             if button.objectName() == had_focus:
                 button.setFocus()
+        if had_focus is not None and QApplication.focusWidget() is None:
+            self._focus.give()
         self.order_tabs()
 
     def order_tabs(self) -> None:

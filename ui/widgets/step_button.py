@@ -6,10 +6,11 @@ leaves the button, or when a second key or mouse button is pressed; only the rel
 it. While hidden it keeps its place in the layout, so that two steps of an act never share a place.
 """
 
+from collections.abc import Callable
 from math import ceil
 from typing import Final
 
-from PySide6.QtCore import QEvent, QPoint, QRect, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -20,8 +21,9 @@ from PySide6.QtWidgets import (
     QStylePainter,
     QWidget,
 )
+from shiboken6 import isValid
 
-from ui.widgets.gestures import PRESS_KEYS, gestures
+from ui.widgets.gestures import PRESS_KEYS, application, gestures
 
 DEAD_FOR_S: Final = 0.5
 
@@ -237,3 +239,33 @@ def leave_focus(widget: QWidget) -> None:
     focused = QApplication.focusWidget()
     if focused is not None and (focused is widget or widget.isAncestorOf(focused)):
         focused.clearFocus()
+
+
+class FocusBack(QObject):
+    """Of a part of a window that comes and goes: remembers where the focus was before it came into `part`."""
+
+    def __init__(self, part: QWidget) -> None:
+        super().__init__(part)
+        self._part = part
+        self._before: QWidget | None = None
+        application().focusChanged.connect(self._on_focus_changed)
+
+    def _on_focus_changed(self, old: QWidget | None, now: QWidget | None) -> None:
+        if now is not None and self._part.isAncestorOf(now) and (old is None or not self._part.isAncestorOf(old)):
+            self._before = old
+
+    def leave(self, hide: Callable[[], None]) -> None:
+        """Calls `hide`, and gives the focus back if it was in the part."""
+        focused = QApplication.focusWidget()
+        if focused is None or not self._part.isAncestorOf(focused):
+            hide()
+            return
+        focused.clearFocus()  # else Qt gives it to what comes next, which may be dangerous
+        hide()
+        self.give()
+
+    def give(self) -> None:
+        """Back to where it was, but never to a step of an act."""
+        before, self._before = self._before, None
+        if before is not None and isValid(before) and not isinstance(before, StepButton):
+            before.setFocus()

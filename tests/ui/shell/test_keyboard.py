@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QApplication, QMenu, QPushButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QDoubleSpinBox, QMenu, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import goes_back, tab_chain
@@ -108,6 +108,24 @@ def test_no_key_writes_edits_that_are_not_in_sight(qtbot: QtBot, qapp: QApplicat
             assert one.settings.work.job.is_running is is_written
             one.settings.on_escape()
         one.until(lambda: one.held("attitude_threshold") == 75)
+
+
+def test_esc_leads_back_to_where_one_came_from(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """From the list of ports and from a question, which are no windows of their own."""
+    with desk(qtbot, qapp, tmp_path, "settings") as one:
+        type_into(one, "attitude_threshold", "75")
+        main = one.assembly.window
+        main.activateWindow()
+        qtbot.waitUntil(main.isActiveWindow)
+        field = one.find(QDoubleSpinBox, "freefall_time_number")
+        for act in ("connect", "disconnect", "connect"):
+            field.setFocus()
+            main.menus[act].trigger()
+            opened = QApplication.focusWidget()
+            assert opened is not None
+            assert opened is not field
+            qtbot.keyClick(opened, Qt.Key.Key_Escape)
+            assert QApplication.focusWidget() is field, act
 
 
 def keys_of(widget: QWidget) -> dict[str, str]:
