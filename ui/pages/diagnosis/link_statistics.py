@@ -129,14 +129,14 @@ class OverTime(StaticPlot):
 
     def _counted(self, numbers: Iterable[int]) -> str:
         """Of what only a link knows, and no file."""
-        return "–" if self._stretch.is_recorded else f"{sum(numbers):,}"
+        return "—" if self._stretch.is_recorded else f"{sum(numbers):,}"
 
     def _bands(self) -> tuple[_Band, ...]:
         """From below upwards."""
         theme, slices = current(), self._stretch.slices
         slowest, missed = [part.slowest_s or 0.0 for part in slices], [part.counters.time_outs for part in slices]
         rejected, ink = [part.counters.rejected for part in slices], theme.ink(Meaning.ATTENTION)
-        worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "–"
+        worst = f"{max(slowest) * 1000:.1f} ms" if any(slowest) else "—"
         return (
             _Band(tr("Invalid bytes"), f"{sum(rejected):,}", rejected, ink),
             _Band(tr("Without reply"), self._counted(missed), missed, ink),
@@ -254,19 +254,19 @@ class LinkStatisticsView(ScrollArea):
         shown = self.totals
         shown["sent"].show_figure(f"{totals.sent:,}")
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
-        lost = f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "–"
+        lost = f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "—"
         shown["lost"].show_figure(lost, needs_attention=share > LOSS_ATTENTION)
         for key, quantile in (("trip", 0.5), ("late", 0.95)):
             trip_s = statistics.quantile_s(quantile)
-            shown[key].show_figure("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
+            shown[key].show_figure("—" if trip_s is None else f"{trip_s * 1000:.1f} ms")
         link = self._connector.current.last.link
         lag_s = None if link is None else link.lag_s
-        shown["lag"].show_figure("–" if lag_s is None else f"{lag_s:.2f} s")
+        shown["lag"].show_figure("—" if lag_s is None else f"{lag_s:.2f} s")
         shown["rejected"].show_figure(f"{totals.rejected:,}", needs_attention=totals.rejected > 0)
         shown["restarts"].show_figure(f"{totals.restarts:,}")
         shown["losses"].show_figure(f"{statistics.losses:,}", needs_attention=statistics.losses > 0)
         for key in ("lost", "lag", "restarts", "losses") if recorded else ():
-            shown[key].show_figure("–")
+            shown[key].show_figure("—")
         self.trips.show_classes(statistics.round_trips())
         counts = (labelled(tr(REASON_WORDS[why]), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n)
         self.reasons.setText("\n".join(counts) or tr("none"))

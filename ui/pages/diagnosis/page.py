@@ -202,14 +202,14 @@ class WhyPanel(ScrollArea):
         trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
         noise = evidence.noise[-_NOISE_SHOWN:]
         shown = {
-            "port": tr("{port}, {rate} baud", port=evidence.port, rate=evidence.baud_rate) if evidence.port else "–",
+            "port": tr("{port}, {rate} baud", port=evidence.port, rate=evidence.baud_rate) if evidence.port else "—",
             "received": f"{evidence.counters.bytes_received:,}",
             "frames": f"{counters.frames - counters.by_role[Role.ECHO]:,}",
             "rejected": f"{counters.rejected:,}",
             "echo": f"{counters.by_role[Role.ECHO]:,}",
             "unanswered": tr("{lost} of {asked}", lost=f"{counters.time_outs:,}", asked=f"{counters.sent:,}"),
-            "trip": "–" if trip_s is None else f"{trip_s * 1000:.1f} ms",
-            "noise": noise.hex(" ").upper() or "–",
+            "trip": "—" if trip_s is None else f"{trip_s * 1000:.1f} ms",
+            "noise": noise.hex(" ").upper() or "—",
         }
         self.seen["noise"].setVisible(bool(noise))
         for key, text in shown.items():

@@ -10,6 +10,7 @@ from app.recordings.entry_texts import remarks, size_text
 from app.recordings.library import RecordingEntry
 from app.text.durations import stopwatch
 from app.text.i18n import tr
+from app.text.sentences import in_brackets
 from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
 from ui.style.icons import Icon, icon
@@ -32,6 +33,15 @@ class Column(IntEnum):
 
 def _if_known(text: Callable[[RecordingEntry], str]) -> Callable[[RecordingEntry], str]:
     return lambda entry: text(entry) if entry.trouble is None else "—"
+
+
+def _port(entry: RecordingEntry) -> str:
+    return entry.port.removeprefix("/dev/")
+
+
+def _module(entry: RecordingEntry) -> str:
+    """Its name; without one the port, which a narrow list shows nowhere else."""
+    return entry.module or "—" + (in_brackets(_port(entry)) if entry.port else "")
 
 
 def _remark_icon(entry: RecordingEntry) -> QIcon | None:
@@ -58,12 +68,8 @@ COLUMNS: Final = (
         ink=_ink,
         widest=lambda: "0000-00-00 00:00",
     ),
-    TableColumn[RecordingEntry](
-        marked("Module"), lambda entry: entry.module or "—", ink=_ink, widest=lambda: "M-00", stretches=True
-    ),
-    TableColumn[RecordingEntry](
-        marked("Port"), lambda entry: entry.port.removeprefix("/dev/") or "—", ink=_ink, is_beside=True
-    ),
+    TableColumn[RecordingEntry](marked("Module"), _module, ink=_ink, widest=lambda: "M-00", stretches=True),
+    TableColumn[RecordingEntry](marked("Port"), lambda entry: _port(entry) or "—", ink=_ink, is_beside=True),
     TableColumn[RecordingEntry](
         marked("Duration"),
         _if_known(lambda entry: stopwatch(entry.duration_s)),

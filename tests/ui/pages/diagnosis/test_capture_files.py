@@ -174,11 +174,11 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
         assert model.rowCount() == len(rows)
         page.go_to("figures")
         counted = {key: total.figure.text() for key, total in page.statistics.totals.items()}
-        assert (counted["sent"], counted["rejected"], counted["lost"], counted["restarts"]) == ("6", "2", "–", "–")
+        assert (counted["sent"], counted["rejected"], counted["lost"], counted["restarts"]) == ("6", "2", "—", "—")
         assert page.statistics.over_time._stretch.is_recorded
         over_time = page.statistics.over_time.accessibleName()
-        assert "Without reply –" in over_time
-        assert "restarts: –; port lost: –" in over_time
+        assert "Without reply —" in over_time
+        assert "restarts: —; port lost: —" in over_time
         press(qtbot, strip_button(page, "capture_leave"))
         assert page.statistics.totals["restarts"].figure.text() == "0"
         page.traffic.model.rebuild()
