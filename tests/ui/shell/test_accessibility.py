@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import cast
 
 import pytest
 from PySide6.QtCore import QSize
@@ -186,7 +187,7 @@ def parted(root: QWidget) -> list[str]:
     """Captions that stand in another row than their field, and not above it either."""
     found = []
     for caption in root.findChildren(QLabel):
-        field = caption.buddy()
+        field = cast("QWidget | None", caption.buddy())
         if field is not None and caption.isVisible() and field.isVisible():
             here, there = place(caption), place(field)
             is_beside = here.top() <= there.bottom() and there.top() <= here.bottom()
