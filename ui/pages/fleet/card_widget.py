@@ -111,7 +111,7 @@ class CardWidget(QFrame):
         self.cell.set_caption(tr("Cell"))
         self.tilt.set_caption(tr("Tilt"))
         self.title.setText(card.title)
-        where = f"{card.port} · {link}"
+        where = f"{link} · {card.port}"
         self.port.setText(f"{tr('Shown')} · {where}" if card.is_shown else where)
         show_activation(self.activation, card.activation, now)
         show_known_trigger(self.trigger, card.trigger, now)

@@ -228,6 +228,8 @@ def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:
     (connection,) = desk.page.members.connections
     assert connection.target is not None
     assert connection.target.device == "socket://10.0.0.7:4001"
+    said = desk.page._widgets[connection].port.text()
+    assert said.endswith(" · socket://10.0.0.7:4001")  # its end may be elided, but not the state of the link before it
 
 
 def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(

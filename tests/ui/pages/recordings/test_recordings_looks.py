@@ -24,6 +24,7 @@ from tests.support.window.steps import await_child, find, let_lay_out, notice_te
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
 from ui.pages.live.page import LivePage
+from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
 from ui.services.recording_jobs import ExportKind
 from ui.style.theme import Choice, Meaning
@@ -89,6 +90,12 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         tops = {one.mapTo(live.panel, QPoint()).y() for one in (live.panel.tilt, live.panel.cell)}
         assert len(tops) == 1  # one row of values, which leaves the plots their room
         assert not cut_off(live)
+
+
+def test_a_recording_of_a_module_without_a_name_is_told_by_its_port(one: Desk) -> None:
+    record(one.library.folder, module="", seconds=20)
+    one.list_again(2)
+    assert sorted(one.texts(Column.MODULE)) == ["Left wing", "— (ttyUSB0)"]
 
 
 def test_several_selected_recordings_are_summed_up(one: Desk) -> None:

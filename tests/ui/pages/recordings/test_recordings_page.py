@@ -68,12 +68,6 @@ def test_the_list_is_searched_and_sorted(one: Desk) -> None:
     assert one.texts(Column.MODULE) == ["Left wing"]
 
 
-def test_a_recording_of_a_module_without_a_name_is_told_by_its_port(one: Desk) -> None:
-    record(one.library.folder, module="", seconds=20)
-    one.list_again(2)
-    assert sorted(one.texts(Column.MODULE)) == ["Left wing", "— (ttyUSB0)"]
-
-
 def test_it_refreshes_only_while_it_is_seen(one: Desk) -> None:
     page = one.page
     page.hide()
