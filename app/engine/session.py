@@ -193,14 +193,17 @@ class Session:
         return self._foreground + ([self.background] if self.background is not None else [])
 
     def _next_due(self, now: float) -> float:
-        dues = [run.resume_at for run in self._runs() if run.resume_at is not None]
-        if any(run.waiting_since() is not None for run in self._runs()):
-            dues.append(now + AWAIT_POLL_S)
+        dues = [self._link.next_deadline()]
+        for run in self._runs():
+            if run.waiting_since() is not None:
+                dues.append(now + AWAIT_POLL_S)
+            elif (resume_at := run.resume_at) is not None:
+                dues.append(resume_at)
         locking = self._locking(now)
         repeat = locking[1].repeat if locking is not None else None
         if repeat is not None and repeat.is_repeating(now):
             dues.append(repeat.next_at)
-        return min([self._link.next_deadline(), *dues])
+        return min(dues)
 
     def _serve(self, now: float) -> None:
         """Advance the procedures that need no new bytes, and send the next request."""

@@ -215,13 +215,14 @@ class Hardware:
         """Advance to a time before which there is no event."""
         if not (self.is_on and self.state.is_active):
             self._sampled_s = now_s
-        watch_until_s = min(now_s, self._sampled_s + MAX_WATCH_S)
-        while self._sampled_s + SENSOR_PERIOD_S <= watch_until_s:
-            self._sampled_s += SENSOR_PERIOD_S
-            self._sense(self._sampled_s)
-        if watch_until_s < now_s:
-            self._sampled_s = now_s
-            self._sense(now_s)
+        else:
+            watch_until_s = min(now_s, self._sampled_s + MAX_WATCH_S)
+            while self._sampled_s + SENSOR_PERIOD_S <= watch_until_s:
+                self._sampled_s += SENSOR_PERIOD_S
+                self._sense(self._sampled_s)
+            if watch_until_s < now_s:
+                self._sampled_s = now_s
+                self._sense(now_s)
         self.world.advance(now_s)
 
     def _sense(self, at_s: float) -> None:
@@ -244,7 +245,7 @@ class Hardware:
         while True:
             queued_s = self._due[0].at_s if self._due else math.inf
             at_s = min(queued_s, self._stream_due_s)
-            if (event_s := self.event_s()) <= min(at_s, now_s):
+            if (event_s := self.event_s()) <= now_s and event_s <= at_s:
                 self.advance(event_s)
                 continue
             if at_s > now_s:
@@ -266,7 +267,7 @@ class Hardware:
         self.queue(SentBytes(at_s, 0, data, self.baud_rate))
 
     def queue(self, due: SentBytes) -> None:
-        heapq.heappush(self._due, due._replace(order=next(self._order)))
+        heapq.heappush(self._due, SentBytes(due.at_s, next(self._order), due.data, due.baud_rate, due.is_streamed))
 
     def hold_stream(self, until_s: float) -> None:
         """Send no status until then, so that none lies between the pieces of a record."""
@@ -297,4 +298,4 @@ class Hardware:
     def _transmit(self, due: SentBytes) -> SentBytes:
         begins_s = max(due.at_s, self._line_free_s)
         self._line_free_s = begins_s + len(due.data) * BITS_PER_BYTE / due.baud_rate
-        return due._replace(at_s=begins_s)
+        return SentBytes(begins_s, due.order, due.data, due.baud_rate, due.is_streamed)

@@ -66,13 +66,15 @@ class Physics:
 
     def advance(self, now_s: float) -> None:
         """Advance the time: the cell drains or charges. The time never goes back."""
-        if self._now_s != -math.inf and now_s > self._now_s:
+        if now_s <= self._now_s:
+            return
+        if self._now_s != -math.inf:
             hours = (now_s - self._now_s) / 3600
             if self.has_external_power:
                 self.cell_v = max(self.cell_v, min(FULL_CELL_V, self.cell_v + CHARGE_V_PER_H * hours))
             else:
                 self.cell_v = min(self.cell_v, max(EMPTY_CELL_V, self.cell_v - self.drain_v_per_h * hours))
-        self._now_s = max(now_s, self._now_s)
+        self._now_s = now_s
 
     def drop(self, height_m: float, now_s: float) -> None:
         """Start a free fall from this height, without drag."""

@@ -123,7 +123,7 @@ class Wire:
     def _deliver(self, burst: _Burst) -> None:
         """The burst leaves the line at its time, and reaches the host after the lag."""
         self._down_free_s = burst.ends_s
-        self._down.append(burst._replace(begins_s=burst.begins_s + self.module.setup.lag_ms / 1000))
+        self._down.append(_Burst(burst.begins_s + self.module.setup.lag_ms / 1000, burst.data, burst.byte_s))
 
     def _pieces(self, data: bytes) -> list[bytes]:
         if not self.module.setup.split_ms or len(data) < 2:

@@ -236,7 +236,7 @@ def shown_line(line: str, *, has_colours: bool) -> str:
 
 def display_width(text: str) -> int:
     """Number of columns that `text` takes on a terminal."""
-    return sum(_columns(character) for character in text)
+    return len(text) if text.isascii() else sum(_columns(character) for character in text)
 
 
 def _columns(character: str) -> int:

@@ -107,7 +107,7 @@ class GuideViewer(DocumentWindow):
             return
         self._shown = page
         self.show_markdown(page.read_text(encoding="utf-8"), QUrl.fromLocalFile(f"{self._folder.as_posix()}/"))
-        self._show_pictures()
+        self._show_pictures(page.stem)
         self.text.moveCursor(QTextCursor.MoveOperation.Start)
 
     def _restyle(self) -> None:
@@ -154,10 +154,10 @@ class GuideViewer(DocumentWindow):
         top = layout.blockBoundingRect(block).top()
         self.text.verticalScrollBar().setValue(round(top))
 
-    def _show_pictures(self) -> None:
+    def _show_pictures(self, in_language: str) -> None:
         """Scales screenshots down to the width of the text, and recolours the drawings for the theme."""
         document, theme, ratio = self.text.document(), current(), self.devicePixelRatioF()
-        for picture in sorted((self._folder / "images").glob("*")):
+        for picture in sorted((self._folder / "images").glob(f"*-{in_language}.*")):
             if picture.suffix == ".svg":
                 svg = picture.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
                 image, room_px = QImage.fromData(svg.encode()), self._room_px(_INDENT_PX)

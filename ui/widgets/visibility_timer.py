@@ -1,9 +1,14 @@
 """Refreshes a widget while it is visible, and at changes of language and theme."""
 
 from collections.abc import Callable
+from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QWidget
+
+_HANDLED: Final = {QShowEvent, QHideEvent, QEvent}
+"""By class first: of every event `type()` would make an enumeration's member."""
 
 
 class VisibilityTimer(QObject):
@@ -51,6 +56,8 @@ class VisibilityTimer(QObject):
             self._timer.stop()
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if type(event) not in _HANDLED:
+            return False
         match event.type():
             case QEvent.Type.Show:
                 if self._timer is not None:

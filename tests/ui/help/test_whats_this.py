@@ -212,16 +212,16 @@ def test_the_guide_is_read_in_the_language_in_use(qtbot: QtBot, tmp_path: Path) 
     (tmp_path / "images").mkdir()
     picture = QImage(1600, 400, QImage.Format.Format_RGB32)
     picture.fill(Qt.GlobalColor.red)
-    assert picture.save(str(tmp_path / "images" / "live.png"))
+    assert picture.save(str(tmp_path / "images" / "live-en.png"))
     assert guide_page(tmp_path) is None
-    page = "# Guide\n\n[go](#what-to-do)\n\n![live](images/live.png)\n\n" + "text\n\n" * 80 + "## What to do!\n\nend\n"
-    (tmp_path / "en.md").write_text(page, encoding="utf-8")
+    top, end = "# Guide\n\n[go](#what-to-do)\n\n![live](images/live-en.png)\n\n", "## What to do!\n\nend\n"
+    (tmp_path / "en.md").write_text(top + "text\n\n" * 80 + end, encoding="utf-8")
     parent = QWidget()
     qtbot.addWidget(parent)
     view = GuideViewer(Texts(), parent, tmp_path)
     view.show()
     assert view.text.toPlainText().startswith("Guide")
-    shown = view.text.document().resource(2, QUrl("images/live.png"))
+    shown = view.text.document().resource(2, QUrl("images/live-en.png"))
     assert shown.width() / shown.devicePixelRatio() <= 700
     assert view.text.verticalScrollBar().value() == 0
     view.open_link(QUrl("#what-to-do"))

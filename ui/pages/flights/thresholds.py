@@ -143,14 +143,19 @@ def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_
     """The image, lowest row first: shade for false triggers, hatch for missing ones, dots where the readings differ."""
     height, width = size.height(), size.width()
     down, across = np.arange(height)[:, None], np.arange(width)[None, :]
-    places = down * cells.wrong.shape[0] // height, across * cells.wrong.shape[1] // width
-    wrong, missed, differs = (part[places] for part in cells)
+    rows, columns = cells.wrong.shape
+    wrong, missed, _ = cells
     shades = np.ceil(np.clip(wrong, 0, 1) * 255).astype(np.intp)
-    pixels: Pixels = _shades(theme.danger.wash, theme.danger.fill)[shades]
+    colours = _shades(theme.danger.wash, theme.danger.fill)[shades]
     good = theme.tint(Meaning.GOOD).wash if has_must else theme.surface
-    pixels[wrong == 0] = _rgb(good)
-    pixels[(wrong == 0) & (missed > 0)] = _rgb(theme.surface)
-    stroke = np.where(missed >= 0.5, 3 * ratio, 1.5 * ratio) * (missed > 0)
+    colours[wrong == 0] = _rgb(good)
+    colours[(wrong == 0) & (missed > 0)] = _rgb(theme.surface)
+    strokes = np.where(missed >= 0.5, 3 * ratio, 1.5 * ratio) * (missed > 0)
+    pixels: Pixels
+    pixels, stroke, differs = (
+        part.take(down[:, 0] * rows // height, 0).take(across[0] * columns // width, 1)
+        for part in (colours, strokes, cells.differs)
+    )
     pixels[(down + across) % round(_HATCH_PX * ratio) < stroke] = _rgb(theme.muted)
     step, dot = round(_DOT_PX * ratio), round(2 * ratio)
     pixels[differs & (down % step < dot) & (across % step < dot)] = _rgb(theme.information.ink)
