@@ -73,6 +73,8 @@ STREAM_PROVES_S = 1.5
 """How long a streamed status proves that the serial output is on."""
 STREAM_LATE_PERIODS = 1.5
 """A streamed status is stale when the next one is late by half a period."""
+STREAM_GAP_S, STREAM_GAP_PERIODS = 0.3, 2.5
+"""Longer than both, and the module may have been exchanged (see `Timing.silent_gap_s`), or reports were lost."""
 STREAM_WINDOW_S = 3.0
 """The window in which the rate of the stream is measured; the slowest streams send one report a second."""
 MAX_STRAY_RECORDS = 100 * MAX_RECORDS
@@ -119,6 +121,8 @@ class DeviceView(NamedTuple):
     is_streaming: bool = False
     """Status reports came unasked, the last one within 1.5 s."""
     stream_hz: float = 0.0
+    stream_gaps: int = 0
+    """How often reports were missing in the stream."""
     restarts: int = 0
     breaks: int = 0
     """How often the conversation broke (silence, restart): what cannot be read is unknown since."""
@@ -291,6 +295,10 @@ class Device:
         if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
             return
         if event.role is Role.STREAMED:
+            gap_s = event.at - self._streamed_at[-1] if self._streamed_at else 0.0
+            is_gap = gap_s > STREAM_GAP_S and gap_s * self._view.stream_hz > STREAM_GAP_PERIODS
+            if is_gap and (self._lag is None or self._lag.is_quick):  # else it is the line that is slow
+                self._view = self._view._replace(stream_gaps=self._view.stream_gaps + 1)
             self._streamed_at.append(event.at)
         self._samples.append(StatusSample(event.at, *message))
         self._motion.feed(message, event.at)

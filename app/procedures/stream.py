@@ -116,8 +116,9 @@ def _turn(progress: _StreamProgress, switch: StreamSwitch, view: EngineView, *, 
         return
     before, now = progress.device, view.device
     progress.device = now
-    # Where a stream ends that nobody switched off, it may not be the module that sent it.
-    if now.breaks != before.breaks or (before.is_streaming and not now.is_streaming):
+    # Where a stream ends that nobody switched off, or has a gap, it may not be the module that sent it.
+    has_ended = before.is_streaming and not now.is_streaming
+    if has_ended or (now.breaks, now.stream_gaps) != (before.breaks, before.stream_gaps):
         for question, _every_s in (*_SETTINGS, (_BOOT_COUNT, BOOT_EVERY_S)):
             progress.due.pop(question, None)  # another module may answer now, or this one after a restart
     if now.restarts != before.restarts:

@@ -289,6 +289,19 @@ def test_where_a_stream_ends_by_itself_everything_that_tells_modules_apart_is_re
     rig.step_until(lambda: rig.session.device.view(0).values["boot_count"].value == 38, limit_s=2.5)
 
 
+@pytest.mark.parametrize("begins_s", [0.1, 0.2, 0.4, 0.5, 0.7])
+def test_where_a_stream_has_a_gap_everything_that_tells_modules_apart_is_read_at_once(begins_s: float) -> None:
+    """Too short for a silence, whenever the questions in between are asked."""
+    rig = settled_rig(boots=37, rate=10)
+    watched(rig)
+    rig.step_for(5 + begins_s)
+    rig.bench.change(mute=True)
+    rig.step_for(0.36)
+    rig.bench.end_faults()
+    rig.bench.module.memory.boot_count = 38
+    rig.step_until(lambda: rig.session.device.view(0).values["boot_count"].value == 38, limit_s=1.5)
+
+
 def test_a_stream_goes_on_after_a_silence_and_is_still_steered() -> None:
     rig, switch = settled_rig(), StreamSwitch()
     rig.session.run_in_background(watch(switch))
