@@ -125,7 +125,7 @@ def test_a_trouble_that_returns_is_dismissed_once(qtbot: QtBot, qapp: QApplicati
         assert [choice.key for choice in left.choices] == ["choose_port"], "that of the link"
 
 
-TIMES = 5
+TIMES = 8
 BOUNDED = ("Marker", "Mark", "StepPoint", "Slice", "ReferenceType")
 """Kept in bounded queues, for the time line and the statistics; `sqlite3.Connection` keeps up to 200 weak references to
 its cursors."""
