@@ -25,6 +25,8 @@ MAX_CELLS: Final = 100_000_000
 MAX_LINE_LENGTH: Final = 256 * 1024
 ROWS_AT_ONCE: Final = 5000
 """Read in about 20 ms: how often progress is reported."""
+PAUSE_S: Final = 1.0
+"""Between the recordings of one table: longer than what is judged across."""
 _FLAGS: Final = {"true": 1.0, "false": 0.0}
 _RESETS: Final = dict.fromkeys((kind.value for kind in STATE_LOST), 1.0)
 _EXPORTED: Final = HEAD.split(",")[1:]
@@ -57,10 +59,10 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
     scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
     time_s = values[scale] * TIMES[scale]
     if is_export:
+        time_s = _one_after_the_other(time_s)
         is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
         tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
-        is_of_first = time_s >= np.fmax.accumulate(time_s)  # of several recordings in one file
-        resets_s = time_s[is_of_first & (numbers[-1] == 1)]
+        resets_s = time_s[numbers[-1] == 1]
         return flight_of_reports(raw.name, time_s[is_report], tilt_deg, acceleration_g, [], resets_s.tolist())
     if chosen.attitude:
         raw.tilts_deg.append(_known(time_s, ATTITUDES[chosen.attitude](*map(values.get, chosen.attitude))))
@@ -72,6 +74,19 @@ def read_csv(path: Path, columns: CsvColumns | None = None, on_progress: Progres
         known = _known(time_s, values[CsvRole.ARMED])
         raw.armed = FlagChannel(known.time_s, known.values != 0)
     return assembled(raw)
+
+
+def _one_after_the_other(time_s: Floats) -> Floats:
+    """The times of each recording in the table begin again: here it follows the one before, after a pause."""
+    shifted = time_s.copy()
+    rows = np.flatnonzero(np.isfinite(time_s))
+    known_s = time_s[rows]
+    begins = np.flatnonzero((np.diff(known_s, prepend=known_s[:1]) < 0) & (known_s <= known_s[:1]))
+    if len(begins):
+        ends_s = np.maximum.reduceat(known_s, [0, *begins])
+        shifts_s = np.cumsum(ends_s[:-1] + PAUSE_S - known_s[begins])
+        shifted[rows] += np.concatenate(((0.0,), shifts_s))[np.searchsorted(begins, np.arange(len(rows)), "right")]
+    return shifted
 
 
 def _known(time_s: Floats, values: Floats) -> Channel:

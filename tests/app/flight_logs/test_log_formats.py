@@ -12,6 +12,7 @@ from app.firing.judge import TriggerLimits
 from app.flight_analysis.curves import judge_flight
 from app.flight_logs.assembly import ascending, assembled, flight_of_reports
 from app.flight_logs.csv_columns import CsvColumns, CsvRole, parse_choice
+from app.flight_logs.csv_log import PAUSE_S
 from app.flight_logs.flight_log import FlightLog
 from app.flight_logs.module_view import RuleReading
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, tilt_of_quaternion
@@ -136,18 +137,24 @@ def test_recordings_and_their_exports_are_judged_alike(tmp_path: Path) -> None:
 
 
 def test_a_restart_ends_a_fall_in_a_recording_and_in_its_export(tmp_path: Path) -> None:
-    """Of several recordings in one table the first is judged: its times begin again with the others."""
+    """Several recordings in one table are judged one after the other, although the times of each begin again."""
     path, table, restarted_s = tmp_path / "restarted.mcap", tmp_path / "out.csv", FALLS_S + 1.0
     reports = (Status(int(tilt), force, triggered=False, active=True).encode()
                for tilt, force in zip(TILT, FORCE, strict=True))  # fmt: skip
     entries = [CaptureEntry(at_s, Way.IN, raw) for at_s, raw in zip(FAST.tolist(), reports, strict=True)]
     opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
-    for at_s in (restarted_s, FALLS_S):
+    expected: list[tuple[object, Source]] = []
+    for before_s, at_s in ((0.0, restarted_s), (FAST[-1] + PAUSE_S, FALLS_S)):
         notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (at_s, {"event": "restarted"})]
         write_session(path, opening, entries, notes)
         export(entry_of(path), table, is_table=True, appends=True)
-        assert (at_s, Source.ATTITUDE) in fires(read_flight_log(path))
-        assert fires(read_flight_log(table)) == [(TIPS_S, Source.ATTITUDE), (restarted_s, Source.ATTITUDE)]
+        alone = fires(read_flight_log(path))
+        assert (at_s, Source.ATTITUDE) in alone
+        expected += [(pytest.approx(before_s + fires_s), source) for fires_s, source in alone]
+        assert fires(read_flight_log(table)) == expected
+    assert [problem.in_english() for problem in read_flight_log(table).problems] == [
+        "Pauses: 1, 1.0 s in all, at most 1.0 s."
+    ]
 
 
 def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
