@@ -10,7 +10,6 @@ from app.recordings.entry_texts import remarks, size_text
 from app.recordings.library import RecordingEntry
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import in_brackets
 from protocol.translatable import marked
 from ui.forms.table_kit import TableColumn
 from ui.style.icons import Icon, icon
@@ -40,8 +39,8 @@ def _port(entry: RecordingEntry) -> str:
 
 
 def _module(entry: RecordingEntry) -> str:
-    """Its name; without one the port, which a narrow list shows nowhere else."""
-    return entry.module or "—" + (in_brackets(_port(entry)) if entry.port else "")
+    """Its name; without one the port, which is in the list nowhere else."""
+    return entry.module or f"— {_port(entry)}".rstrip()
 
 
 def _remark_icon(entry: RecordingEntry) -> QIcon | None:

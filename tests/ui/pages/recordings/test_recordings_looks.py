@@ -95,7 +95,7 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
 def test_a_recording_of_a_module_without_a_name_is_told_by_its_port(one: Desk) -> None:
     record(one.library.folder, module="", seconds=20)
     one.list_again(2)
-    assert sorted(one.texts(Column.MODULE)) == ["Left wing", "— (ttyUSB0)"]
+    assert sorted(one.texts(Column.MODULE)) == ["Left wing", "— ttyUSB0"]
 
 
 def test_several_selected_recordings_are_summed_up(one: Desk) -> None:
