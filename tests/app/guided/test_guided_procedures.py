@@ -270,7 +270,7 @@ def test_another_module_in_its_place_breaks_it_off(kind: GuidedKind, at: int) ->
     """One that has been switched on as often, and has been so all the time."""
     rig = ExchangedRig(at, boots=37)
     assert reason(guided(rig, kind))
-    assert rig.line.is_exchanged
+    assert rig.is_exchanged
 
 
 def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:

@@ -2,7 +2,7 @@
 (E8).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -23,10 +23,11 @@ from app.text.messages import UserMessage
 from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY
 from protocol.events import Received, Rejected, Role, Sent
 from protocol.fields import Value
-from protocol.frame import Direction, Fault, Frame, Noise, Reason
+from protocol.frame import HOST_FRAME_LENGTH, Direction, Fault, Frame, Noise, Reason
 from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.support.check_pace import hurry_check
+from tests.support.line.frames import at_frame
 from tests.support.line.sim_line import Rig
 from tests.support.records.preflight_rig import judged
 from tests.support.thorough import some
@@ -152,30 +153,14 @@ def twin(rig: Rig, *, boots: int = 37) -> SimulatedBench:
     return SimulatedBench(Setup(uptime=60.0, noise=0.0, boots=boots), clock=rig.clock)
 
 
-def exchange(rig: Rig, other: SimulatedBench, silent_s: float) -> None:
-    """Nothing arrives for this long; then the other module answers."""
-    line, write, at = rig.line, rig.line.write, rig.clock.now_s + silent_s
+def exchange_at(rig: Rig, number: int, other: SimulatedBench, silent_s: float) -> None:
+    """At this request the other module takes its place, after such a silence."""
 
-    def written(data: bytes) -> None:
-        if rig.clock.now_s >= at:
-            line.bench = other
-            write(data)
+    def exchange() -> None:
+        rig.line.lead_to(other, silent_s)
+        rig.line.write(bytes(rig.line.sent[-HOST_FRAME_LENGTH:]))
 
-    line.write = written  # type: ignore[method-assign]
-    rig.bench.wire.clear(rig.clock.now_s)
-
-
-def at_request(rig: Rig, number: int, act: Callable[[], None]) -> None:
-    write = rig.line.write
-
-    def counted(data: bytes) -> None:
-        nonlocal number
-        number -= 1
-        if number == 0:
-            act()
-        rig.line.write(data) if number == 0 else write(data)
-
-    rig.line.write = counted  # type: ignore[method-assign]
+    at_frame(rig.bench, number, exchange, is_lost=True)
 
 
 def test_ready_holds_in_the_conversation_in_which_they_were_enabled() -> None:
@@ -217,7 +202,7 @@ def test_a_twin_put_in_its_place_between_two_checks(silent_s: float, is_active: 
     assert checked(rig, is_enabling=True)[0] is Verdict.READY
     other = twin(rig)
     other.module.activate(is_active=is_active)
-    exchange(rig, other, silent_s)
+    rig.line.lead_to(other, silent_s)
     verdict, evidence = checked(rig)
     assert rig.line.bench is other
     assert (verdict, evidence.values["boot_count"]) == (Verdict.NO_GO, 37)
@@ -233,7 +218,7 @@ def test_a_twin_put_in_its_place_in_the_middle_of_a_check(silent_s: float, monke
     for number in some(range(begin, len(whole.line.requests), 7), one_in=2, first=round(20 * silent_s)):
         rig = Rig(OPTIONS)
         other = twin(rig)
-        at_request(rig, number, lambda rig=rig, other=other: exchange(rig, other, silent_s))  # type: ignore[misc]
+        exchange_at(rig, number, other, silent_s)
         assert checked(rig, is_enabling=True)[0] is Verdict.NO_GO, (number, whole.line.requests[number - 1])
 
 
@@ -243,7 +228,7 @@ def test_a_module_of_another_start_put_in_its_place_without_any_silence() -> Non
     for number in some(range(25, len(whole.line.requests) - 12, 3), one_in=2):
         rig = Rig(OPTIONS)
         other = twin(rig, boots=38)
-        at_request(rig, number, lambda rig=rig, other=other: exchange(rig, other, 0.0))  # type: ignore[misc]
+        exchange_at(rig, number, other, 0.0)
         assert checked(rig, is_enabling=True)[0] is Verdict.NO_GO, number
 
 

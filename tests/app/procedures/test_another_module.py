@@ -65,8 +65,8 @@ def test_nothing_is_sent_to_it_that_was_decided_for_the_one_before(begin: Begin,
     for frame in some(frames, one_in=2, first=boots):
         rig = ExchangedRig(frame, boots=boots)
         rig.run(begin(rig))
-        assert rig.line.is_exchanged
-        assert rig.line.to_second == [], frame
+        assert rig.is_exchanged
+        assert rig.to_second == [], frame
 
 
 @pytest.mark.parametrize("is_active", [True, False])
@@ -83,9 +83,9 @@ def test_what_it_reports_after_an_act_is_not_said_of_the_first_one(
 ) -> None:
     for frame in frames:
         rig = ExchangedRig(frame, boots=37)
-        rig.line.second.module.activate(is_active=is_active)
+        rig.second.module.activate(is_active=is_active)
         performed = rig.run(perform(which, FakeJournal(), permit=Permit(which, Origin.CONFIRMATION, rig.clock())))
-        assert rig.line.is_exchanged
+        assert rig.is_exchanged
         assert (performed.outcome, performed.status) == (outcome, None), frame
 
 
@@ -98,12 +98,12 @@ def test_it_is_not_activated_because_the_first_one_was_ready(boots: int) -> None
     person = Person(who="R. Tanaka", are_records_reviewed=True)
     ready = assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past(module=None), person=person))
     assert ready.verdict is Verdict.READY
-    rig.line.at = 1
+    rig.exchange_at(1)
     for _ in range(3):
         rig.run(ask_report())
     permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, rig.clock())
     performed, after = rig.run(activate_ready(ready, FakeJournal(), permit))
-    assert (rig.line.is_exchanged, rig.line.to_second) == (True, [])
+    assert (rig.is_exchanged, rig.to_second) == (True, [])
     assert performed.sentence == "Nothing was sent. Void: no reply for a moment."
     assert after.disturbance is Disturbance.BROKEN
 
@@ -115,7 +115,7 @@ def test_what_is_read_from_it_is_not_said_of_the_first_one(boots: int) -> None:
     for frame in some(range(14, 37), one_in=2, first=boots):
         rig, journal = ExchangedRig(frame, boots=boots), FakeJournal()
         report = rig.run(write_all(changes, WriteContext(journal=journal)))
-        assert rig.line.is_exchanged
+        assert rig.is_exchanged
         assert (report.changed, {*journal.outcomes.values()}) == ((), {Outcome.UNKNOWN}), frame
         assert not any(written.verified or written.read_back for written in report.results), frame
 
@@ -124,7 +124,7 @@ def test_its_settings_are_not_said_to_be_those_that_the_first_one_kept() -> None
     """It was plugged in instead of switching that one off and on."""
     rig = ExchangedRig(5, boots=20)
     result = rig.run(survives_power_cycle({"attitude_threshold_deg": 60}))
-    assert rig.line.is_exchanged
+    assert rig.is_exchanged
     assert (result.ending, result.stamps) == (Ending.UNPROVEN, {})
 
 
@@ -135,7 +135,7 @@ def test_its_baud_rate_is_not_said_of_the_first_one(boots: int) -> None:
         rig, journal = ExchangedRig(frame, boots=boots), FakeJournal()
         permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
         changed = rig.run(change_baud(57600, journal, permit=permit))
-        assert (rig.line.is_exchanged, rig.line.to_second) == (True, [])
+        assert (rig.is_exchanged, rig.to_second) == (True, [])
         assert changed.end is (BaudEnd.NOT_SENT if frame < 3 else BaudEnd.LOST), frame
         assert not journal.outcomes, frame
 
@@ -147,7 +147,7 @@ def test_records_of_both_are_not_read_as_those_of_one(frame: int, boots: int) ->
     rig = ExchangedRig(frame, boots=boots)
     with pytest.raises(UserError, match="The module restarted"):
         rig.run(read_triggers())
-    assert rig.line.is_exchanged
+    assert rig.is_exchanged
 
 
 @pytest.mark.parametrize("frame", range(1, 16))

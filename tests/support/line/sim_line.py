@@ -52,7 +52,13 @@ class SimulatedLine:
         self.arrived = bytearray()
         self.is_closed = False
         self._rate = baud_rate
+        self._silent_until_s = -inf
         self.bench.wire.host_baud = baud_rate
+
+    def lead_to(self, other: SimulatedBench, silent_s: float) -> None:
+        """Another module is at its end from now on; what is sent to it for this long is lost."""
+        other.wire.host_baud, self.bench = self._rate, other
+        self._silent_until_s = self.clock.now_s + silent_s
 
     @property
     def baud_rate(self) -> int:
@@ -85,7 +91,8 @@ class SimulatedLine:
     def write(self, data: bytes) -> None:
         self._check()
         self.sent += data
-        self.bench.wire.write(data, self.clock.now_s)
+        if self.clock.now_s >= self._silent_until_s:
+            self.bench.wire.write(data, self.clock.now_s)
 
     def use_rate(self, baud_rate: int) -> None:
         self._check()
