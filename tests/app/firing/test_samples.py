@@ -36,10 +36,6 @@ def found_in(
     return judge_samples(*samples_of(samples, active), limits or TriggerLimits(), resets_s)
 
 
-def test_the_way_back_fires_once() -> None:
-    assert found_in(tilted(0, 58, 59, 60, 58, 55, 51, 60, 20)).firings == ((3 * STEP_S, Source.ATTITUDE),)
-
-
 def test_a_short_fall() -> None:
     assert found_in(weighed(*([1.0] * 5 + [0.1] * 51 + [1.0] * 5))) == ((), pytest.approx(1.0))
 
@@ -55,17 +51,6 @@ def test_the_threshold_itself_is_no_fall(threshold_g: float) -> None:
 def test_of_a_trigger_that_is_off_nothing_is_said() -> None:
     limits = TriggerLimits(attitude_is_enabled=False, freefall_is_enabled=False)
     assert found_in([SensorSample(0.0, 90.0, 0.0), SensorSample(0.1, 90.0, 0.0)], limits) == ((), 0.0)
-
-
-def test_while_it_was_locked() -> None:
-    samples, active = tilted(*[0.0] * 10, *[70.0] * 10, *[0.0] * 10), [True] * 5 + [False] * 20 + [True] * 5
-    assert not found_in(samples, active=active).firings
-    assert len(found_in(samples).firings) == 1
-
-
-def test_activated_while_tilted_it_fires_at_once() -> None:
-    found = found_in(tilted(*[70.0] * 20), active=[False] * 10 + [True] * 10)
-    assert [at_s for at_s, _ in found.firings] == [pytest.approx(0.20)]
 
 
 def test_after_a_restart_it_has_forgotten_everything() -> None:

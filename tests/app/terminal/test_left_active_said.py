@@ -31,11 +31,9 @@ def line() -> Iterator[str]:
         yield address
 
 
-def leave(
-    port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED, clock_h: float = 0
-) -> None:
-    """As another process logged it, whose clock was `clock_h` hours ahead."""
-    with closing(open_store(clock=lambda: utc_now() + timedelta(hours=clock_h))) as store:
+def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED) -> None:
+    """As another process logged it, whose clock was an hour ahead."""
+    with closing(open_store(clock=lambda: utc_now() + timedelta(hours=1))) as store:
         detail = {"module": module, "run": f"before {module}"}
         entry = store.begin(act, REQUESTS[act].encode(), detail, port=port, origin="command line")
         store.settle(entry, outcome, {})
@@ -137,7 +135,6 @@ def test_of_a_store_that_fails_meanwhile_nothing_is_said_to_be_left(
     assert "--same-module" not in said
 
 
-@pytest.mark.parametrize("clock_h", [0, 1])
 @pytest.mark.parametrize(
     ("words", "still", "said"),
     [
@@ -150,10 +147,10 @@ def test_of_a_store_that_fails_meanwhile_nothing_is_said_to_be_left(
     ],
 )
 def test_a_confirmed_lock_ends_it_for_the_module_that_a_person_names(
-    words: str, still: list[str], said: int, clock_h: float, line: str, dps_s: Program
+    words: str, still: list[str], said: int, line: str, dps_s: Program
 ) -> None:
     for name in ("", "M-07"):
-        leave(line, name, clock_h=clock_h)
+        leave(line, name)
     printed = dps_s([*words.split(), "--port", line])
     assert printed.out == "The module reports LOCKED.\n"
     assert left() == still

@@ -247,6 +247,9 @@ def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, active: Desk) -> 
         wait_disarmed(active, ritual)
     assert [str(one_fault[1]) for one_fault in faults] == ["a fault of ours"]
     assert "program error" in outcome(active)
+    ritual = arm(active)
+    active.assembly.armed.act = None  # by an error in another thread
+    wait_disarmed(active, ritual)
     stays_quiet(active, 300)
 
 

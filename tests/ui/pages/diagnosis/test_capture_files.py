@@ -1,6 +1,7 @@
 """Captures in the window: search and marks, save and open, decoded without a module."""
 
 import threading
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,7 @@ from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
 from tests.ui.pages.recordings.test_recordings_looks import damage
 from ui.core.background_task import ExportCancelled, Running
 from ui.pages.diagnosis.files import SUFFIX, Opened, load_capture
+from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic import MAX_COPIED, hex_part, matches
 from ui.pages.diagnosis.traffic_model import MAX_MARKS, MAX_ROWS, Column, Filter, TrafficModel
 
@@ -186,47 +188,37 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
         assert not model.is_recorded
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (b"", "is empty"),
-        (b"hello\nworld\n", "cannot be read: no pairs of hex digits"),
-        (bytes(range(256)) * 20, "cannot be read: no pairs of hex digits"),
-    ],
-)
-def test_a_file_that_is_no_capture_is_refused_with_the_reason(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, content: bytes, said: str
-) -> None:
-    path = tmp_path / "other.txt"
-    path.write_bytes(content)
+def _says(page: DiagnosisPage, text: str) -> bool:
+    return text in page.strip.accessibleName()
+
+
+def test_a_file_that_is_no_capture_is_refused_with_the_reason(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    (tmp_path / "empty.mcap").write_bytes(b"\x89MCAP0\r\n")
+    (tmp_path / "empty.txt").write_bytes(b"")
+    (tmp_path / "words.txt").write_bytes(b"0.1 > hello\n")
+    (tmp_path / "other.txt").write_bytes(bytes(range(256)) * 20)
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.open_file(path)
-        qtbot.waitUntil(lambda: said in page.strip.accessibleName())
-        page.open_file(tmp_path / "missing.mcap")
-        qtbot.waitUntil(lambda: "missing.mcap cannot be read" in page.strip.accessibleName())
-        (tmp_path / "empty.mcap").write_bytes(b"\x89MCAP0\r\n")
-        page.open_file(tmp_path / "empty.mcap")
-        qtbot.waitUntil(lambda: "not a recording by this program" in page.strip.accessibleName())
-        assert page.opened is None
+        for name, said in {
+            "empty.txt": "is empty", "words.txt": "words.txt cannot be read: no pairs of hex digits",
+            "other.txt": "other.txt cannot be read: no pairs of hex digits",
+            "missing.mcap": "missing.mcap cannot be read", "empty.mcap": "not a recording by this program",
+        }.items():  # fmt: skip
+            page.open_file(tmp_path / name)
+            qtbot.waitUntil(partial(_says, page, said))
+            assert page.opened is None
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("42 61 32 01 00 33\n41 75 32 07 0A 00 01 44\n", "Times are estimated"),
-        ("0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44\nzz\n", "Line 3"),
-    ],
-)
-def test_text_is_opened_and_its_faults_are_reported(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, text: str, said: str
-) -> None:
+def test_text_is_opened_and_its_faults_are_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     path = tmp_path / "pasted.hex"
-    path.write_text(text, encoding="utf-8")
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.open_file(path)
-        qtbot.waitUntil(lambda: page.opened is not None)
-        assert said in page.strip.accessibleName()
-        assert page.traffic.model.rowCount() == 2
+        for text, said in {
+            "42 61 32 01 00 33\n41 75 32 07 0A 00 01 44\n": "Times are estimated",
+            "0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44\nzz\n": "Line 3",
+        }.items():
+            path.write_text(text, encoding="utf-8")
+            page.open_file(path)
+            qtbot.waitUntil(partial(_says, page, said))
+            assert page.traffic.model.rowCount() == 2
 
 
 def test_all_rows_of_a_long_capture_are_shown_and_a_few_of_them_copied(

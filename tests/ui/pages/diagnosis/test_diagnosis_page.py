@@ -35,9 +35,7 @@ from protocol.link_states import Presence
 from protocol.messages import Heartbeat
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.settings_bench import desk
 from tests.support.window.steps import choosing, find, notice_text, press, show_page
-from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
 from ui.main import Assembly, _errors_shown
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.context import PageEntry
@@ -355,15 +353,3 @@ def test_sent_frames_are_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, tm
         page.on_batch(Batch(1.0, opened, DeviceView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
         assert page.files.save.isEnabled()
         assert [entry.raw for entry in page.traffic_buffer.entries()] == [request.encode()]
-
-
-def test_an_error_in_another_thread_ends_the_deploy_ritual(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
-        with _errors_shown(one.assembly.window, one.assembly.armed):
-            ritual = arm(one)
-            assert one.assembly.armed.act is Act.DEPLOY
-            thread = threading.Thread(target=int, args=("no number",))
-            thread.start()
-            thread.join()
-            wait_disarmed(one, ritual)
-        assert one.changes() == []
