@@ -59,12 +59,13 @@ class Stations:
         return new
 
     def remove(self, fingerprint: str, *, is_revoked: bool = False) -> KnownStation | None:
-        """Neither known nor revoked any more. `is_revoked`: its key is lost or was copied. None if no station has this
-        fingerprint. Raises OSError."""
+        """No longer trusted; a revoked one stays revoked, else its facts would count again. `is_revoked`: its key is
+        lost or was copied. None if no station has this fingerprint. Raises OSError."""
         others = self._others()
         known = next((station for station in others if is_same_fingerprint(station.fingerprint, fingerprint)), None)
         if known is not None:
-            revoked = (known._replace(is_revoked=True),) if is_revoked else ()
+            known = known._replace(is_revoked=is_revoked or known.is_revoked)
+            revoked = (known,) if known.is_revoked else ()
             self._write((*(station for station in others if station.public != known.public), *revoked))
         return known
 

@@ -195,6 +195,8 @@ def test_the_signature_of_a_revoked_station_counts_no_more(tmp_path: Path) -> No
     assert (found.state, found.signer) == (RecordState.REVOKED_STATION, public)
     assert _words(found).startswith("REVOKED STATION: signed by Hangar,")
     assert stations.remove("0000", is_revoked=True) is None
+    assert stations.remove(fingerprint_of(public)) is not None
+    assert stations.revoked() == {encoded(public)}, "it stays revoked"
     stations.trust(public, "Hangar")  # a person compared the fingerprint again
     assert verify(record, find_station=stations.find).state is RecordState.INTACT
 

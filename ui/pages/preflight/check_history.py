@@ -278,6 +278,7 @@ class StationsRow(QWidget):
         self.known = control(QComboBox(), texts, "stations_known", says="Known stations")
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         WheelGuard(self.known)
+        self.known.currentIndexChanged.connect(self._enable)
         self.forget = control(StepButton(), texts, "stations_forget", "Remove", slot=self._remove)
         in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
 
@@ -294,10 +295,13 @@ class StationsRow(QWidget):
             else:
                 revoked = f" · {tr('revoked')}" if station.is_revoked else ""
                 self.known.addItem(f"{station.name} · {station.fingerprint}{revoked}", station)
-        self.forget.setEnabled(self.known.count() > 0)
+        self.known.setEnabled(self.known.count() > 0)
         if not self.known.count():
             self.known.addItem(tr("none"), None)
-        self.known.setEnabled(self.forget.isEnabled())
+
+    def _enable(self) -> None:
+        chosen = self.known.currentData()
+        self.forget.setEnabled(isinstance(chosen, KnownStation) and not chosen.is_revoked)
 
     def _remove(self) -> None:
         chosen = self.known.currentData()

@@ -136,6 +136,10 @@ def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tm
         assert row.known.currentText().startswith("Hangar 3 · ")  # a double click removes one
         bench.click(row.forget)
         assert not row.forget.isEnabled()
+        stations = Stations(bench.assembly.storage.folder)
+        stations.remove(stations.trust(bytes(range(32)), "Hangar 3").fingerprint, is_revoked=True)
+        row.refresh()
+        assert (row.known.isEnabled(), row.forget.isEnabled()) == (True, False)
         bench.drop(record)
         bench.until(lambda: "UNKNOWN STATION" in said(bench))
 
