@@ -119,7 +119,8 @@ def exchange(
         other = {id_: row for id_, row in offered.items() if id_ not in known or known[id_].digest != row.digest}
         done.refuse([too_long(id_) for id_, row in other.items() if row.length > MAX_LENGTH])
         for ids in _pages({id_: row for id_, row in other.items() if row.length <= MAX_LENGTH}, page):
-            facts, refused = _sorted(map(checked, there.read(ids)))
+            rows = {str(row[0]): row for row in there.read(ids)}
+            facts, refused = _sorted(checked(rows.get(id_, (id_,))) for id_ in ids)  # one that is no text is not found
             done.received += here.add(facts)
             done.refuse(refused)
             on_page(done)

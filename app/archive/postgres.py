@@ -43,7 +43,9 @@ _GIVEN: Final = {
     "keepalives_count": "3",
     "tcp_user_timeout": "20000",
 }
-"""A lost server is noticed within 30 s. Of a database without an encoding (SQL_ASCII) psycopg would give bytes."""
+"""A lost server is noticed within 30 s."""
+_NO_ENCODING: Final = "SQL_ASCII"
+"""Of such a database psycopg gives bytes."""
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
 _DIGEST: Final = "md5(" + " || '|' || ".join(FACT_COLUMNS) + ")"
 """`row_digest` in SQL."""
@@ -119,7 +121,9 @@ class PostgresFacts:
 
     def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
         with _troubles(self.url):
-            return self._connection.execute(query, values).fetchall()
+            rows = self._connection.execute(query, values).fetchall()
+        return [tuple(value.decode("utf-8", "replace") if isinstance(value, bytes) else value for value in row)
+                for row in rows]  # fmt: skip
 
 
 def open_server(text: str) -> PostgresFacts:
@@ -129,6 +133,9 @@ def open_server(text: str) -> PostgresFacts:
     try:
         with _troubles(url):
             connection.execute(f"SET statement_timeout = '{STATEMENT_LIMIT_S}s'")
+            if connection.info.parameter_status("server_encoding") == _NO_ENCODING:
+                # Else the server refuses every query that meets a row which is no text, and one row stops all stations.
+                connection.execute(f"SET client_encoding = '{_NO_ENCODING}'")
             _find_table(connection)
     except BaseException:
         connection.close()

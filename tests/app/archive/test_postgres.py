@@ -12,6 +12,7 @@ import pytest
 
 import app.__main__ as program
 from app.archive.exchange import Exchanged, exchange
+from app.archive.facts import FACT_COLUMNS
 from app.archive.postgres import TABLE, open_server, system_roots
 from app.archive.server_url import server_url
 from app.text.user_error import UserError
@@ -91,6 +92,26 @@ def test_a_server_of_any_encoding_gives_what_it_was_sent(
     assert _sync(other, server.url(database)).received == 2
     assert other.content() == one.content()
     assert _sync(other, server.url(database)) == Exchanged()
+
+
+@pytest.mark.parametrize("column", ["id", "kind", "payload"])
+def test_a_row_that_is_no_text_is_named_and_passed_over(
+    stations: list[ArchiveStation], server: ArchiveServer, column: str
+) -> None:
+    one, other = stations
+    server.run(f"CREATE DATABASE bytes_{column} ENCODING 'SQL_ASCII' TEMPLATE template0")
+    url = server.url(f"bytes_{column}")
+    for number in range(3):
+        one.check("M-07", cell_v=3.9 + number)
+    assert _sync(one, url).sent == 4
+    values = ", ".join("E'00\\xff'" if name == column else f"'00{name}'" for name in FACT_COLUMNS)
+    server.run(f"INSERT INTO {TABLE} VALUES ({values})", database=f"bytes_{column}")
+    for sent in (2, 0):
+        if sent:
+            other.act()
+        done = _sync(other, url)
+        assert (done.received, done.sent, done.refused_count) == (4 if sent else 0, sent, 1)
+    assert [row.sentence().translated().rsplit(": ")[-1] for row in done.refused] == ["cannot be read."]
 
 
 def test_a_role_that_may_only_add_and_read_is_enough(stations: list[ArchiveStation], server: ArchiveServer) -> None:
