@@ -24,6 +24,7 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.frame import Direction, Frame
 from protocol.messages import Status
+from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
 from ui.services.storage import Storage
@@ -34,6 +35,7 @@ WARM_UP_S: Final = 1.5
 SETTLE_S: Final = 0.3
 """Wait for the page's next draw."""
 LIMIT_S: Final = 15.0
+THREAD_LIMIT_S: Final = 3.0
 LINE_HZ: Final = 1440
 
 
@@ -99,19 +101,21 @@ def turn_for(seconds: float) -> None:
 
 
 @contextmanager
-def window_apart(options: WindowOptions, store: Path | None = None) -> Iterator[tuple[QApplication, Assembly]]:
-    """A window with preferences and store (unless `store`) in a folder of its own: the user's are not changed."""
+def window_apart(options: WindowOptions, ports: PortWatcher | None = None) -> Iterator[tuple[QApplication, Assembly]]:
+    """A window with preferences and store in a folder of its own: the user's are not changed."""
     app = QApplication(sys.argv[:1])
-    with tempfile.TemporaryDirectory() as name:
+    # A recorder that a busy disk keeps may still write when the window is gone.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        preferences, storage = Preferences(folder / "window.ini"), Storage(store or folder / "store")
-        assembly = assemble(app, options, preferences=preferences, storage=storage)
+        preferences, storage = Preferences(folder / "window.ini"), Storage(folder / "store")
+        assembly = assemble(app, options, preferences=preferences, storage=storage, ports=ports)
         try:
             with collecting_garbage(assembly):
                 yield app, assembly
         finally:
             assembly.window.close_now()
-            assembly.connector.stop(2.0)
+            assembly.connector.stop(THREAD_LIMIT_S)
+            assembly.ports.stop(THREAD_LIMIT_S)
             storage.close()
             app.processEvents()
 

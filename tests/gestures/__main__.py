@@ -46,7 +46,7 @@ def main() -> int:
     assert isinstance(application, QApplication)
     if not given.sequences:
         return 1 if _run_table(application, given.every, given.first) else 0
-    report = run(application, given.sequences, given.seed, is_told=True)
+    report = run(application, given.sequences, given.seed)
     print("\n".join(report.faults[:10]))
     return 1 if report.faults else 0
 

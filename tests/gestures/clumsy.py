@@ -337,8 +337,8 @@ class Clumsy:
         self.accidents.put_in_order(self.wait)
 
 
-def run(application: QApplication, sequences: int, seed: int, *, is_told: bool = False) -> Report:
-    """Run this many sequences, in one window after the other, or until something is wrong."""
+def run(application: QApplication, sequences: int, seed: int) -> Report:
+    """Run this many sequences, in one window after the other, or until something is wrong; tell of each window."""
     report, number = Report(), 0
     while report.sequences < sequences and not report.faults:
         dice = random.Random(f"{seed} {number}")
@@ -357,7 +357,6 @@ def run(application: QApplication, sequences: int, seed: int, *, is_told: bool =
                     break
                 if not hands.accidents.is_in_order or hands.dice.random() < 0.1:
                     hands.recover()
-        if is_told:
-            frames = ", ".join(f"{count} x {kind}" for kind, count in sorted(report.frames.items()))
-            print(f"{report.sequences:,} sequences, {report.events:,} events; left: {frames}", flush=True)
+        frames = ", ".join(f"{count} x {kind}" for kind, count in sorted(report.frames.items()))
+        print(f"{report.sequences:,} sequences, {report.events:,} events; left: {frames}", flush=True)
     return report

@@ -24,7 +24,7 @@ from typing import Final, Self
 
 from PySide6.QtCore import QTimer
 from PySide6.QtTest import QSignalSpy
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.engine.ports import PortInfo
 from app.engine.target import Target
@@ -41,14 +41,13 @@ from tests.benchmarks.window import (
     resident_mb,
     turn_for,
     turn_until,
+    window_apart,
 )
 from tests.soak.chaos import Chaos
 from tests.support.terminals import RETURN_LIMIT_S
 from ui.core.port_watcher import PortWatcher
-from ui.core.preferences import Preferences
-from ui.main import Assembly, WindowOptions, assemble, collecting_garbage, start
+from ui.main import Assembly, WindowOptions, start
 from ui.services.port import Ports
-from ui.services.storage import Storage
 
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""
@@ -58,7 +57,6 @@ MAX_GROWTH_MB: Final = 5.0
 MACHINE_S: Final = 1.0
 """What a busy machine adds to `RETURN_LIMIT_S`."""
 _MEASURE_EVERY_MS: Final = 500
-_THREAD_LIMIT_S: Final = 3.0
 _BAUD_RATE: Final = 115200
 _ADAPTER: Final = PortInfo("", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 """The module is listed as this, whatever its port is called by then."""
@@ -234,34 +232,18 @@ def _judge_memory(memory: list[float], outcome: Outcome, *, unplugs: int) -> Non
 
 
 def _run(seconds: float, seed: int) -> Outcome:
-    outcome = Outcome()
-    app = QApplication.instance() or QApplication(sys.argv[:1])
-    if not isinstance(app, QApplication):
-        raise TypeError("a window needs an application object with a screen")
-    before = set(threading.enumerate())
-    # A recorder that a busy disk keeps may still write when the window is gone.
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, Mistakes() as mistakes:
+    outcome, before = Outcome(), set(threading.enumerate())
+    with tempfile.TemporaryDirectory() as folder, Mistakes() as mistakes:
         options = WindowOptions(language="en", offscreen_seconds=seconds)
         link = Path(folder) / "module"
-        assembly = assemble(
-            app,
-            options,
-            preferences=Preferences(Path(folder) / "window.ini"),
-            storage=Storage(Path(folder) / "store"),
-            ports=_listed(link),
-        )
-        pages = QSignalSpy(assembly.window.pages_made)
-        with collecting_garbage(assembly):
+        with window_apart(options, _listed(link)) as (_app, assembly):
+            pages = QSignalSpy(assembly.window.pages_made)
             start(assembly, options)
             turn_until(lambda: pages.count() > 0, LIMIT_S)
             turn_for(0.5)
             with streaming_module(link, "rate=1440", "lifelike=yes", "noise=1") as module:
                 _soak(assembly, module, outcome, seconds=seconds, seed=seed)
                 assembly.window.close_now()
-        assembly.connector.stop(_THREAD_LIMIT_S)
-        assembly.ports.stop(_THREAD_LIMIT_S)
-        assembly.storage.close()
-        app.processEvents()
     left = [thread.name for thread in set(threading.enumerate()) - before]
     outcome.say("threads left", ", ".join(left) or "none", "a thread stayed" if left else "")
     outcome.say("exceptions and errors", str(len(mistakes.texts)), "see below" if mistakes.texts else "")

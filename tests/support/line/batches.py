@@ -34,9 +34,8 @@ class Batches:
         is_enough: Callable[[Batch], bool],
         *,
         limit_s: float = PATIENCE_S,
-        meanwhile: Callable[[Batch], None] = lambda _batch: None,
     ) -> Batch:
-        """Return the first batch since `mark` that is enough; call `meanwhile` with the latest 20 times a second."""
+        """Return the first batch since `mark` that is enough."""
         end_s = time.monotonic() + limit_s
         seen = self._first
         while time.monotonic() < end_s:
@@ -47,7 +46,5 @@ class Batches:
             for batch in news:
                 if is_enough(batch):
                     return batch
-            if self.last is not None:
-                meanwhile(self.last)
         reports, last = sum(len(batch.samples) for batch in self.all), self.last and self.last.connection
         raise AssertionError(f"it did not happen in time: {reports} reports in {len(self.all)} batches, then {last}")
