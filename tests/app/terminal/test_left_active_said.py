@@ -118,7 +118,7 @@ def test_a_damaged_store_is_said_and_what_was_asked_is_done(line: str, dps_s: Pr
     (data_folder() / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
     printed = dps_s(["read", "--port", line])
     assert "Boot count" in printed.out
-    assert printed.err.startswith("The records cannot be read")
+    assert printed.err.startswith("The records cannot be used")
     assert len(printed.err.splitlines()) == 1
 
 
