@@ -97,7 +97,7 @@ class NoticeBar(QWidget):
         old = self.notice
         if notice is None:
             self.notice = None
-            self._focus.leave(self.hide)
+            self._focus.leave(self._hide)
         else:
             if old is None or _appearance_key(old) != _appearance_key(notice):
                 self._fill(notice)
@@ -105,6 +105,10 @@ class NoticeBar(QWidget):
             self.show()
         if (old is None) != (notice is None):
             self.changed.emit()
+
+    def _hide(self) -> None:
+        leave_focus(self)  # else Qt gives it to the next button, which may be dangerous
+        self.hide()
 
     def show_note(self, note: str) -> None:
         """Shows a passing message after the text of the notice."""

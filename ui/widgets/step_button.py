@@ -257,12 +257,10 @@ class FocusBack(QObject):
     def leave(self, hide: Callable[[], None]) -> None:
         """Calls `hide`, and gives the focus back if it was in the part."""
         focused = QApplication.focusWidget()
-        if focused is None or not self._part.isAncestorOf(focused):
-            hide()
-            return
-        focused.clearFocus()  # else Qt gives it to what comes next, which may be dangerous
+        was_in = focused is not None and self._part.isAncestorOf(focused)
         hide()
-        self.give()
+        if was_in:
+            self.give()
 
     def give(self) -> None:
         """Back to where it was, but never to a step of an act."""

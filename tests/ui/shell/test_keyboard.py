@@ -126,6 +126,10 @@ def test_esc_leads_back_to_where_one_came_from(qtbot: QtBot, qapp: QApplication,
             assert opened is not field
             qtbot.keyClick(opened, Qt.Key.Key_Escape)
             assert QApplication.focusWidget() is field, act
+        field.clearFocus()
+        main.panel.show()
+        main.panel.hide()
+        assert QApplication.focusWidget() is not None  # also where it came from nowhere
 
 
 def keys_of(widget: QWidget) -> dict[str, str]:
