@@ -14,7 +14,7 @@ import app.procedures
 from app.engine.procedure import Cancelled, PortLost, Procedure
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, SerialLine
-from app.engine.worker import CLOSING_LIMIT_S
+from app.engine.worker import CLOSING_LIMIT_S, MAX_STEP_S
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import record_frame
 from protocol.catalogue import CELL_VOLT, CENTISECOND, DEGREE, TENTH_G, TENTH_VOLT, Request
@@ -107,21 +107,21 @@ class Cell:
             if self.wanted_end == End.CLOSED:
                 self._leave()
                 return
-            self.session.step()
+            self.session.step(MAX_STEP_S)
             steps += 1
             if steps > MAX_STEPS:
                 raise AssertionError("it does not end")
         end_s = self.clock.now_s + AFTER_S
         while self.clock.now_s < end_s:
             self.port.strike_if_idle()
-            self.session.step()
+            self.session.step(MAX_STEP_S)
 
     def _leave(self) -> None:
         """Cancel as the worker does, with time to undo changes."""
         self.run.cancel()
         end_s = self.clock.now_s + CLOSING_LIMIT_S
         while not self.run.is_done and self.clock.now_s < end_s:
-            self.session.step()
+            self.session.step(MAX_STEP_S)
 
     def _intervene(self, started_s: float) -> None:
         self.port.strike_if_idle()
