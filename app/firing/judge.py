@@ -60,6 +60,7 @@ class SampleVerdict(NamedTuple):
 
 
 NOTHING = Source(0)
+"""To be compared by `is`, for each sample: to ask whether a flag is true takes longer than the rest."""
 
 
 class Judge:
@@ -83,11 +84,11 @@ class Judge:
         self._judge_attitude(sample, limits)
         self._judge_fall(sample, limits)
         self._last_s = sample.at_s
-        fired = self._standing & ~before if self._standing else NOTHING
+        fired = self._standing & ~before if self._standing is not NOTHING else NOTHING
         return SampleVerdict(fired, self._standing)
 
     def _judge_attitude(self, sample: SensorSample, limits: TriggerLimits) -> None:
-        if self._standing and Source.ATTITUDE in self._standing:
+        if self._standing is not NOTHING and Source.ATTITUDE in self._standing:
             if sample.tilt_deg <= limits.reset_angle_deg or not limits.attitude_is_enabled:
                 self._standing &= ~Source.ATTITUDE
         elif limits.attitude_is_enabled and sample.tilt_deg >= limits.attitude_threshold_deg:
@@ -96,7 +97,7 @@ class Judge:
     def _judge_fall(self, sample: SensorSample, limits: TriggerLimits) -> None:
         if not limits.freefall_is_enabled or sample.acceleration_g >= limits.freefall_acceleration_g:
             self._falls_since_s = None
-            if self._standing:
+            if self._standing is not NOTHING:
                 self._standing &= ~Source.FREEFALL
             return
         has_gap = self._last_s is not None and sample.at_s - self._last_s > MAX_GAP_S

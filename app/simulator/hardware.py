@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from app.firing.judge import Judge, SensorSample
+from app.firing.judge import NOTHING, Judge, SensorSample
 from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, limits, record_data
 from app.simulator.physics import SENSOR_PERIOD_S, Physics
 from app.simulator.setup import Setup
@@ -53,7 +53,7 @@ class Hardware:
         self.is_on = False
         self.stream_frames_sent = 0
         self._judge = Judge()
-        self._fired = Source(0)
+        self._fired = NOTHING
         self._due: list[SentBytes] = []
         self._order = itertools.count()
         self.pwm_at_s = math.inf
@@ -151,7 +151,7 @@ class Hardware:
             self.press_switch(now_s)
 
     def _clear(self) -> None:
-        self._fired = Source(0)
+        self._fired = NOTHING
         self._judge.reset()
         self._due.clear()
         self._line_free_s = self._stream_held_until_s = -math.inf
@@ -168,7 +168,7 @@ class Hardware:
             self.end_trigger()
 
     def end_trigger(self) -> None:
-        self._fired = Source(0)
+        self._fired = NOTHING
         self._judge.reset()
 
     def fire(self, sources: Source, now_s: float) -> bool:
@@ -230,9 +230,9 @@ class Hardware:
         sample = SensorSample(at_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
         is_armed = self.state.is_active and not self.state.is_forbidden
         verdict = self._judge.judge(sample, limits(self.memory, self.state), is_active=is_armed)
-        if self._fired and Source.ATTITUDE in self._fired and Source.ATTITUDE not in verdict.standing:
+        if self._fired is not NOTHING and Source.ATTITUDE in self._fired and Source.ATTITUDE not in verdict.standing:
             self._fired &= ~Source.ATTITUDE
-        if verdict.fired:
+        if verdict.fired is not NOTHING:
             self.fire(verdict.fired, at_s)
 
     # Output
